@@ -17,6 +17,7 @@ from isethdr_core.runs.sample_accumulation import Known
 from .fog import in_fog, state_fog
 from .lamps.placed_lamps import placed_lamps
 from .lamps.sky_discs import disc_lamps
+from .llvm import divide_launches
 from .paths.passes import Frame, estimate
 from .world.coat_energy import lost_light
 from .world.materials import ramp_surfaces
@@ -60,6 +61,8 @@ def render_frame(
     import mitsuba as mi
 
     mi.set_variant(variant)
+    if variant.startswith("llvm"):
+        divide_launches()
     from .labels import cut_labels, instances, label_tiles
     from .lamps.visible_lamps import Bands, visible_lamps
     from .world.geometry import build_world

@@ -20,6 +20,7 @@ from isethdr_core.scene import Fog, SceneDescription, SkyDome
 
 from .lamps.placed_lamps import SPECTRUM_NM, PlacedLamp, placed_lamps
 from .lamps.sky_discs import FAR_M, disc_lamps
+from .paths.device_memory import aligned
 from .world.geometry import World
 from .world.view import View
 
@@ -213,7 +214,7 @@ def reaches(world: World, start_m: np.ndarray, way: np.ndarray, most_m: np.ndarr
         rays = (mi.Ray3f(p, d, t, 0.0, mi.Spectrum(0)) for p, d, t in zip(start_m, way, most_m))
         return np.array([not world.scene.ray_test(ray) for ray in rays], bool)
     clear = np.ones(len(most_m), bool)
-    numbers = lambda values: mi.Float(np.ascontiguousarray(values, np.float32))
+    numbers = lambda values: mi.Float(aligned(values, np.float32))
     for begin in range(0, len(most_m), RAYS):
         some = slice(begin, begin + RAYS)
         ray = mi.Ray3f(

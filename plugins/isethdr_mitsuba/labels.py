@@ -4,7 +4,9 @@ and are exact.
 
 from __future__ import annotations
 
+import os
 from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import drjit as dr
@@ -19,6 +21,7 @@ from isethdr_core.quantities import LARGEST_HALF_FIELD_DEG
 from .illuminance import illuminances
 from .lamps.visible_lamps import NEAR_M, cut
 from .motion import motion_label
+from .paths.device_memory import aligned
 from .world.triangle_chords import straightened
 
 if TYPE_CHECKING:
@@ -94,8 +97,12 @@ def label_tiles(
 def instances(world: World, view: View) -> np.ndarray:
     """Return the number (row, column) of the object at the centre of each tile; 0 for the sky."""
     x, y = (a.ravel() for a in np.meshgrid(view.x, view.y))
-    hits = _first_hits(world, view.origin_m, view.to_world(view.rays(x, y)))
-    return hits[0].reshape(view.shape)
+    ray = _rays(view.origin_m, view.to_world(view.rays(x, y)))
+    hits = world.scene.ray_intersect_preliminary(ray, coherent=True)
+    valid = hits.is_valid()
+    shape = _shape(hits)
+    dr.eval(valid, shape)
+    return _labels_of_hits(world, valid, shape)[0].reshape(view.shape)
 
 
 def cut_labels(
@@ -138,13 +145,15 @@ def object_table(
     illuminance : {object number: {light group: lx}} of `illuminances`.
     """
     instance = labels["instance"]
+    shown = [n for n in np.unique(instance).tolist() if 0 < n <= len(description.objects)]
+    objects = [description.objects[n - 1] for n in shown]
+    whole_of = lambda placed: whole_object(description.models[placed.model], placed.pose, view)
+    with ThreadPoolExecutor(os.cpu_count()) as threads:
+        wholes = list(threads.map(whole_of, objects))
     out = []
-    for number, placed in enumerate(description.objects, 1):
+    for number, placed, whole in zip(shown, objects, wholes, strict=True):
         rows, columns = np.nonzero(instance == number)
-        if not len(rows):
-            continue
         corner = int(columns.min()), int(rows.min())
-        whole = whole_object(description.models[placed.model], placed.pose, view)
         out.append(
             {
                 "instance": number,
@@ -346,23 +355,46 @@ def _boxes(triangles: np.ndarray, view: View) -> tuple[np.ndarray, np.ndarray, n
     return low, high, useful
 
 
+def _rays(origin: np.ndarray, direction: np.ndarray) -> mi.Ray3f:
+    """Return the rays from `origin` (3,) towards `direction` (n, 3). Their values are data in
+    whole vectors: every camera takes the same compiled code.
+    """
+    return mi.Ray3f(
+        mi.Point3f(*(dr.opaque(mi.Float, float(v)) for v in origin)),
+        mi.Vector3f(*(mi.Float(aligned(d, np.float32)) for d in direction.T)),
+    )
+
+
+def _shape(hits: Any) -> mi.UInt32:
+    """Return the number of what rays hit first: the shape inside an instance is a shared part, and
+    the instance identifies the object.
+    """
+    instance = dr.reinterpret_array(mi.UInt32, hits.instance)
+    return dr.select(instance != 0, instance, dr.reinterpret_array(mi.UInt32, hits.shape))
+
+
+def _labels_of_hits(
+    world: World, valid: mi.Bool, shape: mi.UInt32
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return the object number (n,) of hits, and which (n,) of them show an object."""
+    valid = np.array(valid)
+    number = world.table(lambda s: s.label)[np.where(valid, np.array(shape), 0)]
+    valid &= number > 0  # sun and moon are sky
+    return np.where(valid, number, 0), valid
+
+
 def _first_hits(
     world: World, origin: np.ndarray, direction: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    ray = mi.Ray3f(
-        mi.Point3f(*(mi.Float(float(v)) for v in origin)),
-        mi.Vector3f(*direction.T.astype(np.float32)),
-    )
+    ray = _rays(origin, direction)
     si = world.scene.ray_intersect_preliminary(ray, coherent=True).compute_surface_interaction(ray)
-    # the shape inside an instance is a shared part; the instance identifies the object
-    shape = dr.reinterpret_array(mi.UInt32, si.shape)
-    instance = dr.reinterpret_array(mi.UInt32, si.instance)
-    table = world.table(lambda s: s.label)
-    valid = np.array(si.is_valid())
-    number = table[np.where(valid, np.array(dr.select(instance != 0, instance, shape)), 0)]
-    valid &= number > 0  # sun and moon are sky
+    hit = si.is_valid()
+    shape = _shape(si)
+    # one kernel for all: each would trace the rays and evaluate the shapes again
+    dr.eval(hit, shape, si.t, si.sh_frame.n)
+    number, valid = _labels_of_hits(world, hit, shape)
     return (
-        np.where(valid, number, 0),
+        number,
         np.where(valid, np.array(si.t, float), np.inf),
         np.array(si.sh_frame.n, float).T * valid[:, None],
     )

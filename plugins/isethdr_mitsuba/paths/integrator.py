@@ -62,6 +62,41 @@ class Found(NamedTuple):
     batches: np.ndarray  # (group, 3, item) float32: weighted sums over bands
 
 
+@dataclass(eq=False)
+class Launch:
+    """A recorded launch of compiled code, which runs beside Python once it is started.
+
+    Dr.Jit waits for all launches together. The launch before must therefore have ended, by `wait`,
+    when the next one is started.
+
+    Attributes
+    ----------
+    radiance : [group][band] arrays (entry,) on the device.
+    batches : [group][channel] arrays (item,) on the device.
+    """
+
+    radiance: list[list[Any]]
+    batches: list[list[Any]]
+
+    def start(self) -> None:
+        """Start the launch, and return at once."""
+        dr.eval(self.radiance, self.batches)
+
+    def wait(self) -> None:
+        """Wait until the launch has ended. The processor's memory is not copied here, so that the
+        next launch can start.
+        """
+        dr.sync_thread()
+        self.radiance, self.batches = (
+            [[each.numpy() for each in group] for group in arrays]
+            for arrays in (self.radiance, self.batches)
+        )
+
+    def found(self) -> Found:
+        """Return the results, after `wait`."""
+        return Found(np.array(self.radiance), np.array(self.batches))
+
+
 @dataclass(frozen=True, eq=False)
 class Paths:
     """Integrator over one world. Any list of tiles is one launch of the same kernel.
@@ -150,6 +185,15 @@ class Paths:
         """Follow the paths of `work`. The random numbers of a tile depend on seed and stream only,
         not on the other tiles in the list.
         """
+        launch = self.record(seed, work)
+        launch.start()
+        launch.wait()
+        return launch.found()
+
+    def record(self, seed: int, work: Work) -> Launch:
+        """Return the launch that follows the paths of `work`, which is not started yet. Python
+        takes a quarter of a second for it, in which the launch before can run.
+        """
         # data instead of literals: one kernel serves all lists, all sets of light groups, and all
         # scenes with the same kinds of surfaces
         number = lambda v: dr.opaque(mi.UInt32, int(v))
@@ -185,7 +229,7 @@ class Paths:
         tables.fog = self._fog
         tables.air = self._air
         key = number(seed & 0xFFFFFFFF)
-        return _trace(tables, key, items, len(work.tiles), self._weights, self.max_depth)
+        return Launch(*_trace(tables, key, items, len(work.tiles), self._weights, self.max_depth))
 
 
 class _Tables:
@@ -306,7 +350,7 @@ def _sky_through(
 
 @dr.syntax
 def _trace(tables: Any, seed: int, items: Any, entries: int, weights: Any, max_depth: int) -> Any:
-    """Return the light of all work items (`_Items`).
+    """Return the light of all work items (`_Items`), as in `Launch`.
 
     Parameters
     ----------
@@ -556,6 +600,4 @@ def _trace(tables: Any, seed: int, items: Any, entries: int, weights: Any, max_d
                     owner,
                     mode=dr.ReduceMode.Local,
                 )
-    dr.eval(out, batches)
-    in_numpy = lambda each: np.array([[np.array(b) for b in group] for group in each])
-    return Found(in_numpy(out), in_numpy(batches))
+    return out, batches

@@ -11,7 +11,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -21,11 +21,11 @@ from isethdr_core.demand import NoiseLimit
 from isethdr_core.runs.sample_accumulation import Known
 
 from . import need_plan
-from .integrator import Paths
+from .integrator import Launch, Paths
 from .need_plan import Lot
 from .passes import Estimate, group_noise, with_known
 from .tallies import Neighbours, Tally, path_variance, spread_of_buffers
-from .work_items import listed_work
+from .work_items import Work, listed_work
 
 PILOT = 16  # paths of both buffers together
 GROWTH = 4.0  # largest ratio of new to earlier paths in a round: early estimates are uncertain
@@ -34,6 +34,14 @@ LITTLE = 0.5  # paths per tile: a round that adds fewer is the last one
 LARGEST_LIST = 1 << 17  # tiles of one launch: bounds memory
 LONGEST = 4096  # paths of a tile and launch: float32 sums of more in a lane drift
 EXPOSURE_CHANGED = 0.1  # relative: then the need is worked out once more
+
+
+class _Running(NamedTuple):
+    """A launch that runs, or runs next."""
+
+    buffer: int  # that it adds to
+    work: Work
+    launch: Launch
 
 
 @dataclass(eq=False)
@@ -55,6 +63,7 @@ class Rounds:
     most: int = 4096
     buffers: list[Tally] = field(default_factory=list)
     launches: int = 0
+    running: _Running | None = None
 
     def __post_init__(self) -> None:
         shape = len(self.paths.lamps.groups), len(self.paths.wavelength_nm), self.instance.size
@@ -65,7 +74,9 @@ class Rounds:
         self.group_us = us + need_plan.BASE_US / 2
 
     def follow(self, buffer: int, lot: Lot) -> None:
-        """Follow the paths of a lot into a buffer."""
+        """Follow the paths of a lot into a buffer. The last launch may still run afterwards, until
+        `finish`.
+        """
         for start in range(0, len(lot.tiles), LARGEST_LIST):
             part = slice(start, start + LARGEST_LIST)
             paths_left = lot.paths[part]
@@ -74,10 +85,27 @@ class Rounds:
                 on = np.flatnonzero(paths_left)
                 words = np.random.SeedSequence(self.seed, spawn_key=(self.first, self.launches))
                 work = listed_work(lot.tiles[part][on], now[on], lot.groups[part][on])
-                sums = self.paths.launch(int(words.generate_state(1)[0]), work)
-                self.buffers[buffer].add(work, sums)
+                launch = self.paths.record(int(words.generate_state(1)[0]), work)
+                self._run(_Running(buffer, work, launch))
                 self.launches += 1
                 paths_left = paths_left - now
+
+    def finish(self) -> None:
+        """Wait for the last launch, and add what it found."""
+        self._run(None)
+
+    def _run(self, following: _Running | None) -> None:
+        """Start a launch as soon as the one before has ended. What that one found is added while
+        the new one runs.
+        """
+        before = self.running
+        if before is not None:
+            before.launch.wait()
+        if following is not None:
+            following.launch.start()
+        self.running = following
+        if before is not None:
+            self.buffers[before.buffer].add(before.work, before.launch.found())
 
     def pilot(self) -> None:
         """Follow the first paths of all tiles and groups."""
@@ -85,6 +113,7 @@ class Rounds:
         every = np.full(tiles, self.paths.all_groups())
         for buffer in progress.track(range(2), "first paths of all tiles"):
             self.follow(buffer, Lot(np.arange(tiles), np.full(tiles, PILOT // 2), every))
+        self.finish()
 
     def add_needed(self, limit: NoiseLimit, share: float, number: int = 1) -> float:
         """Add paths so that noise is `share` of the limit, and return how many per tile.
@@ -114,6 +143,7 @@ class Rounds:
         every = [(buffer, lot) for buffer in range(2) for lot in need_plan.lots(plans[buffer])]
         for buffer, lot in progress.track(every, title):
             self.follow(buffer, lot)
+        self.finish()
         return added
 
     def until_done(self, limit: NoiseLimit, share: float) -> None:

@@ -8,6 +8,8 @@ and of those around it.
 
 from __future__ import annotations
 
+import os
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
 import numpy as np
@@ -110,19 +112,27 @@ def path_variance(tallies: list[Tally], near: Neighbours) -> np.ndarray:
     """Return the variance (group, 3, tile) of X, Y and Z of single paths, from all batches of
     `tallies`, float32.
     """
+    of_group = lambda g: _group_variance(tallies, g, near)
+    # compiled code does not run meanwhile, and NumPy lets threads run beside each other
+    with ThreadPoolExecutor(os.cpu_count()) as threads:
+        return np.stack(list(threads.map(of_group, range(len(tallies[0].paths)))))
+
+
+def _group_variance(tallies: list[Tally], g: int, near: Neighbours) -> np.ndarray:
+    """Return the variance (3, tile) of X, Y and Z of single paths in group `g`."""
     single = np.float32
-    light = sum(t.xyz for t in tallies) / np.maximum(sum(t.paths for t in tallies), 1)[:, None]
+    light = sum(t.xyz[g] for t in tallies) / np.maximum(sum(t.paths[g] for t in tallies), 1)
     # about each tally's own mean, which takes one batch of it
     squares = sum(
-        np.maximum(t.squares - t.xyz**2 / np.maximum(t.paths, 1)[:, None], 0) for t in tallies
+        np.maximum(t.squares[g] - t.xyz[g] ** 2 / np.maximum(t.paths[g], 1), 0) for t in tallies
     ).astype(single)
     light = light.astype(single)
-    free = sum(np.maximum(t.batches - 1, 0) for t in tallies).astype(single)
+    free = sum(np.maximum(t.batches[g] - 1, 0) for t in tallies).astype(single)
     level = np.maximum(near.sum(light), np.finfo(single).tiny)
-    per_light = near.sum(squares) / np.maximum(near.sum(free), 1)[:, None] / level
+    per_light = near.sum(squares) / np.maximum(near.sum(free), 1) / level
     per_light *= near.counts[REACH]
     lent = per_light * (light + near.sum(light, 1) / near.counts[1])
-    return (squares + single(PRIOR / 2) * lent) / (free[:, None] + single(PRIOR))
+    return (squares + single(PRIOR / 2) * lent) / (free + single(PRIOR))
 
 
 def spread_of_buffers(first: Tally, second: Tally, of_batches: np.ndarray) -> np.ndarray:

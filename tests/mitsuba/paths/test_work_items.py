@@ -7,6 +7,7 @@ import pytest
 
 pytest.importorskip("mitsuba")
 
+from isethdr_mitsuba.llvm import divide_launches
 from isethdr_mitsuba.paths.work_items import MOST_LANES, even_work, listed_work
 from isethdr_mitsuba.renderer import MitsubaRenderer
 
@@ -66,3 +67,14 @@ def test_a_tile_is_the_same_in_any_list(make):
     # another stream has random numbers of its own
     other = follow.launch(9, listed_work(tiles, [64] * 5, [every] * 5, stream=1))
     assert not np.array_equal(other.radiance[1], alike.radiance[1])
+    # the next launch is recorded while one runs; processors may take any number of items at a time
+    assert divide_launches(MOST_LANES)
+    running = follow.record(9, work)
+    running.start()
+    following = follow.record(9, listed_work(tiles, [64] * 5, [every] * 5, stream=1))
+    running.wait()
+    following.start()
+    assert divide_launches()
+    assert all(map(np.array_equal, running.found(), mixed))
+    following.wait()
+    assert all(map(np.array_equal, following.found(), other))
