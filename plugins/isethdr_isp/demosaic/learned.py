@@ -61,10 +61,10 @@ def learned(
     planes = np.empty((len(names), *filters.shape))
     for weights, at in _blocks(trained, classes(mosaic, filters, variance)):
         planes[(slice(None), *at)] = weights @ samples[at].reshape(len(at[0]), -1).T
-    return _within_samples(planes, mosaic, filters)
+    return within_samples(planes, mosaic, filters)
 
 
-def _within_samples(planes: np.ndarray, mosaic: np.ndarray, filters: np.ndarray) -> np.ndarray:
+def within_samples(planes: np.ndarray, mosaic: np.ndarray, filters: np.ndarray) -> np.ndarray:
     """Return planes (channel, y, x), limited in place to the range of each channel's own samples in
     the window of a filter.
 

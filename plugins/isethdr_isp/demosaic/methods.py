@@ -24,6 +24,7 @@ from isethdr_core.extras import needed
 
 from ..readout.noise_propagation import Kernels, NoiseMap
 from . import learned
+from .guided_colour import guided_colour
 from .interpolation import (
     array_period,
     bilinear,
@@ -155,12 +156,17 @@ def _learned(
     mosaic: np.ndarray, filters: np.ndarray, names: list[str], variance: np.ndarray, bad: np.ndarray
 ) -> Interpolated:
     """Return the planes of the learned filters. Pixels with a sample in their filter that is not
-    valid take the bilinear rule, which reaches fewer samples.
+    valid take the bilinear rule, which reaches fewer samples. Where no channel is sampled more than
+    the others, colour then follows the sum of the channels.
     """
     planes = learned.learned(mosaic, filters, names, variance)
     rule = bilinear(filters, len(names))
+    usable = ~_dilated(bad, learned.RADIUS)
     if bad.any():
-        planes = np.where(_dilated(bad, learned.RADIUS), interpolated(rule, mosaic), planes)
+        planes = np.where(usable, planes, interpolated(rule, mosaic))
+    if leading_channel(filters, len(names)) is None:
+        planes = guided_colour(planes, variance, usable)
+        planes = learned.within_samples(planes, mosaic, filters)
     return Interpolated(planes, using_invalid(rule, bad), None)
 
 
