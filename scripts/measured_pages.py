@@ -16,6 +16,7 @@ from __future__ import annotations
 
 import argparse
 import csv
+import math
 import os
 import platform
 import re
@@ -41,6 +42,22 @@ ISETHDR = str(Path(sys.executable).with_name("isethdr"))
 
 
 @dataclass(frozen=True)
+class Column:
+    """How a page shows one column of the rows.
+
+    Parameters
+    ----------
+    heading : heading on the page, with the unit; "" keeps the name of the column.
+    digits : significant digits of its numbers.
+    error : column with their standard error. A number has no digit below the second of its error.
+    """
+
+    heading: str = ""
+    digits: int = 4
+    error: str = ""
+
+
+@dataclass(frozen=True)
 class Page:
     """One page: its title, the commands that are run for it, and what their rows mean.
 
@@ -54,6 +71,7 @@ class Page:
     below : paragraphs below the table of one command, by command.
     is_stored : whether the page is made from stored rows, because its commands take hours.
     makes : file of the home that the command makes and that is the page; "" where the rows are.
+    columns : how columns are shown, by their name in the rows; others keep name and four digits.
     """
 
     title: str
@@ -64,6 +82,7 @@ class Page:
     below: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     is_stored: bool = False
     makes: str = ""
+    columns: Mapping[str, Column] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -177,28 +196,38 @@ PAGES = {
     ),
     "budget": Page(
         "The allowed error: kept, and what it costs",
-        "Three scenes with three allowed errors, against a reference in float64 with kernels from"
-        " nine times the points, and against the cheapest of 24 settings chosen by hand.",
+        "Three scenes with three allowed errors. Errors are against a reference in float64 whose"
+        " kernels have nine times the points, times against the cheapest of 24 settings by hand.",
         ("python -m isethdr_measured budget",),
         "3 minutes",
         notes=(
             "- The field has 96 x 54 tiles of 10 um, 16 bands, and a lens of f/4 with dust. Radiance"
             " is stored, read, mixed, sent through the lens and counted in every pixel, as in a"
-            " run. `allowed`, `error_99`, `stated_99` and `truth_error` are in standard deviations"
-            " of the sensor's noise; `within` is the share of the unsaturated pixels whose error is"
+            " run. `allowed`, `error_99`, `stated_99` and `truth_error`, that of the reference"
+            " itself, are in standard deviations of the sensor's noise; `_99` is the error that 99 %"
+            " of the unsaturated pixels keep; `within` is the share of the unsaturated pixels whose error is"
             " at most `allowed`.",
             "- `cold` is the CPU time with kernels to be made, `warm` with kernels at hand; `over"
             "_best` divides it by that of the cheapest of 24 settings (mantissa bits, error of"
             " kernels, irradiance or photocurrent) that keeps 99 % of the pixels within the same"
             " error. Only the reference can tell which one that is. CPU times of two runs differ"
             " by up to a fifth.",
-            "- The stated error is several times the error found, because neighbouring tiles are"
-            " assumed to err alike, and the period of the computed pattern to err with one sign."
-            " Kernels are therefore refined although coarser ones would do: this is why some rows"
-            " take several times as long as the best setting by hand. The kernels of a run are"
-            " made once for all its cameras and noise realisations.",
+            "- The stated error is several times the error found. It assumes that neighbouring tiles"
+            " have equal errors, and that the error from the period of the computed diffraction"
+            " pattern has one sign. Kernels are therefore refined although coarser ones would do,"
+            " and some rows take several times as long as the best setting by hand. A run makes its"
+            " kernels once for all cameras and noise realisations.",
             "- [Budget](../explanation/budget.md) explains how the allowed error is divided.",
         ),
+        columns={
+            "error_99": Column(digits=2),
+            "stated_99": Column(digits=2),
+            "truth_error": Column(digits=2),
+            "cold_cpu_s": Column(digits=2),
+            "cold_over_best": Column(digits=2),
+            "warm_cpu_s": Column(digits=2),
+            "warm_over_best": Column(digits=2),
+        },
     ),
     "catalog": Page(
         "Queries of the catalog",
@@ -237,17 +266,25 @@ PAGES = {
     ),
     "convolution": Page(
         "Convolution methods beside bright lamps",
-        "A frame with 30 lamp pixels and a kernel that falls with the cube of the distance over the"
-        " whole frame. The largest error is relative to the pixel, at 41 pixels with the darkest"
-        " among them, against sums in long double. The CPU time is that of one call with a prepared"
-        " kernel.",
+        "A frame has 30 lamp pixels on a background of about 1. The kernel covers the whole frame"
+        " and falls with the cube of the distance. Errors are relative to the value of the pixel:"
+        " the largest of 41 pixels, the darkest among them, against direct sums in long double. The"
+        " CPU time is that of one call with a prepared kernel.",
         ("python -m isethdr_measured convolution_methods rows=1080 columns=1920",),
         "a minute",
         (
-            "Beyond 1e6 the kernel's own wings are brighter than the background everywhere, so"
-            " errors relative to a pixel stop growing. Kernels that fall faster leave far darker"
-            " pixels, which are summed directly.",
+            "isethdr computes in float64, and sums directly at each pixel whose rounding error may"
+            " matter. Where a lamp is more than 1e6 times as bright as the"
+            " background, the wings of the kernel are brighter than the background everywhere, so"
+            " relative errors stop growing. Kernels that fall faster leave far darker pixels; these"
+            " are summed directly.",
         ),
+        columns={
+            "lamp_to_background": Column("lamp / background"),
+            "largest_error": Column("largest relative error", 2),
+            "negative_pixels": Column("negative pixels"),
+            "cpu_s": Column("CPU s", 2),
+        },
     ),
     "denoised_scores": Page(
         "Scores of the main job with and without denoising",
@@ -264,9 +301,23 @@ PAGES = {
     ),
     "emva1288": Page(
         "Sensors measured by EMVA 1288",
-        "Each figure of a simulated sensor against the field that it should equal.",
+        "Each sensor and preset is measured on simulated flat fields by EMVA 1288, release 4.0, and"
+        " compared with the fields that describe it. A figure agrees within 4 standard errors.",
         ("isethdr study emva1288 sensor=all",),
-        "minutes",
+        "10 CPU min",
+        notes=(
+            "A capture is one reading of a shot, for example LCG and HCG for low and high conversion"
+            " gain; `single`: the sensor has one. Charge per light, and exposures, are per pixel and at"
+            " one wavelength. `limit`: the standard states an upper limit, which holds. [Sensors](../explanation/sensors.md) says which model of the standard applies to which"
+            " sensor, and how exact each figure is.",
+        ),
+        columns={
+            "found": Column("measured", error="standard_error"),
+            "standard_error": Column("standard error", 3),
+            "true": Column("expected"),
+            "off_in_errors": Column("difference, standard errors", 2),
+            "within": Column("agrees"),
+        },
     ),
     "experiments": Page(
         "Results of the experiments",
@@ -277,10 +328,39 @@ PAGES = {
     ),
     "isp": Page(
         "Merge rules and demosaic methods",
-        "Signal-to-noise ratio, bias and stated variance of merge rules; quality of demosaic"
-        " methods.",
+        "Signal-to-noise ratio, bias and stated variance of merge rules; errors of demosaic methods"
+        " against reference pictures.",
         ("python -m isethdr_measured merge_rules", "python -m isethdr_measured demosaic_methods"),
-        "minutes",
+        "a minute",
+        notes=(
+            "`merge_rules`: one pixel of the sensor `split_pixel` is simulated 100 000 times at each"
+            " level and merged by each rule. SNR is the level over the rms error. The variance"
+            " ratio is 1 where the merge states its own variance rightly. From 4 standard"
+            " deviations of the shot noise below the end of a capture to 3 above it, no rule can be"
+            " good. `own_noise` weights each charge by the inverse of its own noisy variance,"
+            " `hard_switch` has no ramp; neither is offered as a rule. The last four rows compare"
+            " `inverse_variance`, the default, with its limits, from 1 e to 4 standard deviations"
+            " below the end of the small photodiode.",
+            "`demosaic_methods`: charts on 120 x 160 pixels of 3 um, f/2, 16 ms, with the noise of"
+            " the sensor `bayer`. Stripes reach 0.4 cycles per pixel. PSNR is that of the displayed"
+            " picture in 8 bit, dE00 the mean CIEDE2000; both are against the reference picture, 8"
+            " pixels at the border left out. [Image signal processing](../explanation/isp.md) says"
+            " what the methods do.",
+        ),
+        columns={
+            "level_e": Column("level, e"),
+            "snr_db": Column("SNR, dB"),
+            "bias_percent": Column("bias, %", error="bias_error_percent"),
+            "bias_error_percent": Column("its standard error, %", 2),
+            "reported_over_true": Column("stated / true variance", 3),
+            "near_top": Column("near the end of a capture"),
+            "check": Column("compared with its limit"),
+            "luminance_cd_m2": Column("white, cd/m2"),
+            "cfa": Column("filter array"),
+            "demosaic": Column("method"),
+            "psnr_db": Column("PSNR, dB", 3),
+            "ciede2000": Column("dE00", 3),
+        },
     ),
     "lens_kernels": Page(
         "Point spread kernels against direct sums",
@@ -495,13 +575,13 @@ def page_text(name: str, page: Page) -> str:
     if page.is_stored:
         stored = stored_measurements(name)
         for command in page.commands:
-            parts += section_of(stored[command])
+            parts += section_of(stored[command], page.columns)
             parts += [filled(paragraph) for paragraph in page.below.get(command, ())]
     else:
         when = f"Measured on {datetime.now(UTC):%Y-%m-%d}, {machine()}."
         parts.append(textwrap.fill(when, 100))
         for command in page.commands:
-            parts += [f"## `{command}`", result_of(command)]
+            parts += [f"## `{command}`", result_of(command, page.columns)]
     parts += [filled(note) for note in page.notes]
     return "\n\n".join(parts) + "\n"
 
@@ -513,11 +593,17 @@ def filled(paragraph: str) -> str:
     return paragraph if paragraph.startswith(("![", "|", "#")) else textwrap.fill(paragraph, 100)
 
 
-def section_of(measurement: Measurement) -> list[str]:
-    """Return the parts of a page that show a stored measurement."""
+def section_of(measurement: Measurement, columns: Mapping[str, Column]) -> list[str]:
+    """Return the parts of a page that show a stored measurement.
+
+    Parameters
+    ----------
+    measurement : with its rows.
+    columns : how columns are shown, by name.
+    """
     rows = list(csv.DictReader(measurement.rows.strip().splitlines()))
     when = textwrap.fill(f"Measured {measurement.measured}.", 100)
-    return [f"## `{measurement.command}`", when, markdown(rows)]
+    return [f"## `{measurement.command}`", when, markdown(rows, columns)]
 
 
 def stored_measurements(name: str) -> dict[str, Measurement]:
@@ -576,16 +662,21 @@ def machine() -> str:
     return f"{model}, {cores} cores with a load of {load:.1f} at the end; {versions}"
 
 
-def result_of(command: str) -> str:
+def result_of(command: str, columns: Mapping[str, Column]) -> str:
     """Return what a command prints: a table of a study, a code block of anything else.
 
     A script that prints a table in Markdown prints nothing else.
+
+    Parameters
+    ----------
+    command : to run.
+    columns : how columns of a study are shown, by name.
     """
     words = command.split()
     if study_words(words):
         with tempfile.TemporaryDirectory() as folder:
             rows = csv_of(command, os.environ | {"ISETHDR_HOME": folder})
-        return markdown(list(csv.DictReader(rows.splitlines())))
+        return markdown(list(csv.DictReader(rows.splitlines())), columns)
     done = subprocess.run([sys.executable, *words[1:]], cwd=ROOT, capture_output=True, text=True)
     if done.returncode > 1:  # 1: a target is missed, which the text says
         done.check_returncode()
@@ -621,23 +712,44 @@ def csv_of(command: str, environment: Mapping[str, str]) -> str:
         return rows.read_text()
 
 
-def markdown(rows: list[dict[str, str]]) -> str:
-    """Return rows as a Markdown table, numbers with four digits."""
-    columns = list(rows[0])
-    lines = [f"| {' | '.join(columns)} |", "|" + "---|" * len(columns)]
+def markdown(rows: list[dict[str, str]], shown: Mapping[str, Column]) -> str:
+    """Return rows as a Markdown table.
+
+    Parameters
+    ----------
+    rows : of one command, all with the same columns.
+    shown : how columns are shown, by name.
+    """
+    headings = [shown.get(name, Column()).heading or name for name in rows[0]]
+    lines = [f"| {' | '.join(headings)} |", "|" + "---|" * len(headings)]
     for row in rows:
-        plain = [FOLDERS.sub("", short(value)) for value in row.values()]
+        plain = [FOLDERS.sub("", short(row, name, shown.get(name, Column()))) for name in row]
         cells = [value.replace("|", "\\|").replace("\n", " ") for value in plain]
         lines.append(f"| {' | '.join(cells)} |")
     return "\n".join(lines)
 
 
-def short(text: str) -> str:
-    """Return a number with four digits, any other text as it is."""
+def short(row: Mapping[str, str], name: str, column: Column) -> str:
+    """Return one value of a row: a number with the digits of its column, any other text as it
+    is.
+
+    Parameters
+    ----------
+    row : values by the name of their column.
+    name : of the column.
+    column : how it is shown.
+    """
+    text = row[name]
     try:
-        return f"{float(text):.4g}" if "." in text or "e" in text else text
+        value = float(text)
+        error = float(row[column.error]) if column.error else 0.0
     except ValueError:
         return text
+    if not math.isfinite(value) or not ("." in text or "e" in text):
+        return text
+    if 0 < error < math.inf:
+        value = round(value, 1 - math.floor(math.log10(error)))
+    return f"{value:.{column.digits}g}"
 
 
 if __name__ == "__main__":

@@ -74,11 +74,23 @@ def test_a_stored_measurement_is_read_as_it_was_written(tmp_path, monkeypatch):
     (tmp_path / "a_page.toml").write_text(one.as_toml())
     [read] = pages.stored_measurements("a_page").values()
     assert read.command == one.command and read.measured == one.measured
-    assert pages.section_of(read) == [
+    assert pages.section_of(read, {}) == [
         "## `isethdr study a_study`",
         "Measured on 2026-11-27.",
         "| name | value |\n|---|---|\n| a, b | 1.5 |",
     ]
+
+
+def test_a_number_has_no_digits_below_those_of_its_error():
+    shown = {"bias": pages.Column("bias, %", error="error"), "error": pages.Column(digits=2)}
+    rows = [{"bias": "-0.7321", "error": "16.993", "count": "12"}, {"bias": "1.26", "error": "nan"}]
+    assert [pages.short(rows[0], name, shown.get(name, pages.Column())) for name in rows[0]] == [
+        "-1",
+        "17",
+        "12",
+    ]
+    assert pages.short(rows[1], "bias", shown["bias"]) == "1.26"
+    assert pages.markdown(rows[:1], shown).startswith("| bias, % | error | count |")
 
 
 def test_the_largest_difference_is_nan_where_one_is(tmp_path):

@@ -134,7 +134,7 @@ def summed(image: np.ndarray, prepared: Any) -> np.ndarray:
 
 
 METHODS = {
-    "float64, doubtful pixels summed (product)": product,
+    "float64, doubtful pixels summed directly (isethdr)": product,
     "float64": lambda i, p: transform(i, p, np.float64),
     "float32": lambda i, p: transform(i, p, np.float32),
     "lamps float64, rest float32": split,

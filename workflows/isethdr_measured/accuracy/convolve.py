@@ -31,7 +31,7 @@ def measured() -> list[Work]:
     prepared = prepare(psf, SHAPE)
     image = frame(*SHAPE, RATIO)
     pixels, truth = direct(
-        image, psf, METHODS["float64, doubtful pixels summed (product)"](image, prepared)
+        image, psf, METHODS["float64, doubtful pixels summed directly (isethdr)"](image, prepared)
     )
     methods = METHODS | {
         "float32, circular": circular(psf, np.float32),
