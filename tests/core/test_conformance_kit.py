@@ -319,13 +319,16 @@ def deaf_to(name, value):
     return Faulty
 
 
-def test_an_isp_that_knows_one_sensor_only(offer):
-    for name, value in (
-        ("throughput_sr", THROUGHPUT_SR),
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [
         ("gain_dn_per_e", 0.5),
-        ("area_m2", 9e-12),
-    ):
-        caught(offer, "isp", deaf_to(name, value), f"reads '{name}' from the captures")
+        pytest.param("throughput_sr", THROUGHPUT_SR, marks=pytest.mark.slow),
+        pytest.param("area_m2", 9e-12, marks=pytest.mark.slow),
+    ],
+)
+def test_an_isp_that_knows_one_sensor_only(offer, name, value):
+    caught(offer, "isp", deaf_to(name, value), f"reads '{name}' from the captures")
 
 
 @pytest.mark.parametrize("fault", some_quickly(ISP_FAULTS))

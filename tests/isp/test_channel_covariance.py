@@ -74,7 +74,7 @@ def stated_over_true(bench, isp, name, electrons, realisations):
     return (stated / realisations).mean((0, 1)) / true.mean((0, 1))
 
 
-@pytest.mark.parametrize("method", ["bilinear", "malvar"])
+@pytest.mark.parametrize("method", ["bilinear", pytest.param("malvar", marks=pytest.mark.slow)])
 def test_a_linear_demosaic_states_the_squares_of_its_answers(bench, method):
     """The variance is the sum over samples of the squared answer to one sample, times the variance
     of the sample.

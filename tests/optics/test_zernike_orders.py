@@ -59,7 +59,7 @@ def test_pupil_mean_of_every_index():
     assert max(wrong) < 2e-4
 
 
-@pytest.mark.parametrize("j", [84, 600])
+@pytest.mark.parametrize("j", [84, pytest.param(600, marks=pytest.mark.slow)])
 def test_light_of_high_orders_is_kept(j):
     rms_um = 0.03 if order(j)[0] < 20 else 0.003
     # where the steepest part of the wavefront sends light

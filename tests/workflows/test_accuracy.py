@@ -111,6 +111,7 @@ def test_the_point_spread_is_airy_s(monkeypatch):
     assert support.points[0].error > 0.01
 
 
+@pytest.mark.slow
 def test_functionals_are_within_the_noise_allowed(monkeypatch):
     monkeypatch.setattr(basis, "PIXELS", 20)
     monkeypatch.setattr(basis, "ALLOWED", (0.1,))

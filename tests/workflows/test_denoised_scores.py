@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+import pytest
 import xarray as xr
 from isethdr_measured import denoised_scores
 
@@ -18,6 +19,7 @@ def test_scores_of_objects_are_left_out():
     assert [score.value for score in found] == [0.5]
 
 
+@pytest.mark.slow
 def test_an_edge_is_measured_on_the_same_shots_with_and_without_denoising(monkeypatch):
     monkeypatch.setattr(denoised_scores, "CONTRASTS", (10.0,))
     small = denoised_scores.EDGE | {"width": 64, "height": 72, "horizontal_field_deg": 2.0}

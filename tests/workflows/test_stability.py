@@ -21,7 +21,8 @@ def test_much_defocus_is_right():
     assert len(rows) == 3 and {r["verdict"] for r in rows} == {"right"}
 
 
-LONG = {"lens", "chain", "isp", "convolve", "sensor", "spectra"}  # stages whose cases take a second and more
+# stages whose cases take a second and more
+LONG = {"lens", "chain", "isp", "convolve", "sensor", "spectra"}
 
 
 @pytest.mark.parametrize(

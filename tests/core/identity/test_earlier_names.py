@@ -207,7 +207,15 @@ def test_nothing_of_before_has_the_new_name(config, table):
     assert not run(config).computed and len(Flat.rendered) == 1
 
 
-@pytest.mark.parametrize("of", ["scene/world", "renderer/flat", "sensor/bayer", "core"])
+@pytest.mark.parametrize(
+    "of",
+    [
+        pytest.param("scene/world", marks=pytest.mark.slow),
+        "renderer/flat",
+        "sensor/bayer",
+        pytest.param("core", marks=pytest.mark.slow),
+    ],
+)
 def test_what_was_made_by_other_code_is_not_served(config, old_stores, table, of):
     found, write = table
     edition = found["editions"][0]

@@ -178,6 +178,7 @@ def test_noise_of_the_scene_is_taken_from_the_tiles_that_light_has():
     np.testing.assert_array_equal(on_light(field.values, field, light), field.values[:, 2:6, 4:8])
 
 
+@pytest.mark.slow
 def test_runs_of_cropped_cameras_keep_readings_pictures_truths_and_labels():
     """Two crops, joined; noise and truth are where they were. 1e-6: readings without noise are
     float32, and pixels' borders are rounded.

@@ -44,7 +44,11 @@ def shot(luminance, seed=1, **fields):
 
 @pytest.mark.parametrize(
     "varies, cfa",
-    [("exposure", "RGRG/GBGB/rgrg/gbgb"), ("sensitivity", "RGrg/GBgb"), ("exposure", "RGB/rgb")],
+    [
+        pytest.param("exposure", "RGRG/GBGB/rgrg/gbgb", marks=pytest.mark.slow),
+        ("sensitivity", "RGrg/GBgb"),
+        ("exposure", "RGB/rgb"),
+    ],
 )
 def test_a_ramp_over_the_whole_range_comes_back(varies, cfa):
     ramp = np.linspace(5.0, 23000.0, 240)

@@ -277,7 +277,7 @@ def test_an_estimate_is_within_its_bound():
     assert 0.3 < np.mean(found.bound == 0) < 0.9 and found.bound.max() < 1
 
 
-@pytest.mark.parametrize("read_noise_e", [0.1, 1.0])
+@pytest.mark.parametrize("read_noise_e", [0.1, pytest.param(1.0, marks=pytest.mark.slow)])
 def test_a_median_alone_is_that_of_all_pairs(read_noise_e):
     """Objects and frame: pairs that cannot be the median are only estimated."""
     rng = np.random.default_rng(3)

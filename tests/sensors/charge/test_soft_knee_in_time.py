@@ -73,10 +73,7 @@ def integrated(lights, start):
 # one kind of light that varies is enough for a quick test; the solver takes half a second for each
 @pytest.mark.parametrize(
     "lights",
-    [
-        pytest.param(one, marks=[pytest.mark.slow] * (k not in (1, 3)))
-        for k, one in enumerate(LIGHTS)
-    ],
+    [pytest.param(one, marks=[pytest.mark.slow] * (k != 1)) for k, one in enumerate(LIGHTS)],
 )
 def test_charge_agrees_with_the_differential_equation(lights):
     starts = row_starts_s(2, 5.1e-3)
