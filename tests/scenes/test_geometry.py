@@ -13,12 +13,22 @@ from isethdr_scenes.geometry.mesh.piece import (
     compact,
     cross,
     face_areas,
+    join,
     mirrored,
     pose,
     shift,
     unit,
 )
-from isethdr_scenes.geometry.mesh.primitives import ball, box, grid, lathe, tube
+from isethdr_scenes.geometry.mesh.primitives import (
+    SIDEWAYS,
+    Stem,
+    ball,
+    box,
+    grid,
+    lathe,
+    tube,
+    tubes,
+)
 from isethdr_scenes.geometry.vehicles.headlamp import own_headlamps
 from isethdr_scenes.geometry.vehicles.shell import Shell, loft
 
@@ -158,6 +168,20 @@ def test_a_union_leaves_out_only_parts_that_are_too_far_to_change_it():
         melt = np.maximum(0.03 - np.abs(expected - other), 0) ** 2 / (4 * 0.03)
         expected = np.minimum(expected, other) - melt
     assert blend(limbs, 0.03)(points) == pytest.approx(expected, abs=ROUNDING)
+
+
+def test_tubes_are_the_joined_tubes_bit_by_bit():
+    """One of them runs along the first direction that a tube's sides are drawn from."""
+    rng = np.random.default_rng(4)
+    paths = [np.cumsum(rng.uniform(0, 1, (k, 3)), 0) for k in (3, 5, 3, 2)]
+    paths.append(np.linspace(0, 1, 5)[:, None] * SIDEWAYS)
+    radii = [0.1, rng.uniform(0.01, 0.1, 5), rng.uniform(0.01, 0.1, 3), 0.05, 0.02]
+    stems = [Stem(*stem) for stem in zip(paths, radii, (6, 4, 6, 3, 4), strict=True)]
+    joined = join([tube(*stem[:2], sides=stem.sides, caps=False) for stem in stems], "tubes")
+    made = tubes(stems)
+    for one, other in ((made.vertices, joined.vertices), (made.normals, joined.normals)):
+        assert np.array_equal(one, other)
+    assert np.array_equal(made.faces, joined.faces)
 
 
 def test_subdivision_keeps_the_surface():

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 from functools import lru_cache
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -189,13 +189,64 @@ def tube(
     if caps:
         p = np.concatenate([p[:1], p, p[-1:]])
         r = np.concatenate([[1e-5], r, [1e-5]])
-    t = unit(np.gradient(p, axis=0) + 1e-12)
+    return grid(_rings(p, r, sides), name, material, close_v=True)
+
+
+class Stem(NamedTuple):
+    """An open tube: its middle line and the radius along it."""
+
+    path: ArrayLike  # (k, 3) points of the middle line, m
+    radius: ArrayLike  # one number, or one for each point, m
+    sides: int  # of the section
+
+
+def tubes(stems: Sequence[Stem], name: str = "tubes", material: str = "plastic_black") -> Piece:
+    """Return open tubes as one piece: equal to joined tubes, in a fraction of the time.
+
+    Parameters
+    ----------
+    stems : of the tubes, in the order of their vertices and faces.
+    name : name of the piece.
+    material : name of the material.
+    """
+    alike: dict[tuple[int, int], list[int]] = {}
+    for k, stem in enumerate(stems):
+        alike.setdefault((len(stem.path), stem.sides), []).append(k)
+    points = np.array([len(stem.path) for stem in stems])
+    sides = np.array([stem.sides for stem in stems])
+    first = np.cumsum(np.append(0, points * sides))
+    first_face = np.cumsum(np.append(0, 2 * (points - 1) * sides))
+    vertices = np.empty((first[-1], 3))
+    faces = np.empty((first_face[-1], 3), np.int64)
+    for (count, around), rows in alike.items():
+        paths = np.array([stems[k].path for k in rows], float)
+        radii = np.array([np.broadcast_to(stems[k].radius, count) for k in rows], float)
+        own = _grid_faces(count, around, False, True)
+        start = first.take(rows)[:, None]
+        vertices[start + np.arange(count * around)] = _rings(paths, radii, around).reshape(
+            len(rows), -1, 3
+        )
+        faces[first_face.take(rows)[:, None] + np.arange(len(own))] = own + start[..., None]
+    apart = np.arange(len(vertices))  # an open tube has no two vertices at one place
+    return Piece(name, vertices, faces, material, vertex_normals(vertices, faces, apart))
+
+
+def _rings(path: np.ndarray, radius: np.ndarray, sides: int) -> np.ndarray:
+    """Return the points (..., k, sides, 3) of rings around polylines, m.
+
+    Parameters
+    ----------
+    path : (..., k, 3) points of the middle lines, m.
+    radius : (..., k) m.
+    sides : number of points of each ring.
+    """
+    t = unit(np.gradient(path, axis=-2) + 1e-12)
     side = cross(t, SIDEWAYS)
-    weak = np.linalg.norm(side, axis=1) < 0.2
+    weak = (np.linalg.norm(side, axis=-1) < 0.2).any(-1)
     if weak.any():
-        side = cross(t, OTHERWISE)
+        side = np.where(weak[..., None, None], cross(t, OTHERWISE), side)
     side = unit(side)
     up = cross(side, t)
-    a = np.linspace(0, 2 * np.pi, sides, endpoint=False)
-    ring = np.cos(a)[None, :, None] * side[:, None] + np.sin(a)[None, :, None] * up[:, None]
-    return grid(p[:, None] + r[:, None, None] * ring, name, material, close_v=True)
+    a = np.linspace(0, 2 * np.pi, sides, endpoint=False)[:, None]
+    ring = np.cos(a) * side[..., None, :] + np.sin(a) * up[..., None, :]
+    return path[..., None, :] + radius[..., None, None] * ring

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..mesh.piece import Assembly, Piece, join, unit
-from ..mesh.primitives import tube
+from ..mesh.primitives import Stem, tube, tubes
 
 BEND = 0.25  # how far the middle of a leaf lies behind stalk and tip, over its width
 BOUGH_STEPS = 6
@@ -92,7 +92,7 @@ def broadleaf(
         start: np.ndarray, heading: np.ndarray, length: float, radius: float, generation: int
     ) -> None:
         path, r = _bough(rng, start, heading, length, radius, 0.12 if generation else 0.05)
-        wood.append(tube(path, r, "wood", bark, max(4, 10 - 2 * generation), False))
+        wood.append(Stem(path, r, max(4, 10 - 2 * generation)))
         if generation >= 3:
             twigs.append(path)
             return
@@ -129,7 +129,7 @@ def broadleaf(
         (size[m], size[m] * 0.7),
     )
     return Assembly(name).add(
-        join(wood, "wood"),
+        tubes(wood, "wood", bark),
         cards(*args(~light), "leaves", "leaf"),
         cards(*args(light), "leaves.light", "leaf_light"),
     )
@@ -148,16 +148,8 @@ def conifer(
     seed : of boughs and needles.
     """
     rng = np.random.default_rng(seed)
-    wood = [
-        tube(
-            [(0, 0, -0.1), (0.02, 0, height * 0.5), (0, 0, height)],
-            [height * 0.018, height * 0.011, 0.01],
-            "wood",
-            "bark",
-            9,
-            False,
-        )
-    ]
+    trunk = [(0, 0, -0.1), (0.02, 0, height * 0.5), (0, 0, height)]
+    wood = [Stem(trunk, [height * 0.018, height * 0.011, 0.01], 9)]
     pts = []
     dirs = []
     z = 0.09 * height
@@ -173,7 +165,7 @@ def conifer(
                 + out * l * t
                 + np.array([0, 0, 1.0]) * l * (0.10 * t - (0.42 * k + 0.05) * t**2 + 0.12 * t**4)
             )
-            wood.append(tube(path, 0.012 * height * k * 0.25 + 0.006, "wood", "bark", 4, False))
+            wood.append(Stem(path, 0.012 * height * k * 0.25 + 0.006, 4))
             m = int(max(8, 40 * l))
             u = np.sqrt(rng.uniform(0.02, 1, m))
             side = (
@@ -189,7 +181,7 @@ def conifer(
     normal = unit(rng.normal(size=(needles, 3)) * 0.45 + [0, 0, 1])
     c = pts[pick] + rng.normal(size=(needles, 3)) * 0.05
     return Assembly(name).add(
-        join(wood, "wood"),
+        tubes(wood, "wood", "bark"),
         cards(
             c,
             normal,

@@ -9,7 +9,7 @@ from typing import Any, Literal
 import numpy as np
 
 from ...geometry.mesh.piece import Assembly, Piece, join, unit
-from ...geometry.mesh.primitives import ball, tube
+from ...geometry.mesh.primitives import Stem, ball, tubes
 from ..ranges import drawn, generator, read
 from ..thing import Detail, Thing
 from .foliage import Leaves, fitted
@@ -90,8 +90,7 @@ def _tree(told: dict[str, Any], material: str, fruit: int, detail: Detail, name:
     frame = _Frame(trunk, boughs, _twigs(told, boughs, rng))
     bare = material == "none"
     bark = told["bark"][told["seed"] % len(told["bark"])]
-    out = Assembly(name).add(join(_wood(told, frame, bare, detail, rng), bark))
-    out.parts[0] = out.parts[0].named("wood", bark)
+    out = Assembly(name).add(tubes(_wood(told, frame, bare, detail, rng), "wood", bark))
     if not bare:
         leaves = _leaves(told, boughs, frame.twigs, rng)
         out.add(leaves.piece("leaves", material, detail))
@@ -181,7 +180,7 @@ def _twigs(told: dict[str, Any], boughs: list[_Bough], rng: np.random.Generator)
 
 def _wood(
     told: dict[str, Any], frame: _Frame, bare: bool, detail: Detail, rng: np.random.Generator
-) -> list[Piece]:
+) -> list[Stem]:
     """Return trunk, boughs and twigs; more twigs on a bare tree, fewer at coarse detail."""
     sides = {"near": (12, 5), "middle": (8, 4), "far": (5, 3)}[detail]
     least = 0.008 if bare else 0.003
@@ -190,19 +189,19 @@ def _wood(
     height = told["height_m"]
     radii = frame.trunk.radius * np.linspace(1, 0.12, len(frame.trunk.path))
     radii[0] *= 1.35
-    wood = [tube(frame.trunk.path, radii, "wood", "bark", sides[0], False)]
+    wood = [Stem(frame.trunk.path, radii, sides[0])]
     steps = {"near": 1, "middle": 1, "far": 2}[detail]
     for bough in frame.boughs:
         path = bough.path[:: 2 * steps - 1] if detail == "near" else bough.path[[0, 3, 5]]
         taper = np.maximum(bough.radius * np.linspace(1, 0.25, len(path)), least)
-        wood.append(tube(path, taper, "wood", "bark", sides[1], False))
+        wood.append(Stem(path, taper, sides[1]))
     hidden = detail == "far" or (detail == "middle" and told.get("conifer"))
     if hidden and not bare:
         return wood
     for twig in frame.twigs if detail != "far" else frame.twigs[::2]:
         path = twig.path if detail == "near" else twig.path[[0, 3]]
         taper = np.maximum(twig.radius * np.linspace(1, 0.3, len(path)), least)
-        wood.append(tube(path, taper, "wood", "bark", 3, False))
+        wood.append(Stem(path, taper, 3))
         if bare and detail != "far":
             wood += _small_twigs(twig, height, BARE if detail == "near" else 3, least, rng)
     return wood
@@ -210,7 +209,7 @@ def _wood(
 
 def _small_twigs(
     twig: _Bough, height: float, count: int, radius: float, rng: np.random.Generator
-) -> list[Piece]:
+) -> list[Stem]:
     way = twig.path[-1] - twig.path[0]
     length = float(np.linalg.norm(way))
     made = []
@@ -218,7 +217,7 @@ def _small_twigs(
         start = _on(twig, float(rng.uniform(0.25, 1.0)))
         heading = unit(unit(way) + 0.8 * rng.normal(size=3) + 0.2 * UP)
         end = start + heading * min(0.5 * length, 0.06 * height) * rng.uniform(0.6, 1.2)
-        made.append(tube([start, end], [radius, 0.6 * radius], "wood", "bark", 3, False))
+        made.append(Stem([start, end], [radius, 0.6 * radius], 3))
     return made
 
 
