@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from ...uncertainty.budget import Allowed
 
 if TYPE_CHECKING:
     from ...motion.settings import MotionSettings
+    from ...plugins.protocols import Flare, Isp, Lens, Lighting, Metric, Renderer, Scene, Sensor
     from ...sequence.exposure import Exposure
     from ...uncertainty.budget import Division
 
@@ -20,15 +21,15 @@ SHOWN = "main"  # the lighting of the run, among the versions that a report show
 class Chain:
     """The components of one run, and the settings that they share."""
 
-    scene: Any
-    renderer: Any  # None: the scene itself makes its radiance
-    lighting: Any
-    versions: dict[str, Any]  # further lightings, which only a report shows
-    lens: Any
-    flares: dict[str, Any]
-    cameras: dict[str, Any]  # sensors
-    isp: Any
-    metrics: dict[str, Any]
+    scene: Scene
+    renderer: Renderer | None  # None: the scene itself makes its radiance
+    lighting: Lighting
+    versions: dict[str, Lighting]  # further lightings, which only a report shows
+    lens: Lens
+    flares: dict[str, Flare]
+    cameras: dict[str, Sensor]
+    isp: Isp
+    metrics: dict[str, Metric]
     draws: int = 1  # noise realisations over which each score is averaged
     allowed: Allowed = Allowed()
     leave_out: bool = True  # False: everything is computed, needed or not
@@ -39,9 +40,9 @@ class Chain:
     # carried into this frame, by camera; None: the run is no frame of a sequence
     exposures: Mapping[str, Exposure] | None = None
 
-    def components(self) -> list[Any]:
+    def components(self) -> list[object]:
         """Return every component, from the scene to the metrics."""
-        in_order = (
+        in_order: tuple[object, ...] = (
             self.scene,
             self.renderer,
             self.lighting,
