@@ -37,6 +37,7 @@ if TYPE_CHECKING:
     from isethdr_core.plugins.component import Stage
 
 log = logging.getLogger(__name__)
+THREAD_SAFE = True  # what follows a stage does nothing until the whole run is done
 
 
 @hookimpl

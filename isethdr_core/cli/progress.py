@@ -11,6 +11,7 @@ from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
 from functools import cache
+from threading import Lock
 from typing import TYPE_CHECKING, Any
 
 from .terminal import console
@@ -20,6 +21,7 @@ if TYPE_CHECKING:
 
 SHOWN_AFTER_S = 2.0
 _is_hidden = ContextVar("is_hidden", default=False)
+_starting = Lock()  # stages of several cameras may begin and end at the same time
 
 
 @contextmanager
@@ -41,15 +43,17 @@ def shown(title: str, total: float | None = None) -> Iterator[Callable[[], None]
         yield lambda: None
         return
     display = _display()
-    task = display.add_task(title, total=total)
-    if len(display.tasks) == 1:
-        display.start()
+    with _starting:
+        task = display.add_task(title, total=total)
+        if len(display.tasks) == 1:
+            display.start()
     try:
         yield lambda: display.advance(task)
     finally:
-        display.remove_task(task)
-        if not display.tasks:
-            display.stop()
+        with _starting:
+            display.remove_task(task)
+            if not display.tasks:
+                display.stop()
 
 
 def track(items: Iterable, title: str, total: int | None = None) -> Iterator:

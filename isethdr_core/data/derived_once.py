@@ -4,7 +4,7 @@ realisations.
 A run calls sensor and metrics many times: for every noise realisation, and after changes of the
 scene. Light, reference picture and labels mostly stay the same objects. Within `shared(...)`,
 results that depend on them alone are computed once. Outside such a block, everything is computed on
-each call.
+each call. Several threads may work within one block.
 """
 
 from __future__ import annotations
@@ -13,6 +13,7 @@ from collections.abc import Callable, Hashable, Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
 from dataclasses import dataclass, field
+from threading import Lock
 from typing import Any, TypeVar
 
 T = TypeVar("T")
@@ -24,10 +25,12 @@ class _Scope:
 
     sources: tuple[Any, ...]
     results: dict[Hashable, Any] = field(default_factory=dict)
+    # of each result: a second thread waits while the first computes it
+    locks: dict[Hashable, Lock] = field(default_factory=dict)
 
     def knows(self, source: Any) -> bool:
         """Return whether this object stays as it is: a source, or a result that is kept."""
-        return any(source is known for known in (*self.sources, *self.results.values()))
+        return any(source is known for known in (*self.sources, *tuple(self.results.values())))
 
 
 _scope: ContextVar[_Scope | None] = ContextVar("isethdr_derived_once", default=None)
@@ -72,9 +75,10 @@ def once(key: Hashable, sources: tuple[Any, ...], compute: Callable[[], T]) -> T
         hash(full_key)
     except TypeError:  # a parameter without a hash, such as an array
         return compute()
-    if full_key not in scope.results:
-        scope.results[full_key] = compute()
-    return scope.results[full_key]
+    with scope.locks.setdefault(full_key, Lock()):
+        if full_key not in scope.results:
+            scope.results[full_key] = compute()
+        return scope.results[full_key]
 
 
 @contextmanager

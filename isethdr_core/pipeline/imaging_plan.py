@@ -11,9 +11,10 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from inspect import signature
+from threading import Lock
 from typing import TYPE_CHECKING, Any, TypeGuard
 
 from ..plugins.protocols import (
@@ -175,16 +176,28 @@ def imaged(plan: ImagingPlan, mixed: xr.DataArray) -> xr.DataArray:
 @dataclass(eq=False)
 class Imaging:
     """Computes the light on the sensor plane from mixed radiance. The plan is made once, on first
-    use.
+    use. Threads that work on several cameras use it one at a time.
     """
 
     mixed: xr.DataArray
     make_plan: Callable[[], ImagingPlan]
+    _turn: Lock = field(default_factory=Lock, init=False)
 
     @cached_property
     def plan(self) -> ImagingPlan:
         """The plan of the lens. It computes the light and its errors."""
         return self.make_plan()
+
+    def light_errors(self, mixed: xr.DataArray, weights: np.ndarray) -> ErrorMaps | None:
+        """Return the errors of the light that the plan states; None if it states none.
+
+        Parameters
+        ----------
+        mixed : (wavelength, y, x) mixed radiance, W m-2 sr-1 nm-1.
+        weights : (channel, wavelength) of the irradiance in each channel.
+        """
+        with self._turn:
+            return self.plan.light_errors(mixed, weights)
 
     def light(self) -> xr.DataArray:
         """Return the light on the sensor plane: photocurrent if all sensors accept it and the lens

@@ -8,12 +8,14 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Callable, Sequence
+from contextlib import ExitStack
 from dataclasses import dataclass
 from functools import cache, cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
 
+from ..data.derived_once import shared
 from ..data.saturation import with_saturation
 from ..data.scores import Score
 from ..runs import result_names
@@ -146,17 +148,21 @@ class CameraShot:
         def captures() -> Any:
             return self.sensor(shot.light, shot.realisation(draw))
 
-        @cache
-        def picture() -> Any:
-            name = self._captures_name(self._light, draw)
-            make = lambda: developed(self.isp, reuse.value(name, captures))
-            return reuse.value(self._picture_name(draw), make)
+        with ExitStack() as until_scored:
 
-        scores: list[Score] = []
-        for metric in metrics:
-            name = self._scores_name(metric, draw)
-            scores += reuse.value(name, lambda m=metric: scored(m, picture()))
-        return scores
+            @cache
+            def picture() -> Any:
+                name = self._captures_name(self._light, draw)
+                make = lambda: developed(self.isp, reuse.value(name, captures))
+                made = reuse.value(self._picture_name(draw), make)
+                until_scored.enter_context(shared(made))
+                return made
+
+            scores: list[Score] = []
+            for metric in metrics:
+                name = self._scores_name(metric, draw)
+                scores += reuse.value(name, lambda m=metric: scored(m, picture()))
+            return scores
 
     def picture_of(self, light: Any) -> Any:
         """Return the picture of other light on the same grid, with the noise of the first

@@ -10,7 +10,6 @@ What takes longer to write and read than to compute is not kept: see `WORTH_BYTE
 from __future__ import annotations
 
 import math
-import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, TypeVar
@@ -28,7 +27,7 @@ from ..uncertainty.error_terms import (
     Reading,
     Source,
 )
-from ..uncertainty.ledger import LeftOut, Row
+from ..uncertainty.ledger import LeftOut, Row, cpu_s
 from ..uncertainty.propagation import Electrons
 from ..uncertainty.score_errors import ScoreErrors
 from ..uncertainty.score_intervals import RendererError
@@ -90,9 +89,9 @@ class Reuse:
         stored = self.cache.get(VALUE + name)
         if stored is not None:
             return stored
-        start = time.process_time()
+        start = cpu_s()
         result = compute()
-        self.cache.put(VALUE + name, result, _worth(time.process_time() - start))
+        self.cache.put(VALUE + name, result, _worth(cpu_s() - start))
         return result
 
     def values(
@@ -111,9 +110,9 @@ class Reuse:
         missing = [place for place, result in enumerate(results) if result is None]
         if not missing:
             return results
-        start = time.process_time()
+        start = cpu_s()
         computed = compute(missing)
-        each_s = (time.process_time() - start) / len(missing)
+        each_s = (cpu_s() - start) / len(missing)
         for place, result in zip(missing, computed, strict=True):
             results[place] = result
             name = names[place]
@@ -127,7 +126,7 @@ class Reuse:
         """
         return self.cache.get(name) if self.cache is not None and name is not None else None
 
-    def keep(self, name: str | None, result: Any, row: Row, cpu_s: float) -> None:
+    def keep(self, name: str | None, result: Any, row: Row, spent_s: float) -> None:
         """Keep the result and the statements of a stage.
 
         Statements of the stage about itself are kept without its name, which users choose.
@@ -137,7 +136,7 @@ class Reuse:
         name : name of the result, the hash of its inputs; None: it is not kept.
         result : result of the stage.
         row : row of the stage in the ledger.
-        cpu_s : CPU time of the stage, s.
+        spent_s : CPU time of the stage, s.
         """
         if self.cache is None or name is None:
             return
@@ -149,7 +148,7 @@ class Reuse:
             for term in row.errors
         ]
         stage_result = StageResult(result, replace(row, stage="", errors=errors))
-        self.cache.put(name, stage_result, _worth(cpu_s))
+        self.cache.put(name, stage_result, _worth(spent_s))
 
 
 NOTHING_KEPT = Reuse()
@@ -183,6 +182,6 @@ def cache_bytes(config: Mapping[str, Any]) -> int:
     return int(size_gb * 1e9)
 
 
-def _worth(cpu_s: float) -> float:
-    """Return the largest size, bytes, at which a result of `cpu_s` is worth storing."""
-    return max(SMALL_BYTES, cpu_s * WORTH_BYTES_PER_S)
+def _worth(spent_s: float) -> float:
+    """Return the largest size, bytes, at which a result of this CPU time is worth storing."""
+    return max(SMALL_BYTES, spent_s * WORTH_BYTES_PER_S)

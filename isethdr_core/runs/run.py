@@ -34,7 +34,7 @@ from ..pipeline.chain import (
     imaging,
     plan,
     stage,
-    through_camera,
+    through_cameras,
 )
 from ..pipeline.imaging_plan import labelled
 from ..pipeline.memory_estimate import STATED, stated_parts
@@ -308,7 +308,7 @@ def _compute(
     random = generator(config.seed, config.device, shot_name(config.scene.name, chain, ids))
     shot = Shot(light, mixed, scene, random, imaged, reuse, names, start)
     chain, exposures = at_carried_exposures(chain, rows, light)
-    cameras = {name: through_camera(chain, rows, name, shot) for name in chain.cameras}
+    cameras = through_cameras(chain, rows, shot)
     for row in rows:
         row.light_parts.clear()  # as large as the light, and not needed any more
     outcome = _Outcome(chain, scene, ids, start, list(versions_mixed), cameras, rows)

@@ -61,7 +61,8 @@ class Row:
     # of this run; never stored
     light_parts: dict[str, LightPart] = field(default_factory=dict, compare=False, repr=False)
     reused: bool = False
-    # of all processors, with the programs that it started; None in the records of earlier versions
+    # of all processors, with the programs that it started, but without work on other cameras
+    # beside it; None in the records of earlier versions
     cpu_s: float | None = None
     modules: int = 0  # of Python that it was the first to load; 0 in records of earlier versions
 
@@ -355,22 +356,51 @@ def stage(ledger: Ledger, name: str) -> Iterator[Row]:
     watch = _PeakWatch()
     loaded = len(sys.modules)
     start = time.perf_counter()
-    start_cpu_s = _cpu_s()
+    start_cpu_s = cpu_s()
     try:
         yield row
     finally:
         row.seconds = time.perf_counter() - start
-        row.cpu_s = _cpu_s() - start_cpu_s
+        row.cpu_s = cpu_s() - start_cpu_s
         row.modules = max(len(sys.modules) - loaded, 0)
         row.peak_bytes = watch.stop()
         _row.reset(token)
         ledger.append(row)
 
 
-def _cpu_s() -> float:
-    """Return the CPU seconds of this process and of the programs that it started and that ended."""
+# CPU seconds of the threads that helped with the running part; None outside `part_of_work`
+_helped_s: ContextVar[list[float] | None] = ContextVar("isethdr_helped_s", default=None)
+
+
+def cpu_s() -> float:
+    """Return the CPU seconds spent so far: of this process and of the programs that it started and
+    that ended. Within `part_of_work`: of this thread and of those that helped it.
+    """
+    helped_s = _helped_s.get()
+    if helped_s is not None:
+        return time.thread_time() + sum(helped_s)
     times = os.times()
     return time.process_time() + times.children_user + times.children_system
+
+
+@contextmanager
+def part_of_work(helps: bool) -> Iterator[None]:
+    """Count the CPU seconds of one part of work, beside which other threads do other work.
+
+    Parameters
+    ----------
+    helps : whether this thread works on the part for another one, which then counts its seconds.
+    """
+    around = _helped_s.get()
+    own: list[float] = []
+    token = _helped_s.set(own)
+    start_s = time.thread_time()
+    try:
+        yield
+    finally:
+        _helped_s.reset(token)
+        if around is not None:
+            around.append(sum(own) + (time.thread_time() - start_s if helps else 0.0))
 
 
 class _PeakWatch:

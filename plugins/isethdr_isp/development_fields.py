@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from math import inf
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 from isethdr_core.errors import ConfigError
 from isethdr_core.pipeline.early_checks import ShotForm
@@ -17,6 +17,8 @@ from .readout.shading import read_shading
 @dataclass(frozen=True)
 class Development:
     """How a mosaic of electrons becomes a picture: docs/explanation/isp.md, Steps."""
+
+    THREAD_SAFE: ClassVar[bool] = True
 
     # light source whose grey is reproduced exactly
     balance: Literal["daylight", "halogen", "led", "sodium", "automatic"] = "daylight"

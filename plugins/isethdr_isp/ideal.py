@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
@@ -24,6 +24,8 @@ class IdealIsp:
     """Inverse of the ideal sensor: least-squares colour matrix, and no demosaic where every pixel
     samples every channel.
     """
+
+    THREAD_SAFE: ClassVar[bool] = True
 
     def __call__(self, captures: xr.Dataset) -> xr.Dataset:
         """Return the picture; exact when the channels span the colour matching functions and there

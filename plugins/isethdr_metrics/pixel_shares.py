@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
@@ -23,6 +23,8 @@ class PixelShares:
     """Shares of valid pixels and of pixels saturated in every capture, for the frame and each
     object.
     """
+
+    THREAD_SAFE: ClassVar[bool] = True
 
     def narrow(self, demand: Demand) -> Demand:
         """Add the instance labels to the demand."""

@@ -30,6 +30,8 @@ class IdealSensor:
     With cfa=W and curves=unit it counts photons.
     """
 
+    THREAD_SAFE: ClassVar[bool] = True
+
     noise: ClassVar[bool] = False  # one shot is as good as many
 
     exposure_s: Exposure = 0.016  # exposure time

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from math import inf
-from typing import TYPE_CHECKING, Any, Literal, Self
+from typing import TYPE_CHECKING, Any, ClassVar, Literal, Self
 
 from isethdr_core.errors import ConfigError
 from isethdr_core.pipeline.early_checks import ShotForm
@@ -65,6 +65,8 @@ if TYPE_CHECKING:
 @dataclass(frozen=True)
 class ImagingSensor:
     """A sensor with photodiodes under a colour filter array; an architecture adds `model`."""
+
+    THREAD_SAFE: ClassVar[bool] = True
 
     exposure_s: Exposure = 0.016  # exposure time; used where exposure_rule is fixed
     pitch_um: Pitch = 3.75  # pixel pitch

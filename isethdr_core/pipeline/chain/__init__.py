@@ -10,6 +10,7 @@
 | `checks`          | refuse combinations of components that cannot work, before any work       |
 | `narrowing`       | smaller demands of a component, and the union of several demands          |
 | `demand_of_run`   | the demand on the scene, derived backwards from the scores                |
+| `side_by_side`    | independent parts of a run on several threads                             |
 | `stages`          | run one stage: hooks around it, its row in the ledger, its kept result    |
 | `imaging_stage`   | light on the sensor plane, by the plan of the lens                        |
 | `camera`          | one camera of a run at work, and its results                              |
@@ -19,7 +20,7 @@
 """
 
 from .camera import Camera
-from .camera_stages import through_camera
+from .camera_stages import through_camera, through_cameras
 from .checks import check_motion
 from .components import SHOWN, Chain
 from .demand_of_run import frame_of, plan
@@ -43,5 +44,6 @@ __all__ = [
     "plan",
     "stage",
     "through_camera",
+    "through_cameras",
     "union",
 ]

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
+
+from ...uncertainty.ledger import Ledger
 
 if TYPE_CHECKING:
     from ...data.scores import Score
-    from ...uncertainty.ledger import Ledger
     from ..shot import CameraShot
     from .components import Chain
 
@@ -20,6 +21,10 @@ class CameraAtWork:
     rows: Ledger  # gets the rows of the camera's stages
     name: str  # of the camera in the config
     shot: CameraShot  # the light on the camera, and where its results are kept
+
+    def with_own_rows(self) -> CameraAtWork:
+        """Return the same with an empty ledger, for stages that run side by side."""
+        return replace(self, rows=Ledger())
 
 
 @dataclass

@@ -4,7 +4,8 @@ noise of the renderer changes in them.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from ...data.derived_once import values_only
@@ -16,6 +17,7 @@ from ...uncertainty import ledger, score_errors
 from ...uncertainty.changed_scenes import ScoredShot
 from ...uncertainty.score_intervals import RendererError, ScoreKey
 from .camera import Camera, CameraAtWork
+from .side_by_side import side_by_side
 from .stages import stage
 
 if TYPE_CHECKING:
@@ -31,19 +33,59 @@ def first_scores(work: CameraAtWork, camera: Camera) -> dict[str, list[Score]]:
     work : the camera at work.
     camera : its picture, reference picture and labels.
     """
-    scores_of: dict[str, list[Score]] = {}
-    for key, metric in work.chain.metrics.items():
-        scores_of[key] = stage(
-            work.rows,
-            "metric",
-            f"{key} {work.name}",
-            metric,
-            lambda k=key, m=metric: checked_scores(
-                k, m(camera.picture, camera.truth, camera.labels)
-            ),
-            work.shot.kept_scores(metric),
-        )
-    return scores_of
+    metrics = work.chain.metrics
+    own = [work.with_own_rows() for _ in metrics]
+    parts = [partial(scores_of_metric, one, camera, key) for one, key in zip(own, metrics)]
+    scores = side_by_side(parts)
+    for one in own:
+        work.rows.extend(one.rows)
+    return dict(zip(metrics, scores, strict=True))
+
+
+def scores_of_metric(work: CameraAtWork, camera: Camera, key: str) -> list[Score]:
+    """Return the scores of the first noise realisation by one metric, a stage of the run.
+
+    Parameters
+    ----------
+    work : the camera at work.
+    camera : its picture, reference picture and labels.
+    key : name of the metric in the config.
+    """
+    metric = work.chain.metrics[key]
+    scores: list[Score] = stage(
+        work.rows,
+        "metric",
+        f"{key} {work.name}",
+        metric,
+        lambda: checked_scores(key, metric(camera.picture, camera.truth, camera.labels)),
+        work.shot.kept_scores(metric),
+    )
+    return scores
+
+
+def averaged_scores(work: CameraAtWork, camera: Camera) -> list[Score]:
+    """Return the scores averaged over all noise realisations, with intervals that contain the
+    renderer's noise.
+
+    Parameters
+    ----------
+    work : the camera at work.
+    camera : its results, with the scores of the first shot.
+    """
+    of_draws = work.with_own_rows()
+    of_errors = work.with_own_rows()
+    parts: list[Callable[[], Any]] = [
+        partial(scores_of_all_realisations, of_draws, camera),
+        partial(renderer_errors, of_errors, camera),
+    ]
+    realisations, errors = side_by_side(parts)
+    work.rows.extend(of_draws.rows)
+    for row in of_errors.rows:
+        if row.errors:
+            work.rows.append(row)
+        else:  # such a row is not kept: its omissions move to the row before
+            work.rows[-1].left_out += row.left_out
+    return over_draws(realisations, errors)
 
 
 def checked_scores(key: str, scores: Sequence[Any]) -> list[Score]:
@@ -75,7 +117,8 @@ def scores_of_all_realisations(work: CameraAtWork, camera: Camera) -> list[list[
         return shots
     with ledger.stage(work.rows, f"draws {work.name}"):
         if varies(chain, work.shot.sensor):
-            shots += [further_scores(work, camera, draw) for draw in range(1, chain.draws)]
+            further = [partial(further_scores, work, camera, k) for k in range(1, chain.draws)]
+            shots += side_by_side(further)
         else:
             shots += shots * (chain.draws - 1)
         state_spread(over_draws(shots), chain.draws)
@@ -146,10 +189,9 @@ def renderer_errors(work: CameraAtWork, camera: Camera) -> dict[ScoreKey, Render
     The error of each score. Empty if the scene states no renderer noise, or the scores have no
     interval.
     """
-    rows = work.rows
     if not work.chain.metrics:
         return {}
-    with ledger.stage(rows, f"scores {work.name}") as row:
+    with ledger.stage(work.rows, f"scores {work.name}") as row:
         if work.chain.draws > 1:
             errors = computed_errors(work, camera)
         else:
@@ -159,10 +201,6 @@ def renderer_errors(work: CameraAtWork, camera: Camera) -> dict[ScoreKey, Render
             )
         ledger.record(*errors.terms)
         row.left_out += errors.left_out
-    # a row without an error is not kept: its omissions move to the row before
-    if not row.errors:
-        rows.pop()
-        rows[-1].left_out += row.left_out
     return errors.errors
 
 

@@ -2,21 +2,42 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from ...data.derived_once import shared
 from ...data.reference_picture import labels_on, truth
-from ...runs.noise_realisations import over_draws
 from ...uncertainty import ledger
+from ...uncertainty.ledger import Ledger
 from ..shot import CameraShot, Shot, developed
 from .camera import Camera, CameraAtWork
-from .camera_scores import first_scores, renderer_errors, scores_of_all_realisations
+from .camera_scores import averaged_scores, first_scores
 from .picture_error import state_picture
+from .side_by_side import sharing, side_by_side, threads_for
 from .stages import stage
 
 if TYPE_CHECKING:
-    from ...uncertainty.ledger import Ledger
     from .components import Chain
+
+
+def through_cameras(chain: Chain, rows: Ledger, shot: Shot) -> dict[str, Camera]:
+    """Return the results of all cameras by name, computed by as many threads as there are
+    processors if all components allow it.
+
+    Parameters
+    ----------
+    chain : components of the run.
+    rows : ledger that gets the rows of the cameras' stages, camera by camera.
+    shot : light on the sensor plane, its reference, and the noise key of the shot.
+    """
+    own_rows = {name: Ledger(rows) for name in chain.cameras}
+    parts = [partial(through_camera, chain, own, name, shot) for name, own in own_rows.items()]
+    with sharing(threads_for((*chain.cameras.values(), chain.isp, *chain.metrics.values()))):
+        cameras = side_by_side(parts)
+    before = len(rows)
+    for own in own_rows.values():
+        rows += own[before:]
+    return dict(zip(own_rows, cameras, strict=True))
 
 
 def through_camera(chain: Chain, rows: Ledger, name: str, shot: Shot) -> Camera:
@@ -38,9 +59,7 @@ def through_camera(chain: Chain, rows: Ledger, name: str, shot: Shot) -> Camera:
     camera = Camera(captures, picture, reference, labels)
     with shared(reference, labels, shot.light, picture):
         camera.scores_of = first_scores(work, camera)
-        realisations = scores_of_all_realisations(work, camera)
-        errors = renderer_errors(work, camera)
-    camera.scores = over_draws(realisations, errors)
+        camera.scores = averaged_scores(work, camera)
     state_picture(work, camera)
     return camera
 

@@ -60,7 +60,7 @@ def electrons_of(
     exposure = propagation.Exposure(sampled, shot.light, shot.mixed, shot.scene)
 
     def computed() -> list[propagation.Electrons]:
-        shots = propagation.electrons(exposure, noise, shot.imaging.plan.light_errors)
+        shots = propagation.electrons(exposure, noise, shot.imaging.light_errors)
         return propagation.with_parts(shots, sampled, rows)
 
     return shot.reuse.value(work.shot.electrons_name([noise, leave_out]), computed)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable
 from typing import Any
 
@@ -12,6 +11,7 @@ from ...plugins.registry import plugin_manager
 from ...runs.reuse import NOT_KEPT, Kept
 from ...uncertainty import ledger
 from ...uncertainty.ledger import Ledger
+from .side_by_side import end_if_unwanted
 
 
 def stage(
@@ -34,6 +34,7 @@ def stage(
     kept : where a result of an earlier run may be. It takes the place of the call, and its row
         replaces the row of this stage.
     """
+    end_if_unwanted()
     hook = plugin_manager().hook
     at_work = Stage(kind, name, component)
     title = f"{kind} {name}" if name else kind
@@ -41,15 +42,15 @@ def stage(
     try:
         with ledger.stage(rows, title) as at_work.row, progress.shown(title):
             earlier = kept.reuse.earlier(kept.name)
-            start_s = time.process_time()
+            start_s = ledger.cpu_s()
             if earlier is None:
                 at_work.result = call()
             else:
                 ledger.record_row(earlier.row)
                 at_work.result = earlier.result
         if earlier is None:
-            cpu_s = time.process_time() - start_s
-            kept.reuse.keep(kept.name, at_work.result, at_work.row, cpu_s)
+            spent_s = ledger.cpu_s() - start_s
+            kept.reuse.keep(kept.name, at_work.result, at_work.row, spent_s)
         else:
             at_work.row.seconds = earlier.row.seconds
             at_work.row.cpu_s = earlier.row.cpu_s

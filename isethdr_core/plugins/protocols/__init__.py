@@ -38,6 +38,7 @@ from .any_kind import (
     NarrowsDemand,
     ReadsFiles,
     RunsPrograms,
+    ThreadSafe,
 )
 from .flares import (
     AddsLight,
@@ -177,6 +178,7 @@ __all__ = [
     "StatesErrors",
     "StatesFieldBorder",
     "StatesSpreadErrors",
+    "ThreadSafe",
     "TimesItsShot",
     "TransmitsPupil",
 ]

@@ -63,6 +63,17 @@ class DividesErrorAllowed(Protocol):
     error_shares: ClassVar[Sequence[ErrorShare]]  # their costs; the lens receives the sum
 
 
+@runtime_checkable
+class ThreadSafe(Protocol):
+    """A sensor, isp or metric that several threads may call at the same time.
+
+    Its results then depend on its fields and arguments alone, and its call changes nothing that
+    another call reads. A plugin with hooks around stages may declare the same.
+    """
+
+    THREAD_SAFE: ClassVar[bool]  # True: they may; holds for subclasses, too, unless they say False
+
+
 ABILITIES: tuple[type, ...] = (
     NarrowsDemand,
     ReadsFiles,
@@ -70,4 +81,5 @@ ABILITIES: tuple[type, ...] = (
     ChoosesKernels,
     DeclaresAccuracy,
     DividesErrorAllowed,  # refused where the kind is no lens
+    ThreadSafe,
 )

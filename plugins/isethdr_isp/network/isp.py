@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
+from typing import ClassVar
 
 import xarray as xr
 
@@ -23,6 +24,8 @@ class NetworkIsp(NetworkFields):
     """Develop the captures by a trained network from an ONNX file: electrons in, absolute XYZ out,
     in overlapping tiles.
     """
+
+    THREAD_SAFE: ClassVar[bool] = True
 
     def input_files(self) -> Iterable[str | Path]:
         """Return the model file and a shading table: their content is part of a run's name."""

@@ -116,6 +116,8 @@ class ContrastDetection:
     surround, and of the frame.
     """
 
+    THREAD_SAFE: ClassVar[bool] = True
+
     # of the picture, nearly: isethdr_core.uncertainty.score_errors may ask for some of it
     MEAN_OF_PARTS: ClassVar[bool] = True
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
 import numpy as np
 
@@ -52,6 +52,8 @@ class ObjectContrast:
     """Weber contrast of each object against a ring around it, in picture and reference picture, its
     SNR per pixel, and its detectability d'.
     """
+
+    THREAD_SAFE: ClassVar[bool] = True
 
     ring: Ring = 0.2  # width of the ring around an object / square root of the object's area
     fewest_pixels: Fewest = 9  # objects with fewer valid pixels get no score

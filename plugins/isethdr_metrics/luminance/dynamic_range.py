@@ -6,7 +6,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 from scipy.special import ndtri
@@ -32,6 +32,8 @@ class DynamicRange:
     """Dynamic range in dB: largest valid luminance over that at SNR = 1 (EMVA 1288), at dark noise,
     and at SNR = 10 dB.
     """
+
+    THREAD_SAFE: ClassVar[bool] = True
 
     # share of the pixels, from the darkest, whose variance is taken as the noise of the dark
     darkest_share: Darkest = 0.2

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
@@ -23,6 +23,8 @@ class LineProfile:
     """Difference of log luminance of picture and reference picture along a row, by default through
     the brightest lamp.
     """
+
+    THREAD_SAFE: ClassVar[bool] = True
 
     row: Row = -1  # pixel row; -1 takes the row of the brightest pixel of the reference picture
     floor_cd_m2: Luminance = 1e-3  # lower luminances are raised to this value

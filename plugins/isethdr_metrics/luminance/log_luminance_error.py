@@ -24,6 +24,8 @@ if TYPE_CHECKING:
 class LogLuminanceError:
     """Rms of log10 (luminance / true luminance), for the frame and for each object."""
 
+    THREAD_SAFE: ClassVar[bool] = True
+
     # of the picture, nearly: isethdr_core.uncertainty.score_errors may ask for some of it
     MEAN_OF_PARTS: ClassVar[bool] = True
 

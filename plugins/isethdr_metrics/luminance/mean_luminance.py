@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
@@ -21,6 +21,8 @@ if TYPE_CHECKING:
 @dataclass(frozen=True)
 class MeanLuminance:
     """Mean luminance of the valid pixels, in cd/m2, for the frame and for each object."""
+
+    THREAD_SAFE: ClassVar[bool] = True
 
     def narrow(self, demand: Demand) -> Demand:
         """Ask for the instance labels."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
@@ -24,6 +24,8 @@ class NormalizedFlare:
     """Luminance above the reference picture, away from sources, over the brightest true luminance
     (IEEE 2020).
     """
+
+    THREAD_SAFE: ClassVar[bool] = True
 
     # border around a source, in pixels, that is not counted as flare: the blur of the source itself
     guard: Guard = 5

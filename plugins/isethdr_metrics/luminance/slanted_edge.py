@@ -5,7 +5,7 @@ segments of the edge.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 from scipy.special import stdtrit
@@ -34,6 +34,8 @@ class SlantedEdgeResponse:
     """Spatial frequency response of the luminance across a slanted edge (ISO 12233 e-SFR): MTF50
     and the value at Nyquist.
     """
+
+    THREAD_SAFE: ClassVar[bool] = True
 
     half_width: HalfWidth = 32  # pixels on each side of the edge that are used
 

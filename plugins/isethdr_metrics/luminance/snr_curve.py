@@ -5,7 +5,7 @@ truth.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
@@ -37,6 +37,8 @@ class SnrCurve:
     """SNR in dB at given luminances, from the variance that the picture states; `curve` returns the
     whole table.
     """
+
+    THREAD_SAFE: ClassVar[bool] = True
 
     # luminances to score; those that the scene lacks get no score
     luminances_cd_m2: tuple[Luminance, ...] = (0.01, 0.1, 1.0, 10.0, 100.0, 1000.0)

@@ -32,6 +32,8 @@ Formula: TypeAlias = tuple[str, Callable[[np.ndarray, np.ndarray], np.ndarray], 
 class Ciede2000:
     """Mean CIEDE2000 of pixels up to the white, for the frame and for each object."""
 
+    THREAD_SAFE: ClassVar[bool] = True
+
     # of the picture, nearly: isethdr_core.uncertainty.score_errors may ask for some of it
     MEAN_OF_PARTS: ClassVar[bool] = True
 

@@ -42,6 +42,8 @@ class SsimPu21:
     map.
     """
 
+    THREAD_SAFE: ClassVar[bool] = True
+
     # of the picture, nearly: isethdr_core.uncertainty.score_errors may ask for some of it
     MEAN_OF_PARTS: ClassVar[bool] = True
 
