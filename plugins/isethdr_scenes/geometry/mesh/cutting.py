@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
 REACH_M = 1.0  # twice the longest face that is cut
-BLOCK = 4096  # points whose distance is computed at a time
+BLOCK = 16384  # points whose distance is computed at a time
 
 
 def cut(part: Piece, value: np.ndarray) -> tuple[Piece, Piece, np.ndarray]:
