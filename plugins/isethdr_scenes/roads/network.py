@@ -26,12 +26,12 @@ from .road import LANE_TYPES, Road
 
 @dataclass(frozen=True)
 class Connection:
-    """A way through a junction: from the road that comes in, by the road that connects."""
+    """A way through a junction: from an incoming road onto a connecting road."""
 
     incoming: str
     connecting: str
     contact: str = "start"  # end of the connecting road at which the traffic enters
-    lanes: tuple[tuple[int, int], ...] = ()  # lane of the incoming road, lane of the connecting
+    lanes: tuple[tuple[int, int], ...] = ()  # (incoming, connecting) lane numbers
 
 
 @dataclass(frozen=True)
@@ -76,7 +76,9 @@ class Network:
         return self._paths[key]
 
     def successors(self, key: LaneKey) -> tuple[LaneKey, ...]:
-        """Return the lanes into which the traffic of a lane goes on; several before a junction."""
+        """Return the lanes that continue a lane in its direction of traffic; several before a
+        junction.
+        """
         return self._successors.get(key, ())
 
     @cached_property
@@ -112,7 +114,7 @@ class Network:
 
     @cached_property
     def ground(self) -> GroundHeight:
-        """Return what knows the height of the ground."""
+        """Return the model of the ground's height."""
         return GroundHeight(self.roads, self.land)
 
     def height(self, x_m: ArrayLike, y_m: ArrayLike) -> Floats:

@@ -1,7 +1,7 @@
 """Positions of OpenSCENARIO as places in plan: on a lane, on a road, in the world.
 
-A heading that is relative counts from the direction of the lane's traffic on a LanePosition, and
-from the road's own direction on a RoadPosition. Without an orientation it is 0 there.
+Relative headings count from the direction of the lane's traffic in a LanePosition, and from the
+direction of the road's line in a RoadPosition. Both are 0 without an orientation.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ class Spot(NamedTuple):
 
 
 def spot(node: Node, network: Network) -> Spot | None:
-    """Return the place that a position tells; None for a form that is not known.
+    """Return the place of a position element; None for a form that is not supported.
 
     Raises
     ------
@@ -99,8 +99,10 @@ def _lane(node: Node, network: Network, road: Road, s: float) -> LanePath:
 
 
 def lane_below(place: Spot, network: Network) -> LanePath | None:
-    """Return the lane at a place whose traffic goes most nearly in its direction; driving lanes
-    first.
+    """Return the lane at a place; None beside the roads.
+
+    Where there are several, driving lanes come first, then the lane whose traffic has the direction
+    nearest to the place's heading.
     """
     if place.lane is not None:
         return place.lane
@@ -126,8 +128,8 @@ def lane_below(place: Spot, network: Network) -> LanePath | None:
 
 
 def on_lane(place: Spot, lane: LanePath) -> tuple[float, float, float]:
-    """Return metres along a lane, metres to the left of its middle, and the turn from its
-    direction, of a place.
+    """Return where a place is on a lane: distance along it, m, distance to the left of its middle,
+    m, and heading relative to its direction, rad.
     """
     point: Floats = np.array([[place.x_m, place.y_m]])
     s, t, _ = (float(v[0]) for v in lane.road.line.beside(point))

@@ -14,11 +14,12 @@ import numpy as np
 
 from ..placing.street_lights import Signals
 
-# ranges of the durations, s: plans of fixed time at 50 km/h; the lengths are choices of this model
+# ranges of the durations, s, as of fixed-time control at 50 km/h; the values are assumptions
 GREEN_S = (12.0, 30.0)  # drawn for each group
 AMBER_S = (3.0, 4.0)
 CLEARANCE_S = (1.0, 2.0)  # red for all
 RED_AMBER_S = (1.0, 1.5)
+# states of the (first, second) group; in the other half of the cycle the groups change places
 HALF = (("green", "red"), ("amber", "red"), ("red", "red"), ("red", "red_amber"))
 PHASES = (*HALF, *((second, first) for first, second in HALF))
 
@@ -65,7 +66,7 @@ def signal_plan(signals: Signals) -> SignalPlan:
 
     Parameters
     ----------
-    signals : states at time 0 by road, in which one group is red; their seed draws all durations.
+    signals : states at time 0 by road, where one group is red; and the seed of all durations.
     """
     rng = np.random.default_rng(signals.seed)
     draw = lambda limits: float(rng.uniform(*limits))

@@ -1,4 +1,4 @@
-"""Joints of a pedestrian, and a two-bone chain for arms and legs that must reach something."""
+"""Joints of a pedestrian, and the elbow or knee of a limb whose ends are given."""
 
 from __future__ import annotations
 
@@ -13,7 +13,9 @@ if TYPE_CHECKING:
 
 
 def walk(phase: float = 0.12, stride: float = 26.0, arms: float = 24.0) -> dict[str, np.ndarray]:
-    """Joints of a walker, 1.76 m tall, in mid-stride; phase 0..1 is one full cycle.
+    """Return the joints (3,), m, of a walker 1.76 m tall, by name.
+
+    The left and the right side are half a cycle apart; arms swing against the legs.
 
     Parameters
     ----------
@@ -21,6 +23,7 @@ def walk(phase: float = 0.12, stride: float = 26.0, arms: float = 24.0) -> dict[
     stride : largest angle of the thighs from the vertical, degrees.
     arms : largest angle of the arms from the vertical, degrees.
     """
+    # angles (th, shin, ar, fore) are from straight down, positive forwards
     a = 2 * np.pi * phase
     j = {
         "pelvis": np.array([0, 0, 0.93]),
@@ -65,7 +68,9 @@ def walk(phase: float = 0.12, stride: float = 26.0, arms: float = 24.0) -> dict[
 
 
 def two_bone(a: np.ndarray, b: np.ndarray, l1: float, l2: float, bend: ArrayLike) -> np.ndarray:
-    """Middle joint of a chain from a to b, bent towards `bend`.
+    """Return the middle joint (3,), m, of a limb of two bones from `a` to `b`, bent towards `bend`.
+
+    Where `b` is out of reach, the joint lies as in a limb that is all but straight.
 
     Parameters
     ----------
