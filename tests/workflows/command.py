@@ -27,7 +27,10 @@ FAST = [
     "isp=linear",
     *(
         f"~metric.{name}"
-        for name in ("shares", "dynamic_range", "snr", "colour", "ssim", "log_luminance")
+        for name in (
+            *("shares", "dynamic_range", "snr", "colour", "ssim", "log_luminance"),
+            "detection",
+        )
     ),
 ]
 # pages with plots take as long as all else
