@@ -20,7 +20,7 @@ from ..plugins.protocols import Isp
 from .inputs import F_NUMBER, FOCAL_LENGTH_MM, THROUGHPUT_SR, bands_nm, pattern
 from .isp_readings import check_colour, check_place, check_readings, check_variance
 from .lazy import same_from_store, sealed
-from .promise import close, holds, keeps, refuses, repeatable, stated
+from .promise import close, holds, keeps, refuses, repeatable, safe_in_threads, stated
 
 GAIN_DN_PER_E = 0.5
 BLACK_DN = 64.0
@@ -43,9 +43,11 @@ def check(subject: str, isp: Isp) -> None:
     # 5 %: a colour matrix may weigh noise against colour, and assume another white than this
     # equal-energy one
     close(subject, "a grey field of 100 cd/m2 comes back as 100 cd/m2", y, GREY_CD_M2, 0.05)
+    half = captures(layout, exposure_s=0.005)
+    safe_in_threads(subject, isp, [partial(isp, grey), partial(isp, half)])
     if variance_known(picture):
         holds(subject, "noise gives variance above 0", float(picture["variance"].min()) > 0)
-    shorter = stated(subject, lambda: isp(captures(layout, exposure_s=0.005)))
+    shorter = stated(subject, lambda: isp(half))
     # 1 %: raw is rounded to whole DN, and the half exposure has half of them
     close(
         subject,

@@ -20,7 +20,7 @@ from ..pipeline.demand import Demand
 from ..plugins.protocols import Metric, NarrowsDemand
 from .inputs import FOCAL_LENGTH_MM, mixed, pattern, scene
 from .lazy import same_from_store, sealed
-from .promise import holds, keeps, repeatable, same, stated
+from .promise import holds, keeps, repeatable, safe_in_threads, same, stated
 
 SIZE = (48, 72)
 
@@ -77,6 +77,8 @@ def check(subject: str, metric: Metric) -> None:
     with keeps(subject, "gives a score or none, never an error, where no pixel is valid"):
         metric(noisy.assign(valid=xr.zeros_like(noisy["valid"])), reference, labels)
     same_from_store(subject, lambda p: metric(p, reference, labels), noisy, scores)
+    calls = [partial(metric, one, reference, labels) for one in (noisy, reference)]
+    safe_in_threads(subject, metric, calls)
     pictures = Pictures(noisy, reference, labels)
     _check_depends(subject, metric, pictures, scores)
     _check_bad_input(subject, metric, pictures, scores)

@@ -5,9 +5,12 @@ from __future__ import annotations
 import dataclasses
 import pickle
 import re
-from collections.abc import Callable, Iterator, Mapping
+import sys
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from functools import partial
+from threading import Barrier
 from typing import Any, TypeVar
 
 import numpy as np
@@ -16,7 +19,7 @@ import xarray as xr
 
 from ..errors import ConfigError, IsetHdrError
 from ..pipeline.demand import Demand
-from ..plugins.protocols import NarrowsDemand
+from ..plugins.protocols import NarrowsDemand, ThreadSafe
 from ..plugins.registry import build
 from ..runs.provenance import described
 from ..storage.store import content_hash
@@ -27,6 +30,7 @@ Data = TypeVar("Data", xr.DataArray, xr.Dataset)
 Input = TypeVar("Input", bound=xr.DataArray | xr.Dataset)
 Result = TypeVar("Result")
 
+SWITCH_S = 1e-5  # between two threads: calls on small inputs overlap, too
 EXPECTATION = re.compile("expected|needs|lack|one of")  # a message has at least one of these words
 
 
@@ -187,6 +191,36 @@ def repeatable(
         result,
     )
     return result
+
+
+def safe_in_threads(subject: str, component: object, calls: Sequence[Callable[[], object]]) -> None:
+    """Check that a component which allows threads gives the same bits when its calls overlap.
+
+    Parameters
+    ----------
+    subject : name of the component in messages, for example "lens 'wavefront'".
+    component : the component. One that does not allow threads is not checked.
+    calls : calls of the component with different arguments.
+    """
+    if not (isinstance(component, ThreadSafe) and component.THREAD_SAFE):
+        return
+    promise = "calls that overlap in several threads give the same bits (THREAD_SAFE)"
+    alone = [call() for call in calls]
+    start = Barrier(len(calls))
+
+    def together(call: Callable[[], object]) -> object:
+        start.wait()
+        return call()
+
+    interval_s = sys.getswitchinterval()
+    sys.setswitchinterval(SWITCH_S)
+    try:
+        with keeps(subject, promise), ThreadPoolExecutor(len(calls)) as pool:
+            overlapping = list(pool.map(together, calls))
+    finally:
+        sys.setswitchinterval(interval_s)
+    for first, second in zip(alone, overlapping, strict=True):
+        same(subject, promise, first, second)
 
 
 def alike(subject: str, promise: str, values: object, want: object) -> None:

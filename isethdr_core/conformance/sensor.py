@@ -18,7 +18,7 @@ from ..runs.seeds import generator
 from .counting import check_electrons, check_filters, check_scatter
 from .inputs import damaged_planes, in_components, irradiance, pattern
 from .lazy import same_from_store
-from .promise import close, holds, keeps, refuses, repeatable, same, stated
+from .promise import close, holds, keeps, refuses, repeatable, safe_in_threads, same, stated
 
 DIMS = {
     "raw": 3,
@@ -61,6 +61,8 @@ def check(subject: str, sensor: Sensor) -> None:
     mean = repeatable(subject, sensor.expected, lambda: light.copy(deep=True))
     same_from_store(subject, lambda e: sensor(e, KEY), light, shot)
     same_from_store(subject, sensor.expected, light, mean)
+    half = light.copy(data=0.5 * light.values)
+    safe_in_threads(subject, sensor, [partial(sensor, one, KEY) for one in (light, half)])
     _check_expected(subject, sensor, light, mean, shot)
     check_electrons(subject, sensor, light, shot)
     _check_narrow(subject, sensor, light, mean)

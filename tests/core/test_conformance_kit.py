@@ -5,7 +5,8 @@ each.
 from __future__ import annotations
 
 import itertools
-from dataclasses import dataclass, replace
+import time
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 import pytest
@@ -233,9 +234,8 @@ def same_read_noise():
             )
 
     def replace_read_noise(sensor):
-        return base(
-            **{f: getattr(sensor, f) for f in base.__dataclass_fields__} | {"read_noise_e": 0.0}
-        )
+        values = {f.name: getattr(sensor, f.name) for f in fields(base)}
+        return base(**values | {"read_noise_e": 0.0})
 
     return Faulty
 
@@ -366,6 +366,17 @@ def test_a_metric_that_reads_labels_it_never_asked_for(offer):
         return scores
 
     caught(offer, "metric", wrapped("metric", "dynamic_range", greedy), "accepts valid input")
+
+
+def test_a_metric_that_mixes_up_its_threads(offer):
+    last = []
+
+    def forgetful(scores, *_):
+        last[:] = [scores]
+        time.sleep(0.01)  # the other thread answers meanwhile
+        return last[0]
+
+    caught(offer, "metric", wrapped("metric", "ideal", forgetful), "overlap in several threads")
 
 
 LIGHTING_FAULTS = {
