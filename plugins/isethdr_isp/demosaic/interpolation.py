@@ -19,7 +19,7 @@ from isethdr_core.errors import UnitError
 from ..readout.noise_propagation import Kernel, Kernels, independent
 
 LARGEST_RADIUS = 8  # pixels; covers arrays of period 8, the largest in production is 4
-EXACT = 1e-9  # largest error of the moments of a plane that counts as determined
+EXACT = 1e-9  # a plane counts as determined if its moments are as exact as this
 
 
 def demosaic(
@@ -37,13 +37,13 @@ def demosaic(
     filters : (y, x) integers, the channel sampled at each pixel; periodic.
     channels : number of channels.
     variance : (y, x) variance of the samples, independent of each other; None for none.
-    bad : (y, x) bool, samples not to be trusted; None for none.
+    bad : (y, x) bool, samples that are not valid; None for none.
 
     Returns
     -------
     planes : (channel, y, x) values.
-    variances : same shape, the exact variance of the linear map, or None.
-    invalid : (y, x) bool, pixels any of whose channels uses a bad sample.
+    variances : (channel, y, x), exact for a linear map; None without `variance`.
+    invalid : (y, x) bool, pixels with a channel that uses a sample that is not valid.
     """
     mosaic = np.asarray(mosaic, float)
     filters = np.asarray(filters)

@@ -1,4 +1,4 @@
-"""Network: a trained model develops the captures."""
+"""Network isp: a trained model turns captures into a picture."""
 
 from __future__ import annotations
 
@@ -28,7 +28,9 @@ class NetworkIsp(NetworkFields):
     THREAD_SAFE: ClassVar[bool] = True
 
     def input_files(self) -> Iterable[str | Path]:
-        """Return the model file and a shading table: their content is part of a run's name."""
+        """Return the model file and the shading table, if one is named; their content is part of a
+        run's name.
+        """
         return (needs_model(self.model), *filter(None, [self.shading_csv]))
 
     def check_shot(self, form: ShotForm) -> None:

@@ -1,4 +1,4 @@
-"""Running: a model over all tiles of a picture, and the check of what it returns."""
+"""Running: a model is applied to all tiles of a picture, and its outputs are checked."""
 
 from __future__ import annotations
 
@@ -14,23 +14,23 @@ from isethdr_core.onnx_session import OnnxSession, shape_text
 
 from .tiles import Grid, tiled
 
-# overlap of the tiles of a model of fixed size that looks at all of its input
+# overlap of tiles, for a model of fixed size whose outputs depend on its whole input
 USUAL_OVERLAP_PX = 32
-MOST_OVERLAP = 0.375  # of a tile: below it, half of the work would be thrown away
+MOST_OVERLAP = 0.375  # share of a tile; with more, tiles would compute most outputs in vain
 
 
 @dataclass(frozen=True)
 class Cut:
-    """What a model needs of its tiles."""
+    """Requirements of a model on its tiles."""
 
     cell: tuple[int, int]  # rows and columns of the filter array
     multiple_px: int
-    reach_px: float  # an output depends on inputs at most so far away; inf: on all
-    size: tuple[int, int] | None = None  # of every tile; None: any multiple
+    reach_px: float  # largest distance from an output to an input that it depends on; inf: any
+    size: tuple[int, int] | None = None  # of every tile; None: any multiple of `multiple_px`
 
 
 def fixed_size(session: OnnxSession) -> tuple[int, int] | None:
-    """Return rows and columns of a model's inputs where the file fixes them; None where free.
+    """Return rows and columns of a model's inputs; None where the file leaves them free.
 
     Raises
     ------
@@ -48,7 +48,9 @@ def fixed_size(session: OnnxSession) -> tuple[int, int] | None:
 
 
 def check_size(session: OnnxSession, multiple_px: int) -> None:
-    """Raise ConfigError where a model's fixed size is no multiple of what it states."""
+    """Raise ConfigError where the fixed size of a model is no multiple of its stated
+    `multiple_px`.
+    """
     size = fixed_size(session)
     if size and any(side % multiple_px for side in size):
         raise ConfigError(
@@ -68,15 +70,16 @@ def results_of(
 
     Parameters
     ----------
+    session : the open model.
     planes : inputs (plane, y, x) by name.
     phase : row and column of the filter array's cell at the first pixel.
-    tile_px : side of the largest tile of a model of free size.
-    session : the open model.
-    cut : what the model needs of its tiles.
+    cut : requirements of the model on its tiles.
+    tile_px : side of the largest tile, pixels, for a model of free size.
 
     Raises
     ------
-    ConfigError : the model fails on its inputs. UnitError : it returns values that are not finite.
+    ConfigError : the model fails on its inputs.
+    UnitError : the model returns values that are not finite.
     """
     grid = grid_of(cut, tile_px)
     results = tiled(session.run, planes, phase, grid)
@@ -92,11 +95,18 @@ def results_of(
 
 
 def grid_of(cut: Cut, tile_px: int) -> Grid:
-    """Return the tiles of a model. A model that looks at all of its input gets it in one piece."""
+    """Return the tiles of a model. A model of free size whose outputs depend on all inputs gets the
+    picture in one piece.
+
+    Parameters
+    ----------
+    cut : requirements of the model on its tiles.
+    tile_px : side of the largest tile, pixels, for a model of free size.
+    """
     multiple = cut.multiple_px
     size = cut.size
     if size is not None:
-        # seams are possible where the reach does not fit between two tiles
+        # seams are possible where the reach exceeds the overlap
         largest = int(min(size) * MOST_OVERLAP)
         wanted = cut.reach_px if cut.reach_px <= largest else USUAL_OVERLAP_PX
         overlap = -(-int(min(wanted, largest)) // multiple) * multiple

@@ -1,8 +1,8 @@
-"""Shading: relative illumination, stated by the lens or measured on a flat field, by which every
-sample is divided.
+"""Shading: the relative illumination of the lens, by which every sample is divided.
 
-A measured table holds radius_mm, the distance from the axis on the sensor, and the illumination
-relative to the axis. Four even powers of the radius fit any lens without sharp vignetting.
+The lens states it, or a flat field shows it. A measured table holds `radius_mm`, the distance from
+the axis on the sensor, and the illumination relative to the axis. Four even powers of the radius
+fit any lens without sharp vignetting.
 """
 
 from __future__ import annotations
@@ -28,8 +28,12 @@ COLUMNS = ("radius_mm", "relative_illumination")
 
 
 def shading(captures: xr.Dataset, path: str = "") -> np.ndarray:
-    """Return the relative illumination (y, x) of these pixels: by the table at `path`, or as the
-    lens states it.
+    """Return the relative illumination (y, x) of the pixels of a sensor.
+
+    Parameters
+    ----------
+    captures : the captures Dataset.
+    path : file with a measured table; empty takes what the lens states.
 
     Raises
     ------
@@ -59,14 +63,19 @@ def measured_shading(
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return (radius_mm, relative, standard_error) of a lens, from captures of a flat field.
 
-    Every channel is fitted by an even polynomial of the radius. All samples have the same weight,
-    so that noise causes no bias. The curves relative to the axis are averaged over the channels,
-    weighted by their electrons.
+    An even polynomial of the radius is fitted to each channel. All samples have the same weight, so
+    that noise causes no bias. Each fit is divided by its value on the axis; the result is their
+    mean over the channels, weighted by their electrons.
+
+    Parameters
+    ----------
+    captures : the captures Dataset of the flat field.
+    capture : name of the capture to use; empty takes the first.
 
     Raises
     ------
-    UnitError : saturated samples, or a field too dark to tell: a standard error above 2 % on the
-        border.
+    UnitError : samples are saturated, or the standard error at the border exceeds 2 %: the field is
+        too dark.
     """
     check_captures(captures)
     single = chosen(captures, capture)
@@ -96,7 +105,7 @@ def measured_shading(
                 " everywhere"
             )
         curve = at @ fit / fit[0]
-        # derivative of curve by fit; at[0] picks the value on the axis
+        # derivative of the curve with respect to the fit; at[0] is the axis
         step = (at - curve[:, None] * at[:1]) / fit[0]
         sum_e = float(e.sum())
         total = total + sum_e * curve
@@ -128,7 +137,12 @@ def write_shading(path: Path, radius_mm: ArrayLike, relative: ArrayLike) -> None
 
 
 def read_shading(path: str | Path) -> tuple[np.ndarray, np.ndarray]:
-    """Return (radius_mm, relative) of a table."""
+    """Return (radius_mm, relative), the columns of a table.
+
+    Raises
+    ------
+    ConfigError : the file cannot be read, or is no such table.
+    """
     try:
         with open(path, newline="") as file:
             header, *rows = list(csv.reader(file)) or [[]]
