@@ -35,6 +35,7 @@ QUICK = {
 DEAR = {
     ("flare", "ghosts"),
     ("flare", "windscreen"),
+    ("lens", "diffraction_limited"),
     ("lens", "prescription"),
     ("lens", "wavefront"),
     ("renderer", "mitsuba"),
@@ -44,6 +45,8 @@ DEAR = {
     ("sensor", "interleaved"),
     ("sensor", "lin_log"),
     ("sensor", "lofic"),
+    ("sensor", "rgbw"),
+    ("sensor", "single"),
     ("sensor", "staggered"),
 }
 NEEDS = {("renderer", "mitsuba"): "mitsuba"}

@@ -125,6 +125,7 @@ def imported_from(*folders: Path) -> list[Path]:
     return [Path(line) for line in done.stdout.splitlines()]
 
 
+@pytest.mark.slow
 def test_both_spellings_from_the_tree():
     assert imported_from(ROOT) == [ROOT / "isethdr.py", ROOT / "isethdr_core" / "__init__.py"]
 

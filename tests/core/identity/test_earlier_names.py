@@ -274,6 +274,7 @@ def test_a_record_of_before_is_known_by_its_class(config, table):
     assert not earlier_names.same_class({"component": "scene/other"}, scene)
 
 
+@pytest.mark.slow
 def test_the_catalog_reads_both_records(config, old_stores, isethdr_home):
     from isethdr_catalog.query import find
 

@@ -72,7 +72,14 @@ def test_every_sensor_says_whether_it_fits(name):
             check_fields(scene, lens, [sensor])
 
 
-@pytest.mark.parametrize("name", sorted(name for kind, name in components() if kind == "lens"))
+@pytest.mark.parametrize(
+    "name",
+    [
+        pytest.param(name, marks=[pytest.mark.slow] * (name == "prescription"))
+        for kind, name in sorted(components())
+        if kind == "lens"
+    ],
+)
 def test_every_lens_tells_the_size_of_its_image(name):
     with pytest.raises(ConfigError, match="0.9 mm wide"):
         check_fields(

@@ -102,6 +102,7 @@ def test_they_are_listed_without_a_word(site):
         assert name in shown.stdout
 
 
+@pytest.mark.slow
 def test_the_first_ten_lines_of_the_tutorial_are_listed(site):
     info = site / "acme_scores_with_fields-1.0.dist-info" / "entry_points.txt"
     kept = info.read_text()

@@ -122,6 +122,7 @@ def test_more_work_takes_longer():
     assert said(DiffractionLimitedLens(), reach=(9, 9)) < usual
 
 
+@pytest.mark.slow
 def test_the_work_of_rings_is_what_is_done(monkeypatch):
     """Counted without samples: running sums, and reads at every border of a band."""
     done = [0, 0]

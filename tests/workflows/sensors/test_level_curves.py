@@ -9,6 +9,7 @@ from isethdr_workflows.sensors.level_curves import level_curves
 from isethdr_core.errors import ConfigError
 
 
+@pytest.mark.slow
 def test_light_is_seen_better_until_the_well_is_full():
     rows = level_curves(sensor="bayer", per_decade=1)
     snr, seen = (np.array([r[key] for r in rows]) for key in ("snr_db", "detection"))
