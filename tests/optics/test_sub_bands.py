@@ -93,7 +93,8 @@ def test_there_are_as_many_as_the_pattern_moves_by_speckles():
 )
 def test_cells_of_the_pupil_leave_at_most_what_is_stated(lens, flares, tiles):
     """Against cells half as wide, whose own error is a quarter."""
-    centre, width = 450.0, 10.0
+    centre = 450.0
+    width = 10.0
     plan = BandPlan(lens, flares, (centre, width), wings.Grid(1, (3.0, 3.0), (tiles, tiles)))
     waves = plan.wavelengths(centre, width)
     energy = 1.0 if plan.energy is None else plan.energy

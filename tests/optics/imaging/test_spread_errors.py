@@ -175,7 +175,9 @@ def test_a_scene_that_needs_finer_kernels_gets_them():
 
 
 def test_rings_are_made_finer_where_a_wider_core_takes_longer(monkeypatch):
-    """Half of the error is asked for where it is enough, else a quarter; a quick core comes first."""
+    """Half of the error is asked for where it is enough, else a quarter. A quick core comes
+    first.
+    """
     response = build("sensor", "bayer").narrow(Demand()).response
     lens, mixed = street(lamp=1e9)
     usual = made_kernels(KernelRequest(lens, DIRT, BANDS, (10.0, 10.0), (33, 49)))
