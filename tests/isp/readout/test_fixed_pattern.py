@@ -153,12 +153,12 @@ def test_the_stated_variance_is_that_of_an_unknown_device(name, electrons):
 )
 def test_the_stated_variance_is_right_from_3_to_110000_electrons(name, levels):
     for electrons in levels:
-        total, temporal, fixed = ensemble(name, electrons, devices=400, pixels=48)
-        # 400 devices of 1600 pixels, about 5 of which share their error: 0.4 %
+        total, temporal, fixed = ensemble(name, electrons, devices=100, pixels=48)
+        # 100 devices of 1600 pixels, about 5 of which share their error: 0.8 %, four times
         np.testing.assert_allclose([total, temporal], 1.0, atol=0.03)
-        # In the dark, columns make most of the fixed pattern. 400 devices of 40 columns, of which
-        # two share their error: 1.6 %, three times
-        np.testing.assert_allclose(fixed, 1.0, atol=0.05 if electrons < 100 else 0.03)
+        # In the dark, columns make most of the fixed pattern. 100 devices of 40 columns, of which
+        # two share their error: 3.2 %, three times
+        np.testing.assert_allclose(fixed, 1.0, atol=0.1 if electrons < 100 else 0.03)
 
 
 def test_photodiodes_that_share_silicon_add_in_amplitude():
