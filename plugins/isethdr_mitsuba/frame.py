@@ -17,7 +17,6 @@ from isethdr_core.runs.sample_accumulation import Known
 from .fog import in_fog, state_fog
 from .lamps.placed_lamps import placed_lamps
 from .lamps.sky_discs import disc_lamps
-from .llvm import divide_launches
 from .paths.passes import Frame, estimate
 from .world.coat_energy import lost_light
 from .world.materials import ramp_surfaces
@@ -61,8 +60,6 @@ def render_frame(
     import mitsuba as mi
 
     mi.set_variant(variant)
-    if variant.startswith("llvm"):
-        divide_launches()
     from .labels import cut_labels, instances, label_tiles
     from .lamps.visible_lamps import Bands, visible_lamps
     from .world.geometry import build_world
@@ -202,14 +199,13 @@ def needed_paths(
     view : tiles of the frame.
     known : {light group: light of earlier renderings}, or None.
     """
-    from .paths.need_driven import Rounds, render_by_need
-    from .paths.need_driven import estimate as estimate_of
+    from .paths import need_driven
 
     known = [(known or {}).get(group, Known()) for group in paths.lamps.groups]
     first = max(k.next for k in known)
-    rounds = Rounds(paths, instance, settings.seed, first, settings.most_samples)
-    seconds = render_by_need(rounds, limit_at, settings.limit_share())
-    return estimate_of(rounds, known, seconds, view.in_field())
+    rounds = need_driven.Rounds(paths, instance, settings.seed, first, settings.most_samples)
+    seconds = need_driven.render_by_need(rounds, limit_at, settings.limit_share())
+    return need_driven.estimate(rounds, known, seconds, view.in_field())
 
 
 class Built(NamedTuple):

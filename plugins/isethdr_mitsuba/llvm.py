@@ -1,5 +1,5 @@
-"""LLVM: that of the system, or a copy that `scripts/llvm.sh` unpacked into the environment without
-root; and the division of its launches among processors.
+"""Locate LLVM: that of the system, or a copy that `scripts/llvm.sh` unpacked into the environment
+without root.
 """
 
 from __future__ import annotations
@@ -9,10 +9,6 @@ import os
 import sys
 from functools import cache
 from pathlib import Path
-
-# items of one task of a launch. Dr.Jit's own 16384 leave processors idle at the end of each launch,
-# because work items differ in length
-BLOCK_ITEMS = 1024
 
 
 def unpacked() -> Path | None:
@@ -50,24 +46,4 @@ def _loaded(path: Path) -> bool:
         ctypes.CDLL(str(path), mode=ctypes.RTLD_GLOBAL)
     except OSError:
         return False
-    return True
-
-
-def divide_launches(items: int = BLOCK_ITEMS) -> bool:
-    """Let a processor take `items` work items of a launch at a time, and return whether Dr.Jit does
-    so; call after importing mitsuba.
-
-    Dr.Jit's function for it has no name in Python. A version without the function divides launches
-    as before, which takes longer and changes no result.
-    """
-    import drjit
-
-    library = Path(drjit.__file__).with_name("libdrjit-core.so")
-    try:
-        set_block_size = ctypes.CDLL(str(library))["_Z23jit_llvm_set_block_sizej"]
-    except (OSError, AttributeError):
-        return False
-    set_block_size.argtypes = [ctypes.c_uint32]
-    set_block_size.restype = None
-    set_block_size(items)
     return True

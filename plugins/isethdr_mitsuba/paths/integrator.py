@@ -52,7 +52,7 @@ from .fog_tables import FogTables
 from .hits import HitTables
 from .spectra import BandTable
 from .surface_tables import SurfaceTables
-from .work_items import MOST_LANES, Work, even_work
+from .work_items import MOST_LANES, Work, divide_launches, even_work
 
 
 class Found(NamedTuple):
@@ -122,6 +122,7 @@ class Paths:
     fog: Fog | None = None
 
     def __post_init__(self) -> None:
+        divide_launches()
         self.lamps.fog = self._fog
         self.lamps.aim(self.world.scene, self._hits, self._camera, self.view, self.surfaces)
 

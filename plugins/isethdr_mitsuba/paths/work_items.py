@@ -8,8 +8,11 @@ tiles are arrays, so that every list of them uses the same kernel.
 
 from __future__ import annotations
 
+import ctypes
 from dataclasses import dataclass
+from pathlib import Path
 
+import drjit as dr
 import numpy as np
 
 # paths per camera ray: two take 0.73, four 0.61 of the time of as many rays; eight 0.53, but
@@ -19,6 +22,9 @@ MOST_SHARES = 4
 LEAST_RAYS = 64
 MOST_LANES = 16  # adjacent lanes that follow paths of one tile, because they meet the same surfaces
 LEAST_A_LANE = 32  # paths per lane: with fewer, most lanes wait for the last ones
+# items that a processor takes of a launch at a time. Dr.Jit's own 16384 leave processors idle at
+# the end of each launch, because items differ in length
+BLOCK_ITEMS = 1024
 
 
 @dataclass(frozen=True, eq=False)
@@ -105,3 +111,21 @@ def listed_work(tiles: np.ndarray, paths: np.ndarray, groups: np.ndarray, stream
         np.clip(paths // LEAST_RAYS, 1, MOST_SHARES)[owner],
         groups[owner],
     )
+
+
+def divide_launches(items: int = BLOCK_ITEMS) -> bool:
+    """Let a processor take `items` work items of a launch at a time, and return whether Dr.Jit does
+    so.
+
+    Dr.Jit's function for it has no name in Python. A version without the function divides launches
+    as before, which takes longer and changes no result.
+    """
+    library = Path(dr.__file__).with_name("libdrjit-core.so")
+    try:
+        set_block_size = ctypes.CDLL(str(library))["_Z23jit_llvm_set_block_sizej"]
+    except (OSError, AttributeError):
+        return False
+    set_block_size.argtypes = [ctypes.c_uint32]
+    set_block_size.restype = None
+    set_block_size(items)
+    return True

@@ -7,8 +7,7 @@ import pytest
 
 pytest.importorskip("mitsuba")
 
-from isethdr_mitsuba.llvm import divide_launches
-from isethdr_mitsuba.paths.work_items import MOST_LANES, even_work, listed_work
+from isethdr_mitsuba.paths.work_items import MOST_LANES, divide_launches, even_work, listed_work
 from isethdr_mitsuba.renderer import MitsubaRenderer
 
 from isethdr_core.physics.photometry import xyz_weights
