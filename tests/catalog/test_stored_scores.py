@@ -17,7 +17,7 @@ SMALL = [
     "~flare@flare.dirt",
     "scene.width=64",
     "scene.height=36",
-    "scene.horizontal_field_deg=6",  # a small field is a small sensor
+    "scene.horizontal_field_deg=9",  # a small field is a small sensor
     "~cameras.split_pixel",
     "~metric.detection",
     "~metric.contrast",
