@@ -13,10 +13,11 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import scipy.fft as sf
+from scipy.sparse import csc_array
 
 from ..convolution import fourier
 from .lattice import ORDER, lattice_pitch_mm, spline_response, spline_taps
@@ -29,7 +30,7 @@ BESIDE = 0.75
 # strips per row of cells, with two chords each; a wide image adds its width / height
 STRIPS = 1.2
 BLOCK = 64  # rows or columns of a transform at a time
-CHORDS = 3 << 20  # chords drawn at a time: each takes some 250 bytes meanwhile
+CHORDS = 1 << 17  # chords drawn at a time by one thread: each takes a kilobyte meanwhile
 
 
 @dataclass(frozen=True, eq=False)
@@ -122,7 +123,9 @@ def half_pattern(
     cell = lattice_pitch_mm(
         wavelength_nm, lattice.period, pupil.distance_mm, (lattice.step_um,) * 2
     )
-    half = _along_x(draw(pupil, cell, lattice.period, lattice.strips), px, far_x + 1, apply)
+    drawn = draw(pupil, cell, lattice.period, lattice.strips, apply)
+    half = _along_x(drawn, px, far_x + 1, apply)
+    del drawn
     rows = half.shape[1]
     y = np.arange(-far_y, far_y + 1)
     x = np.arange(far_x + 1)
@@ -168,7 +171,11 @@ def _along_x(drawn: np.ndarray, period: int, count: int, apply: Callable[..., An
 
 
 def draw(
-    pupil: RealPupil, cell_mm: tuple[float, float], period: tuple[int, int], strips: float = STRIPS
+    pupil: RealPupil,
+    cell_mm: tuple[float, float],
+    period: tuple[int, int],
+    strips: float = STRIPS,
+    apply: Callable = map,
 ) -> np.ndarray:
     """Return the pupil (y, x), float32, in cells smoothed by B-splines.
 
@@ -180,12 +187,13 @@ def draw(
     cell_mm : (y, x) sides of a cell, mm.
     period : cells of the result along y and x.
     strips : rows of chords per row of cells.
+    apply : `map`, or the `map` of a pool of threads. The result does not depend on it.
 
     Notes
     -----
     Each chord adds its two ends to rows of differences; one cumulative sum then fills all rows. An
     end in a later period also changes all earlier periods: it is subtracted from column 0, once
-    per period passed.
+    per period passed. Blocks of chords are drawn into rows of their own, and added in order.
     """
     dy, dx = cell_mm
     pad = (ORDER + 1) // 2
@@ -194,57 +202,111 @@ def draw(
     width = min(columns, period[1])
     # Chords of slanted edges turn the faster from row to row the wider the image
     count = int(np.ceil(strips + dy / dx))
-    out = np.zeros(height * width, np.float32)
-    for left, right, weight, level in chord_blocks(pupil, dy, rows, count, CHORDS):
-        row = np.floor(level).astype(np.intp)
-        down = spline_taps(level - row, ORDER - 1)
-        for end, sign in ((left, 1), (right, -1)):
-            at = end / dx + columns / 2
-            column = np.floor(at).astype(np.intp)
-            across = spline_taps(at - column, ORDER)
-            for k, share in enumerate(down):
-                start = (row + k - ORDER // 2) % height * width
-                share = share * (sign * weight)
-                for t, part in enumerate(across):
-                    passed, place = np.divmod(column + t - (ORDER - 1) // 2, width)
-                    value = share * part
-                    np.add.at(out, start + place, value.astype(np.float32))
-                    if passed.any():
-                        np.add.at(out, start, (-passed * value).astype(np.float32))
-    out = out.reshape(height, width)
+    out = np.zeros((height, width), np.float32)
+    strips_of_pupil = Strips(pupil, dy, rows, count)
+
+    def drawn(block: slice) -> _Rows | None:
+        lines = chords_of(strips_of_pupil, block)
+        return None if lines is None else _ends_in_cells(lines, dx, columns, width)
+
+    for part in apply(drawn, blocks_of(strips_of_pupil, CHORDS)):
+        for first, cells in () if part is None else part.folded(height):
+            out[first : first + len(cells)] += cells
     return np.cumsum(out, axis=1, out=out)
 
 
-def chord_blocks(
-    pupil: RealPupil, cell_mm: float, rows: int, strips: int, most: int
-) -> Iterator[Chords]:
-    """Yield `pupil.gauss_chords` of all shapes in rows of cells, from the top of the pupil down.
+class _Rows(NamedTuple):
+    """Rows of a drawn pupil, before they are folded."""
 
-    A large pupil with much dirt has a hundred million chords.
+    first: int
+    cells: np.ndarray  # (y, x)
+
+    def folded(self, height: int) -> Iterator[tuple[int, np.ndarray]]:
+        """Yield (first row, rows) within a height that the rows are folded to."""
+        done = 0
+        while done < len(self.cells):
+            first = (self.first + done) % height
+            part = self.cells[done : done + height - first]
+            yield first, part
+            done += len(part)
+
+
+def _ends_in_cells(lines: Chords, cell_mm: float, columns: int, width: int) -> _Rows:
+    """Return the rows of differences that chords add their ends to.
 
     Parameters
     ----------
-    pupil : pupil without phase, mm.
-    cell_mm : height of a row of cells, mm.
-    rows : rows of cells, evenly about the axis.
-    strips : strips per row of cells.
-    most : approximate number of chords per block.
+    lines : chords, in rows of cells.
+    cell_mm : width of a cell, mm.
+    columns : cells across the pupil; `width` : columns that they are folded to.
     """
-    top = -rows / 2 * cell_mm
-    height = cell_mm / strips
-    for block in strip_blocks(pupil.terms, top, height, rows * strips, most / len(GAUSS)):
-        low_mm = top + block.start * height
-        high_mm = top + block.stop * height
-        pieces = []
-        for shape, amplitude in pupil.terms:
-            if shape.high < low_mm or shape.low > high_mm:
-                continue
-            for chords in gauss_chords((shape, amplitude), top, height, rows * strips, block):
-                pieces.append(
-                    (chords.left, chords.right, chords.weight / strips, chords.level / strips)
-                )
-        if pieces:
-            yield Chords(*(np.concatenate(part) for part in zip(*pieces)))
+    row = np.floor(lines.level).astype(np.int32)
+    first = int(row.min()) - ORDER // 2
+    down = np.stack(spline_taps(lines.level - row, ORDER - 1), axis=1)
+    start = ((row - ORDER // 2 - first)[:, None] + np.arange(ORDER, dtype=np.int32)) * width
+    size = int(row.max()) + ORDER - ORDER // 2 - first, width
+    total = np.zeros(size[0] * width, np.float32)
+    for end, sign in ((lines.left, 1), (lines.right, -1)):
+        at = end / cell_mm + columns / 2
+        column = np.floor(at).astype(np.int32)
+        across = np.stack(spline_taps(at - column, ORDER), axis=1)
+        taps = np.arange(ORDER + 1, dtype=np.int32) - (ORDER - 1) // 2
+        passed, place = np.divmod(column[:, None] + taps, np.int32(width))
+        share = down * (sign * lines.weight)[:, None]
+        value = (share[:, :, None] * across[:, None, :]).astype(np.float32)
+        total += _summed(value, start[:, :, None] + place[:, None, :], len(total))
+        if passed.any():
+            value *= -passed[:, None, :]
+            total += _summed(value, np.broadcast_to(start[:, :, None], value.shape), len(total))
+    return _Rows(first, total.reshape(size))
+
+
+def _summed(value: np.ndarray, place: np.ndarray, size: int) -> np.ndarray:
+    """Return sums of float32 values by place; other threads work meanwhile, as `np.add.at` does not
+    let them.
+    """
+    ends = np.array([0, value.size], np.int32)
+    column = csc_array((value.ravel(), place.ravel(), ends), (size, 1))
+    return column @ np.ones(1, np.float32)
+
+
+class Strips(NamedTuple):
+    """Strips of a pupil that chords lie in, from its top down."""
+
+    pupil: RealPupil
+    cell_mm: float  # height of a row of cells
+    rows: int  # of cells, evenly about the axis
+    per_row: int  # strips of a row of cells
+
+
+def blocks_of(strips: Strips, most: int) -> list[slice]:
+    """Return blocks of strips with about `most` chords each: a large pupil with much dirt has a
+    hundred million chords.
+    """
+    return strip_blocks(strips.pupil.terms, *_even(strips), most / len(GAUSS))
+
+
+def chords_of(strips: Strips, block: slice) -> Chords | None:
+    """Return `pupil.gauss_chords` of all shapes in a block of strips, in rows of cells; None where
+    there are none.
+    """
+    top, height, count = _even(strips)
+    low_mm = top + block.start * height
+    high_mm = top + block.stop * height
+    each = strips.per_row
+    pieces = []
+    for shape, amplitude in strips.pupil.terms:
+        if shape.high < low_mm or shape.low > high_mm:
+            continue
+        for chords in gauss_chords((shape, amplitude), top, height, count, block):
+            pieces.append((chords.left, chords.right, chords.weight / each, chords.level / each))
+    return Chords(*(np.concatenate(part) for part in zip(*pieces))) if pieces else None
+
+
+def _even(strips: Strips) -> tuple[float, float, int]:
+    """Return the top of the first strip and the height of all, mm, and their number."""
+    height = strips.cell_mm / strips.per_row
+    return -strips.rows / 2 * strips.cell_mm, height, strips.rows * strips.per_row
 
 
 def _apply_to_each(apply: Callable[..., Any], function: Callable[..., Any], count: int) -> None:

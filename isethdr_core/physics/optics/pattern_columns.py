@@ -10,14 +10,21 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import scipy.fft as sf
 from scipy.sparse import csc_array, csr_array
 
 from ..convolution import fourier
-from .half_plane_pattern import Chords, RealPupil, chord_blocks, half_lattice
+from .half_plane_pattern import (
+    Chords,
+    RealPupil,
+    Strips,
+    blocks_of,
+    chords_of,
+    half_lattice,
+)
 from .lattice import ORDER, spline_response, spline_taps
 from .whole_plane_pattern import Turns, densities, drawn_pupil
 
@@ -26,7 +33,7 @@ STEP = 0.42
 PERIOD = 3.0  # period of the field along y, in reaches
 STRIPS = 1.5  # strips per row of cells
 BLOCK = 32  # columns computed at a time
-CHORDS = 1 << 20  # chords computed at a time: each takes some 80 bytes
+CHORDS = 1 << 18  # chords computed at a time by one thread: each takes some 80 bytes
 TOGETHER = 2048  # chords in one block, which fits the processor's cache
 # largest movement of the outermost tile from one wavelength of a band to the next, tiles
 MOVES = 1.2
@@ -47,13 +54,18 @@ class Place:
     strips: float = STRIPS  # of a row of cells, beside those that slanted edges take
 
 
-def columns(pupil: RealPupil, place: Place) -> np.ndarray:
+def columns(pupil: RealPupil, place: Place, apply: Callable = map) -> np.ndarray:
     """Return the band's mean light from one tile to another, (y = -reach .. reach, column), as a
     fraction of the pupil's energy.
+
+    Parameters
+    ----------
+    pupil : pupil without phase, mm.
+    place : columns of tiles and their band.
+    apply : `map`, or the `map` of a pool of threads. The result does not depend on it.
     """
     grid = _grid(pupil, place)
-    across = grid.step_um * grid.columns
-    return _means(place, grid, _density(pupil, place, across, grid.far, grid.step_um))
+    return _means(place, grid, _density(pupil, place, grid, apply), apply)
 
 
 def columns_with_phase(
@@ -76,7 +88,7 @@ def columns_with_phase(
     lattice = half_lattice(extent, grid.step_um, period, place.strips)
     lattice = replace(lattice, samples_to_border=(grid.far, lattice.samples_to_border[1]))
     drawn = drawn_pupil(pupil, place.band_nm[0], lattice)
-    return _means(place, grid, densities(drawn, turns, grid.columns, apply))
+    return _means(place, grid, densities(drawn, turns, grid.columns, apply), apply)
 
 
 class _Grid(NamedTuple):
@@ -97,7 +109,7 @@ def _grid(pupil: RealPupil, place: Place) -> _Grid:
     return _Grid(np.arange(near, last), far, step)
 
 
-def _means(place: Place, grid: _Grid, density: np.ndarray) -> np.ndarray:
+def _means(place: Place, grid: _Grid, density: np.ndarray, apply: Callable[..., Any]) -> np.ndarray:
     """Return the means over tiles and band of a pattern (column, y) that only scales within the
     band.
     """
@@ -107,11 +119,11 @@ def _means(place: Place, grid: _Grid, density: np.ndarray) -> np.ndarray:
     last = place.first + place.count
     outer = np.hypot(last * pitch_x, place.reach * pitch_y) / min(pitch_x, pitch_y)
     count = int(np.ceil(max(6, outer * (long - short) / short / place.moves)))
-    total = 0.0
     # the light of a tile is a band-limited function of the wavelength, which Gauss's places
     # integrate almost exactly: midpoints of equal parts leave up to ten times the error
     places, weights = np.polynomial.legendre.leggauss(count)
-    for at, weight in zip(places, weights / 2):
+
+    def at_one(at: float, weight: float) -> np.ndarray:
         u = short / ((short + long) / 2 + at * (long - short) / 2)
         right = _triangles(np.arange(place.first, last), u * pitch_x, grid.step_um * grid.columns)
         down = _triangles(
@@ -119,8 +131,9 @@ def _means(place: Place, grid: _Grid, density: np.ndarray) -> np.ndarray:
             u * pitch_y,
             grid.step_um * np.arange(-far, far + 1),
         )
-        total = total + weight * u**2 * (down @ (right @ density).T)
-    return np.asarray(total) * (pitch_x * pitch_y)
+        return weight * u**2 * (down @ (right @ density).T)
+
+    return sum(apply(at_one, places, weights / 2)) * (pitch_x * pitch_y)
 
 
 def _triangles(tiles: np.ndarray, pitch_um: float, at_um: np.ndarray) -> csr_array:
@@ -137,10 +150,11 @@ def _triangles(tiles: np.ndarray, pitch_um: float, at_um: np.ndarray) -> csr_arr
     return csr_array((weight.ravel(), sample.ravel(), ends), (len(tiles), len(at_um)))
 
 
-def _density(
-    pupil: RealPupil, place: Place, across_um: np.ndarray, far: int, step_um: float
-) -> np.ndarray:
-    """Return the pattern (column, y) per um2 at `across_um` and at -far .. far steps along y."""
+def _density(pupil: RealPupil, place: Place, grid: _Grid, apply: Callable[..., Any]) -> np.ndarray:
+    """Return the pattern (column, y) per um2 at the samples of a grid."""
+    across_um = grid.step_um * grid.columns
+    far = grid.far
+    step_um = grid.step_um
     wavelength_nm = place.band_nm[0]
     period = sf.next_fast_len(int(np.ceil(place.period * far)))
     scale = wavelength_nm * 1e-6 * pupil.distance_mm  # mm2
@@ -150,16 +164,16 @@ def _density(
     strips = int(np.ceil(place.strips + across_um[-1] / (far * step_um)))
     fields = np.zeros((len(across_um), period), np.complex64)
     frequency = 1e-3 * across_um / scale  # cycles per mm
-    blocks = chord_blocks(pupil, cell, rows, strips, CHORDS)
-    for part in (part for lines in blocks for part in _in_order(lines)):
-        first, grid = _smooth_cells(part)
-        inside = slice(first, first + grid.shape[0])
-        for start in range(0, len(frequency), BLOCK):
-            now = frequency[start : start + BLOCK]
-            turns = _powers(part.left, now) - _powers(part.right, now)
-            # on the axis the integral of a chord is its length
-            turns[now == 0] = 2j * np.pi * (part.right - part.left)
-            fields[start : start + BLOCK, inside] += (grid @ np.ascontiguousarray(turns.T)).T
+    strips_of_pupil = Strips(pupil, cell, rows, strips)
+
+    def rows_of(block: slice) -> tuple[int, np.ndarray] | None:
+        lines = chords_of(strips_of_pupil, block)
+        return None if lines is None else _fields(lines, frequency)
+
+    for part in apply(rows_of, blocks_of(strips_of_pupil, CHORDS)):
+        if part is not None:
+            first, own = part
+            fields[:, first : first + own.shape[1]] += own
     divisor = 2j * np.pi * np.where(frequency == 0, 1.0, frequency)
     fields *= (cell / divisor).astype(np.complex64)[:, None]
     fields = fourier.fft_rows(fields)
@@ -167,6 +181,25 @@ def _density(
     gain = spline_response(y / period) ** -2 * (1e-6 / (scale**2 * pupil.energy_mm2))
     fields = np.concatenate([fields[:, period - far :], fields[:, : far + 1]], axis=1)
     return (fields.real**2 + fields.imag**2) * gain
+
+
+def _fields(lines: Chords, frequency: np.ndarray) -> tuple[int, np.ndarray]:
+    """Return the first row of cells that chords add to, and transforms (frequency, row) along x of
+    their rows, times 2 pi i frequency where that is not 0.
+    """
+    lowest, highest = (int(np.floor(level)) for level in (lines.level.min(), lines.level.max()))
+    begin = lowest - ORDER // 2
+    fields = np.zeros((len(frequency), highest - lowest + ORDER), np.complex64)
+    for part in _in_order(lines):
+        first, cells = _smooth_cells(part)
+        inside = slice(first - begin, first - begin + cells.shape[0])
+        for start in range(0, len(frequency), BLOCK):
+            now = frequency[start : start + BLOCK]
+            turns = _powers(part.left, now) - _powers(part.right, now)
+            # on the axis the integral of a chord is its length
+            turns[now == 0] = 2j * np.pi * (part.right - part.left)
+            fields[start : start + BLOCK, inside] += (cells @ np.ascontiguousarray(turns.T)).T
+    return begin, fields
 
 
 def _powers(place_mm: np.ndarray, frequency: np.ndarray) -> np.ndarray:

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from isethdr_core.physics.optics import pattern_columns, ray_sums
+from isethdr_core.physics.optics import exact_tiles, pattern_columns, ray_sums
 
 from ..pupil import sampled_pupil
 from . import phase_patterns, scaled_pattern
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 class Counts(NamedTuple):
     """Parts of the work of kernels from patterns."""
 
-    samples: float = 0.0  # of lattices, real; four times as many where complex
+    samples: float = 0.0  # of lattices
     sums: float = 0.0  # as `ray_sums.Work`
     reads: float = 0.0  # as `ray_sums.Work`, times borders of bands and bands
     taps: float = 0.0  # as `ray_sums.Work`, times bands
@@ -38,16 +38,16 @@ class Counts(NamedTuple):
     transforms: float = 0.0  # wavelengths of exact cores with phase
 
 
-# CPU seconds of each part: least squares over 14 lenses and frames (f/1.6 to f/4, 8 and 31 bands,
-# 0.02 to 3 million tiles, with and without a wavefront) on a busy machine; relative error 0.17
+# CPU seconds of each part on a busy machine: within a third of what kernels of five lenses without
+# phase took (f/1.6 to f/4, 8 and 31 bands, 40 and 150 grains per mm2, up to 10 million values)
 SECONDS = Counts(
-    samples=1.0e-9,
+    samples=2.0e-8,
     sums=7.0e-8,
     reads=1.24e-10,
     taps=3.1e-9,
-    chords=5.3e-7,
-    turns=1.9e-8,
-    cores=2.5e-10,
+    chords=1.5e-6,
+    turns=2.8e-8,
+    cores=8.0e-10,
     transforms=0.07,
 )
 
@@ -66,24 +66,28 @@ def one_pattern(frame: Frame) -> Counts:
     ]
     terms = sampled_pupil.terms(frame.lens, frame.flares)
     blur = frame.blur_um
+    lattices = [patterns for _, _, patterns in levels]
+    core = exact_tiles.exact_lattice(frame.pitch_um, frame.core, blur, scaled_pattern.FINE_STRIPS)
     chords = sum(
         _chords(
             frame.lens, terms, blur / (patterns.period[0] * patterns.step_um), patterns.strips + 1
         )
-        for _, _, patterns in levels
+        for patterns in (*lattices, core)
     )
     turns = 0.0
     rows_um = frame.reach[0] * frame.pitch_um[0]
     step = read.columns.get("step", pattern_columns.STEP)
-    width = scaled_pattern.columns_together(frame) * frame.pitch_um[1] / (step * blur)
+    # columns of samples: a tile's triangle is two tiles wide, and some beyond
+    width = (scaled_pattern.columns_together(frame) + 1) * frame.pitch_um[1] / (step * blur) + 4
     for first in scaled_pattern.checked_columns(frame):
         far_um = first * frame.pitch_um[1]
         cell = blur / (pattern_columns.PERIOD * rows_um)
-        many = _chords(frame.lens, terms, cell, pattern_columns.STRIPS + far_um / rows_um)
+        strips = np.ceil(pattern_columns.STRIPS + far_um / rows_um)
+        many = _chords(frame.lens, terms, cell, strips)
         chords += many
         turns += many * (width + far_um / (step * blur) * frame.narrowest)
     cores = scaled_pattern.exact_sums(frame, frame.core)
-    samples = float(sum(np.prod(patterns.period, dtype=float) for _, _, patterns in levels))
+    samples = float(sum(np.prod(patterns.period, dtype=float) for patterns in (*lattices, core)))
     return Counts(samples, *_rings(frame, levels), chords, turns, cores)
 
 
@@ -100,12 +104,12 @@ def with_phase(frame: Frame) -> Counts:
         )
         for _, _, patterns in levels
     )
-    samples = 4.0 * count * sum(np.prod(patterns.period, dtype=float) for _, _, patterns in levels)
+    samples = count * sum(np.prod(patterns.period, dtype=float) for _, _, patterns in levels)
     # direct sums: one complex lattice for each of three groups of columns
     sides_um = [r * p for r, p in zip(frame.reach, frame.pitch_um)]
     step = phase_patterns.CHECKED_STEP
     period = [phase_patterns.CHECKED_PERIOD * side / (step * blur) for side in sides_um]
-    samples += 2.0 * 3 * float(np.prod(period))
+    samples += 0.5 * 3 * float(np.prod(period))
     chords += 3 * _chords(frame.lens, terms, 1 / (period[0] * step), 2.0)
     sums, reads, taps = _rings(frame, levels)
     waves = scaled_pattern.core_wavelengths(frame, frame.core)

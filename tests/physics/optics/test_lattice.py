@@ -2,6 +2,8 @@
 transforms.
 """
 
+from concurrent.futures import ThreadPoolExecutor
+
 import numpy as np
 import pytest
 from scipy.special import j1
@@ -175,3 +177,20 @@ def test_pupils_drawn_in_blocks_of_chords_are_the_same(monkeypatch):
     # float32: a few thousand values of 1 are summed along a row
     for found, expected in zip(drawn_now(), together):
         np.testing.assert_allclose(found, expected, atol=1e-5 * np.abs(expected).max())
+
+
+def test_threads_change_no_bit_of_a_pupil_and_of_columns(monkeypatch):
+    """Blocks of chords are added in their order, whichever thread has drawn them."""
+    terms = opening(blades(0.5, 5), [(disc(0.1, 0.2, 0.05), 0.5)])
+    real = half_plane_pattern.RealPupil(terms, 0.5, FOCAL, OPEN)
+    place = pattern_columns.Place(20, 2, 12, (3.0, 3.0), (540.0, 560.0))
+    for module in (half_plane_pattern, pattern_columns):
+        monkeypatch.setattr(module, "CHORDS", 100)
+
+    def made(apply):
+        drawn = half_plane_pattern.draw(real, (0.004, 0.003), (120, 150), apply=apply)
+        return drawn, pattern_columns.columns(real, place, apply)
+
+    with ThreadPoolExecutor(3) as pool:
+        for one, other in zip(made(map), made(pool.map)):
+            np.testing.assert_array_equal(one, other)

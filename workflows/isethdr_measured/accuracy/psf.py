@@ -6,6 +6,7 @@ from __future__ import annotations
 
 import numpy as np
 from isethdr_optics import DiffractionLimitedLens
+from isethdr_optics.psf.exact_core import Wavelengths
 from isethdr_optics.psf.kernels import BandPlan
 from isethdr_optics.psf.wings import Grid
 from isethdr_optics.pupil.sampled_pupil import distance_mm, radius_mm
@@ -90,9 +91,8 @@ def core(count: int, tiles: int = TILES) -> np.ndarray:
     grid = Grid(1, (TILE_UM, TILE_UM), (tiles, tiles))
     plan = BandPlan(lens, (), (BAND_NM, WIDTH_NM), grid)
     if count:
-        plan.wavelengths = lambda centre, width, *_: (
-            centre + ((np.arange(count) + 0.5) / count - 0.5) * width
-        )
+        middles_nm = BAND_NM + ((np.arange(count) + 0.5) / count - 0.5) * WIDTH_NM
+        plan.wavelengths = lambda *_: Wavelengths(middles_nm, np.full(count, 1 / count))
     return plan.band(BAND_NM, WIDTH_NM)[0]
 
 

@@ -34,6 +34,7 @@ from .limits import LEAST_CORE, lattices_fit, memory_bytes, serves
 from .read_rings import fine_enough, halves
 from .rings import (
     FINE,
+    FINE_STRIPS,
     USUAL,
     WRAP,
     Level,
@@ -54,6 +55,7 @@ __all__ = [
     "Errors",
     "FINE",
     "FINE_COLUMNS",
+    "FINE_STRIPS",
     "Frame",
     "LEAST_CORE",
     "Level",

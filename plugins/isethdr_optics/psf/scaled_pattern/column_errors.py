@@ -64,15 +64,14 @@ def errors(
         (far_column, short),
     }
 
-    def one(place: tuple[int, int]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        first, band = place
-        wrong, light = wrong_columns(frame, half_kernels[band], first, band, **read.columns)
+    def one(first: int, band: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        wrong, light = wrong_columns(frame, half_kernels[band], first, band, apply, **read.columns)
         column_errors = kernel_sampling_error.ColumnErrors()
         column_errors.add(wrong, light, first, frame.core)
         return column_errors.relative(), column_errors.deviation(), np.abs(column_errors.mean())
 
     relative, deviation, mean = (
-        np.max(part, axis=0) for part in zip(*apply(one, sorted(places_checked)))
+        np.max(part, axis=0) for part in zip(*(one(*place) for place in sorted(places_checked)))
     )
     return of_whole_kernels(relative, deviation, float(mean.max()))
 
@@ -121,6 +120,7 @@ def wrong_columns(
     half: np.ndarray,
     first: int,
     band: int,
+    apply: Callable = map,
     **fine: float,
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return the error and the light, (y, column), of a few columns of tiles.
@@ -131,12 +131,13 @@ def wrong_columns(
     half : (y, x) half plane of one band's kernel.
     first : column, tiles from the axis.
     band : index of the band.
+    apply : `map`, or the `map` of a pool of threads.
     **fine : fields of a `pattern_columns.Place`: how finely light is summed.
     """
     count = min(columns_together(frame), frame.reach[1] + 1 - first)
     edges = tuple(float(sampled_pupil.scaled_nm(frame.lens, w)) for w in frame.edges_nm[band])
     place = pattern_columns.Place(first, count, frame.reach[0], frame.pitch_um, edges, **fine)
-    light = pattern_columns.columns(frame.pupil(frame.shortest_nm), place)
+    light = pattern_columns.columns(frame.pupil(frame.shortest_nm), place, apply)
     middle = frame.reach[1]
     right = half[:, middle + first : middle + first + count]
     mirrored = half[:0:-1, middle - first - count + 1 : middle - first + 1][:, ::-1]

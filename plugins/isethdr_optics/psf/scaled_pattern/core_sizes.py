@@ -55,18 +55,17 @@ def wider_core(frame: Frame, tiles: int, apply: Callable = map) -> Core:
     inside = frame.resized(reach, (NEAREST, NEAREST))
     places_checked = {(min(f, last), b) for f in (NEAREST, last) for b in (order[0], order[-1])}
 
-    def one(place: tuple[int, int]) -> tuple[np.ndarray, np.ndarray]:
-        first, band = place
+    def one(first: int, band: int) -> tuple[np.ndarray, np.ndarray]:
         fine = NEAREST_COLUMNS if first == NEAREST else FINE_COLUMNS
         if wide:
             fine = WIDE_FINE_COLUMNS
-        wrong, light = wrong_columns(inside, exact[band], first, band, **fine)
+        wrong, light = wrong_columns(inside, exact[band], first, band, apply, **fine)
         column_errors = kernel_sampling_error.ColumnErrors()
         column_errors.add(wrong, light, first, inside.core)
         return column_errors.relative(), column_errors.deviation()
 
     relative, deviation = (
-        np.max(part, axis=0) for part in zip(*apply(one, sorted(places_checked)))
+        np.max(part, axis=0) for part in zip(*(one(*place) for place in sorted(places_checked)))
     )
     return Core(reach, exact, relative, ELSEWHERE * deviation)
 
