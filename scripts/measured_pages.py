@@ -201,22 +201,22 @@ PAGES = {
         ("python -m isethdr_measured budget",),
         "3 minutes",
         notes=(
-            "- The field has 96 x 54 tiles of 10 um, 16 bands, and a lens of f/4 with dust. Radiance"
-            " is stored, read, mixed, sent through the lens and counted in every pixel, as in a"
-            " run. `allowed`, `error_99`, `stated_99` and `truth_error`, that of the reference"
-            " itself, are in standard deviations of the sensor's noise; `_99` is the error that 99 %"
-            " of the unsaturated pixels keep; `within` is the share of the unsaturated pixels whose error is"
-            " at most `allowed`.",
+            "- The field has 96 x 54 tiles of 10 um, 16 bands, and a lens of f/4 with dust."
+            " Radiance is stored, read, mixed, sent through the lens and counted in every pixel,"
+            " as in a run. `allowed`, `error_99`, `stated_99` and `truth_error`, that of the"
+            " reference itself, are in standard deviations of the sensor's noise; `_99` is the"
+            " error that 99 % of the unsaturated pixels keep; `within` is the share of the"
+            " unsaturated pixels whose error is at most `allowed`.",
             "- `cold` is the CPU time with kernels to be made, `warm` with kernels at hand; `over"
             "_best` divides it by that of the cheapest of 24 settings (mantissa bits, error of"
             " kernels, irradiance or photocurrent) that keeps 99 % of the pixels within the same"
             " error. Only the reference can tell which one that is. CPU times of two runs differ"
             " by up to a fifth.",
-            "- The stated error is several times the error found. It assumes that neighbouring tiles"
-            " have equal errors, and that the error from the period of the computed diffraction"
-            " pattern has one sign. Kernels are therefore refined although coarser ones would do,"
-            " and some rows take several times as long as the best setting by hand. A run makes its"
-            " kernels once for all cameras and noise realisations.",
+            "- The stated error is several times the error found. It assumes that neighbouring"
+            " tiles have equal errors, and that the error from the period of the computed"
+            " diffraction pattern has one sign. Kernels are therefore refined although coarser"
+            " ones would do, and some rows take several times as long as the best setting by hand."
+            " A run makes its kernels once for all cameras and noise realisations.",
             "- [Budget](../explanation/budget.md) explains how the allowed error is divided.",
         ),
         columns={
@@ -306,10 +306,11 @@ PAGES = {
         ("isethdr study emva1288 sensor=all",),
         "10 CPU min",
         notes=(
-            "A capture is one reading of a shot, for example LCG and HCG for low and high conversion"
-            " gain; `single`: the sensor has one. Charge per light, and exposures, are per pixel and at"
-            " one wavelength. `limit`: the standard states an upper limit, which holds. [Sensors](../explanation/sensors.md) says which model of the standard applies to which"
-            " sensor, and how exact each figure is.",
+            "A capture is one reading of a shot, for example LCG and HCG for low and high"
+            " conversion gain; `single`: the sensor has one. Charge per light, and exposures, are"
+            " per pixel and at one wavelength. `limit`: the standard states an upper limit, which"
+            " holds. [Sensors](../explanation/sensors.md) says which model of the standard applies"
+            " to which sensor, and how exact each figure is.",
         ),
         columns={
             "found": Column("measured", error="standard_error"),
@@ -333,11 +334,11 @@ PAGES = {
         ("python -m isethdr_measured merge_rules", "python -m isethdr_measured demosaic_methods"),
         "a minute",
         notes=(
-            "`merge_rules`: one pixel of the sensor `split_pixel` is simulated 100 000 times at each"
-            " level and merged by each rule. SNR is the level over the rms error. The variance"
-            " ratio is 1 where the merge states its own variance rightly. From 4 standard"
-            " deviations of the shot noise below the end of a capture to 3 above it, no rule can be"
-            " good. `own_noise` weights each charge by the inverse of its own noisy variance,"
+            "`merge_rules`: one pixel of the sensor `split_pixel` is simulated 100 000 times at"
+            " each level and merged by each rule. SNR is the level over the rms error. The"
+            " variance ratio is 1 where the merge states its own variance rightly. From 4 standard"
+            " deviations of the shot noise below the end of a capture to 3 above it, no rule can"
+            " be good. `own_noise` weights each charge by the inverse of its own noisy variance,"
             " `hard_switch` has no ramp; neither is offered as a rule. The last four rows compare"
             " `inverse_variance`, the default, with its limits, from 1 e to 4 standard deviations"
             " below the end of the small photodiode.",

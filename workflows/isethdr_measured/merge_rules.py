@@ -54,8 +54,8 @@ def merge_rules(draws: int = 100000, seed: int = 1, levels: str = "") -> list[di
     -------
     rows with level_e, rule, snr_db (level over rms error), bias_percent and its standard error,
     reported_over_true (variance), near_top (within 4 sd below to 3 sd above the end of a capture,
-    where no rule can be good), and check: "", or in the last rows a figure of the default rule beside
-    its limit.
+    where no rule can be good), and check: "", or in the last rows a figure of the default rule
+    beside its limit.
     """
     model = build("sensor", "split_pixel").model()
     rng = np.random.default_rng(seed)
@@ -265,8 +265,8 @@ def required_figures(rows: Sequence[dict[str, Any]], model: SensorModel) -> list
         {
             **odd,
             "check": (
-                f"worst error of the stated variance: {100 * (odd['reported_over_true'] - 1):+.1f} %;"
-                " limit: 5 %"
+                "worst error of the stated variance:"
+                f" {100 * (odd['reported_over_true'] - 1):+.1f} %; limit: 5 %"
             ),
         },
     ]

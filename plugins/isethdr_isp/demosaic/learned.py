@@ -70,6 +70,12 @@ def within_samples(planes: np.ndarray, mosaic: np.ndarray, filters: np.ndarray) 
 
     Beside a lamp, brighter than all steps of the training, filters with negative weights would make
     pixels black.
+
+    Parameters
+    ----------
+    planes : demosaiced electrons (channel, y, x); changed in place.
+    mosaic : samples (y, x), electrons.
+    filters : (y, x) number of the channel that each pixel samples.
     """
     for channel, plane in enumerate(planes):
         at = filters == channel

@@ -79,8 +79,14 @@ def _neighbours(values: np.ndarray, axis: int) -> tuple[np.ndarray, np.ndarray]:
     return np.moveaxis(padded[:-2], 0, axis), np.moveaxis(padded[2:], 0, axis)
 
 
-def local_mean(values: np.ndarray) -> np.ndarray:
-    """Return the mean (y, x) over a window around every pixel; mirrored at the border."""
+def local_mean(values: np.ndarray, side: int = WINDOW) -> np.ndarray:
+    """Return the mean (y, x) over a window around every pixel; mirrored at the border.
+
+    Parameters
+    ----------
+    values : (y, x), any unit.
+    side : of the window, pixels.
+    """
     from scipy.ndimage import uniform_filter
 
-    return uniform_filter(values, WINDOW, mode="mirror")
+    return uniform_filter(values, side, mode="mirror")
