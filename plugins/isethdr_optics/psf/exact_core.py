@@ -31,9 +31,9 @@ DENSE_GAUSS = (1.75, 1.0)
 DENSE_WIDTHS = (0.9, 1.2)
 MORE_GAUSS = 2
 # Cells of the pupil hold back the light that the period of the field folds into the core, but not
-# all of it: the error of tiles grows with the square of their distance. Against cells a third as
-# wide (f/2.8 to f/16, with and without a wavefront and dirt, cores of 4 to 80 tiles), mean magnitude
-# per tile was at most 4.5e-3 at the border, with `kernel_sampling_error.deviation` 2.4e-2: along the
+# all of it: the error of tiles grows with the square of their distance. Against finer cells (f/2.8
+# to f/16, with and without a wavefront and dirt, cores of 4 to 80 tiles), the mean magnitude per
+# tile was at most 4.5e-3 at the border, and `kernel_sampling_error.deviation` 2.4e-2: along the
 # axes neighbours err alike. Near the axis both were at most 9e-5
 CELLS_AT_BORDER = 6e-3
 CELLS_DEVIATION = 2.5e-2
