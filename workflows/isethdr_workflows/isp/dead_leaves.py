@@ -34,35 +34,30 @@ def dead_leaves(rows: int, columns: int, colours: Any, rng: np.random.Generator)
     out = np.empty((colours.shape[1], height, width), np.float32)
     out[:] = colours[rng.integers(len(colours)), :, None, None]
     for _ in range(int(SHAPES_PER_PIXEL * rows * columns)):
-        # density of radii r^-3: as many small leaves as large ones are seen
-        radius = FINE / np.sqrt(rng.uniform(RADII_PX[1] ** -2, RADII_PX[0] ** -2))
-        cy = rng.uniform(0, height)
-        cx = rng.uniform(0, width)
-        y0, y1, x0, x1 = (
-            int(v)
-            for v in (
-                max(cy - radius, 0),
-                min(cy + radius + 1, height),
-                max(cx - radius, 0),
-                min(cx + radius + 1, width),
-            )
-        )
-        y, x = np.mgrid[y0:y1, x0:x1] - np.array([cy, cx])[:, None, None]
-        inside = _inside(x, y, radius, rng)
-        leaf = (colours[rng.integers(len(colours))] * DARKEST ** rng.uniform(0, 1)).astype(
-            np.float32
-        )
-        value = (
-            leaf[:, None, None] * _stripes(x, y, rng)
-            if rng.uniform() < STRIPED
-            else leaf[:, None, None]
-        )
-        out[:, y0:y1, x0:x1] = np.where(inside, value, out[:, y0:y1, x0:x1])
-
+        _cover(out, colours, rng)
     blur = FINE * rng.uniform(0.0, 0.5)  # pixels: lenses from perfect to soft
     out = gaussian_filter(out, (0, blur, blur), mode="mirror")
     planes = out.reshape(len(out), rows, FINE, columns, FINE).mean((2, 4), dtype=float)
     return planes / planes.mean((1, 2)).max()
+
+
+def _cover(out: np.ndarray, colours: np.ndarray, rng: np.random.Generator) -> None:
+    """Cover part of the planes `out` (channel, y, x) with one leaf."""
+    height, width = out.shape[1:]
+    # density of radii r^-3: as many small leaves as large ones are seen
+    radius = FINE / np.sqrt(rng.uniform(RADII_PX[1] ** -2, RADII_PX[0] ** -2))
+    centre_y = rng.uniform(0, height)
+    centre_x = rng.uniform(0, width)
+    rows = slice(int(max(centre_y - radius, 0)), int(min(centre_y + radius + 1, height)))
+    columns = slice(int(max(centre_x - radius, 0)), int(min(centre_x + radius + 1, width)))
+    y, x = np.mgrid[rows, columns] - np.array([centre_y, centre_x])[:, None, None]
+    inside = _inside(x, y, radius, rng)
+    colour = colours[rng.integers(len(colours))] * DARKEST ** rng.uniform(0, 1)
+    leaf = colour.astype(np.float32)[:, None, None]
+    if rng.uniform() < STRIPED:
+        leaf = leaf * _stripes(x, y, rng)
+    covered = out[:, rows, columns]
+    covered[...] = np.where(inside, leaf, covered)
 
 
 def _inside(x: np.ndarray, y: np.ndarray, radius: float, rng: np.random.Generator) -> np.ndarray:
