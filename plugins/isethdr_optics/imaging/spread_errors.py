@@ -135,7 +135,8 @@ def fine_enough(
         if share <= allowed:
             return best, share, electron_map
         if best.scaled is not None:
-            finer = _finer_rings(best, share, electron_map, response)
+            sizes = kernels.wider_cores(best)
+            finer = _finer_rings(best, share, electron_map, response, sizes)
             if finer is not None:
                 finer_kernels = make_kernels(
                     replace(lens, speckle_error=finer * lens.speckle_error)
@@ -143,7 +144,7 @@ def fine_enough(
                 finer_share = noise_share(finer_kernels, electron_map, response)
                 if finer_share <= allowed:
                     return finer_kernels, finer_share, electron_map
-            best, share = _with_wider_core(best, electron_map, response, allowed)
+            best, share = _with_wider_core(best, electron_map, response, allowed, sizes)
             return best, share, electron_map
         for finer in (
             FINER_FACTORS if ERROR_LEFT_BY_HALVING * share <= allowed else FINER_FACTORS[1:]
@@ -159,7 +160,11 @@ def fine_enough(
 
 
 def _finer_rings(
-    kernels_of_field: Kernels, share: float, electron_map: PhotoelectronMap, response: Response
+    kernels_of_field: Kernels,
+    share: float,
+    electron_map: PhotoelectronMap,
+    response: Response,
+    sizes: Sequence[CoreSize],
 ) -> float | None:
     """Return the factor of the error that makes the rings of the whole frame accurate enough, or
     None if a wider exact core takes less time, or no factor is expected to be enough.
@@ -173,19 +178,22 @@ def _finer_rings(
     share : their `noise_share`.
     electron_map : of the scene, for that sensor.
     response : `isethdr_core.demand.Response` of the sensor.
+    sizes : sizes that a wider exact core can have.
     """
     aim = CORE_SHARE * KERNELS * response.noise_fraction_allowed
-    quick = [size for size in kernels.wider_cores(kernels_of_field) if size.quick]
-    if any(
-        left <= aim
-        for left in _shares_beyond_cores(kernels_of_field, electron_map, response, quick)
-    ):
+    quick = [size for size in sizes if size.quick]
+    shares = _shares_beyond_cores(kernels_of_field, electron_map, response, quick)
+    if any(left <= aim for left in shares):
         return None
     return next((factor for factor in FINER_FACTORS if factor * share <= aim), None)
 
 
 def _with_wider_core(
-    kernels_of_field: Kernels, electron_map: PhotoelectronMap, response: Response, allowed: float
+    kernels_of_field: Kernels,
+    electron_map: PhotoelectronMap,
+    response: Response,
+    allowed: float,
+    sizes: Sequence[CoreSize],
 ) -> tuple[Kernels, float]:
     """Return kernels from one pattern with the smallest exact core that is accurate enough, and
     their `noise_share`.
@@ -196,7 +204,6 @@ def _with_wider_core(
     whole frame. The errors of fine rings are known once they are there: where these are larger
     than expected, the core is widened again.
     """
-    sizes = kernels.wider_cores(kernels_of_field)
     found = _with_expected_core(kernels_of_field, electron_map, response, allowed, sizes)
     share = noise_share(found, electron_map, response)
     aim = FINE_AIM * allowed

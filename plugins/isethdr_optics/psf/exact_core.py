@@ -79,14 +79,33 @@ def gauss_wavelengths(
     band_nm : (low, high). `pitch_um` : (y, x) of a tile.
     reach : (y, x) tiles from the axis to the border of the core.
     """
+    phase_rad = sampled_pupil.phase_change(lens, flares, *band_nm)
+    return wavelengths_of_phase(lens, phase_rad, band_nm, pitch_um, reach)
+
+
+def wavelengths_of_phase(
+    lens: PupilOptics,
+    phase_rad: float,
+    band_nm: tuple[float, float],
+    pitch_um: tuple[float, float],
+    reach: tuple[float, float],
+) -> Wavelengths:
+    """Return the wavelengths of `gauss_wavelengths` for a pupil whose phase is known.
+
+    Parameters
+    ----------
+    lens : a lens of this package.
+    phase_rad : change of the pupil's phase over the band, radians rms.
+    band_nm : (low, high). `pitch_um` : (y, x) of a tile.
+    reach : (y, x) tiles from the axis to the border of the core.
+    """
     low, high = band_nm
     middle = (low + high) / 2
     width = high - low
     moved = float(np.hypot(*(r * p for r, p in zip(reach, pitch_um)))) * width / middle
     blur = sampled_pupil.blur_um(lens, middle)
-    speckles = moved / blur + sampled_pupil.phase_change(lens, flares, low, high)
     dense = np.interp(min(pitch_um) / blur, DENSE_WIDTHS, DENSE_GAUSS)
-    count = int(np.ceil(dense * speckles)) + MORE_GAUSS
+    count = int(np.ceil(dense * (moved / blur + phase_rad))) + MORE_GAUSS
     place, weight = np.polynomial.legendre.leggauss(count)
     return Wavelengths(middle + place * width / 2, weight / 2)
 

@@ -205,7 +205,8 @@ def test_rings_are_made_finer_where_a_wider_core_takes_longer(monkeypatch):
     assert asked_for(0.35 * before) == [1.0, 0.25]
     monkeypatch.setattr(core_sizes, "USUAL_SUMS", 1e9)  # every core is
     limited = replace(response, noise_fraction_allowed=0.9 * before / accuracy_shares.KERNELS)
-    assert spread_errors._finer_rings(usual, before, seen, limited) is None
+    sizes = kernels.wider_cores(usual)
+    assert spread_errors._finer_rings(usual, before, seen, limited, sizes) is None
 
 
 @pytest.mark.slow

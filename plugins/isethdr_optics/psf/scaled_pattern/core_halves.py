@@ -11,7 +11,7 @@ from isethdr_core.physics.optics import exact_tiles
 from isethdr_core.physics.optics import half_plane_pattern as patterns
 
 from ...pupil import sampled_pupil
-from ..exact_core import gauss_wavelengths
+from ..exact_core import wavelengths_of_phase
 from .rings import FINE_STRIPS
 
 if TYPE_CHECKING:
@@ -83,4 +83,5 @@ def core_wavelengths(frame: Frame, reach: tuple[int, int]) -> int:
 
 def _wavelengths(frame: Frame, band_nm: np.ndarray, reach: tuple[int, int]) -> Wavelengths:
     low, high = band_nm
-    return gauss_wavelengths(frame.lens, frame.flares, (low, high), frame.pitch_um, reach)
+    # the pupil of one pattern has no phase
+    return wavelengths_of_phase(frame.lens, 0.0, (low, high), frame.pitch_um, reach)
