@@ -401,7 +401,9 @@ PAGES = {
         ),
         "24 minutes",
         (
-            "Rows with ducc0 need the extra `fast`. The SciPy program is left out where it would"
+            "Rows with ducc0 need the extra `fast`. On 2026-11-26 it took, at 1080 x 1920 x 31 with"
+            " kernels kept, 6.71 CPU s instead of 8.90 for irradiance, and 3.03 instead of 3.32 for"
+            " photocurrent. The SciPy program is left out where it would"
             " take more than 8 GB. The table has lamps of up to 1e6: beside lamps of 1e8 small"
             " frames are imaged band by band, because they take more functionals of the spectrum"
             " than are worth it. Frames of 2160 x 3840 are measured by the second command without"
