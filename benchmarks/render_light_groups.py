@@ -143,9 +143,9 @@ def main() -> None:
         times.append(path.seconds * errors[1] ** 2 / (ours.seconds * errors[0] ** 2))
         ratio, standard_error = agreement(*pair)
         print(
-            f"{group:13s} error: ours {errors[0]:.4f}, path {errors[1]:.4f}; path takes"
-            f" {times[-1]:.1f} times the CPU s to equal error; light ours / path {ratio:.4f} +-"
-            f" {standard_error:.4f}"
+            f"{group:13s} error: ours {errors[0]:.4f}, path {errors[1]:.4f};"
+            f" light: ours / path {ratio:.4f} +- {standard_error:.4f}\n"
+            f"{'':13s} CPU s to equal error: path / ours {times[-1]:.1f}"
         )
     print(f"geometric mean of the groups: {np.exp(np.log(times).mean()):.1f} times")
 
