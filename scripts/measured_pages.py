@@ -510,7 +510,8 @@ PAGES = {
             "`fireflies`: `standing_out` are tiles far brighter than their neighbours"
             " ([definition](../explanation/renderer.md#how-it-works)). A firefly is one of them"
             " that a judge with `judge_paths` does not confirm; the goal is 0. Many lamps: time to"
-            " equal noise with 1,000 lamps over that with 10 of the same flux and area; the goal is 3.",
+            " equal noise with 1,000 lamps over that with 10 of the same flux and area; the goal is"
+            " 3.",
         ),
     ),
     "scores": Page(
