@@ -161,7 +161,7 @@ def test_on_the_axis_the_exit_pupil_is_round_and_as_wide_as_the_f_number_says(na
     found, wanted = (
         one.psf(REFERENCE_NM, 0.5, 65, integrated=False).values for one in (place, plain)
     )
-    # the same pupil, on cells of another size
+    # both pupils have the same shape, but are sampled by cells of different sizes
     np.testing.assert_allclose(found, wanted, atol=2e-4 * wanted.max())
 
 

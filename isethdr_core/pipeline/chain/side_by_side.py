@@ -70,7 +70,7 @@ def sharing(threads: int) -> Iterator[None]:
 
 
 def side_by_side(parts: Sequence[Callable[[], T]]) -> list[T]:
-    """Return the results of parts that do not depend on each other, in their order.
+    """Return the results of independent parts of work, in the order of the parts.
 
     Parameters
     ----------
@@ -127,7 +127,7 @@ class _Call:
             return self._started - 1
 
     def _find_helpers(self) -> None:
-        """Start a thread for each part that waits, as long as some are free."""
+        """Start helper threads for the parts that have not started, within the limit of threads."""
         for _ in range(self._started, self.end):
             if not self._free.acquire(blocking=False):
                 return
@@ -160,7 +160,7 @@ class _Call:
             return self._parts[number]()
 
     def _wait(self) -> None:
-        """Wait for the helpers; meanwhile, this thread does not count."""
+        """Wait for the helper threads. The limit of threads does not count this one meanwhile."""
         if not self._helpers:
             return
         self._free.release()

@@ -95,8 +95,8 @@ class Rounds:
         self._run(None)
 
     def _run(self, following: _Running | None) -> None:
-        """Start a launch as soon as the one before has ended. What that one found is added while
-        the new one runs.
+        """Start the launch `following` when the previous launch has ended. The results of the
+        previous launch are added to its buffer while `following` runs.
         """
         before = self.running
         if before is not None:

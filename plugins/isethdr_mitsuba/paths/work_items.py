@@ -22,8 +22,8 @@ MOST_SHARES = 4
 LEAST_RAYS = 64
 MOST_LANES = 16  # adjacent lanes that follow paths of one tile, because they meet the same surfaces
 LEAST_A_LANE = 32  # paths per lane: with fewer, most lanes wait for the last ones
-# items that a processor takes of a launch at a time. Dr.Jit's own 16384 leave processors idle at
-# the end of each launch, because items differ in length
+# work items that a processor takes from a launch at a time. Some items have longer paths than
+# others: with Dr.Jit's 16384, one processor still works while the others have nothing left
 BLOCK_ITEMS = 1024
 
 

@@ -111,7 +111,7 @@ def wavelengths_of_phase(
 
 
 def is_closed_form(lens: PupilOptics, flares: Sequence[Flare]) -> bool:
-    """Return whether exact cores have a closed form, and no error from cells of the pupil."""
+    """Return whether a closed form gives the exact core, so that no pupil cells leave an error."""
     return sampled_pupil.round_and_clean(lens, flares)
 
 

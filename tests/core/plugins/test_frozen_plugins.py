@@ -116,7 +116,7 @@ def test_the_first_ten_lines_of_the_tutorial_are_listed(site):
 
 
 def printed(site, code):
-    """Return what a process prints last that has the frozen plugins."""
+    """Run `code` in a new process with the frozen plugins; return its last line, read as JSON."""
     shown = isethdr(plugins=[site], code=code)
     assert shown.returncode == 0, shown.stderr
     return json.loads(shown.stdout.splitlines()[-1])

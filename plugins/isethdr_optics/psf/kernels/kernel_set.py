@@ -134,8 +134,13 @@ def joined(first: np.ndarray, some: Kernels, computed: Kernels) -> Kernels:
         for n in ("outside", "speckle", "transmitted", "deviation", "core")
     }
     bands = [*some.bands, *computed.bands]
-    largest = {n: max(getattr(some, n), getattr(computed, n)) for n in ("wrap", "core_deviation")}
-    return Kernels([bands[k] for k in order], **arrays, **largest, keep=some.keep)
+    return Kernels(
+        [bands[k] for k in order],
+        **arrays,
+        wrap=max(some.wrap, computed.wrap),
+        core_deviation=max(some.core_deviation, computed.core_deviation),
+        keep=some.keep,
+    )
 
 
 def _mirrored(kernel: Mirrored | np.ndarray) -> bool:

@@ -69,7 +69,7 @@ CLASSES: dict[str, tuple[str, tuple[float, float, float]]] = {
 
 
 class Driven(NamedTuple):
-    """What SUMO reports of a file's traffic, in coordinates of the road's file."""
+    """Traffic of a user's file as SUMO simulated it, in the coordinates of the road file."""
 
     journeys: dict[str, Journey]  # by vehicle
     lights: Lights | None  # that drivers heed
@@ -110,7 +110,8 @@ def _named(top: Node, kind: str) -> tuple[Path, ...]:
 
 
 def driven(path: Path, network: Network, second_s: float, seed: int, heed: Heeded | None) -> Driven:
-    """Return the journeys of a file's vehicles from a second on, and the lights that they heed.
+    """Return how the vehicles of a user's file move after `second_s`, and the states of the traffic
+    lights that they obey.
 
     Parameters
     ----------
