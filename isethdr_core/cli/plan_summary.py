@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from ..config.composition import compose
 from ..motion.run_time import sub_frame_work
 from ..pipeline import memory_estimate, runtime_estimate
-from ..pipeline.chain import chain, frame_of, plan
+from ..pipeline.chain import camera_threads, chain, frame_of, plan
 from ..runs import radiance_cache, run
 from ..uncertainty.ledger import Ledger
 from .summary_tables import memory_text, print_statements, runtime_estimate_table
@@ -63,7 +63,8 @@ def print_plan(overrides: Sequence[str]) -> None:
                 {
                     stage: expected.get(stage)
                     for stage in runtime_estimate.stages(planned_chain, plain_config, missing)
-                }
+                },
+                camera_threads(planned_chain),
             )
         )
     print_statements(rows)

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 from rich.table import Table
 
 from ..data.scores import objects_remark, shares_remark, unlike_shares
+from ..pipeline.runtime_estimate import elapsed_s
 from ..runs.run_warnings import sentence
 from ..storage.object_home.calls import kept_here
 from ..sweeps.score_order import ROUNDING
@@ -170,17 +171,23 @@ def seconds_text(seconds: float | None) -> str:
     return "?" if seconds is None else f"{seconds:.2f}"
 
 
-def runtime_estimate_table(expected: dict) -> Table:
-    """Return the stages of a planned run with their expected seconds, and the sum."""
+def runtime_estimate_table(expected: dict, threads: int = 1) -> Table:
+    """Return the stages of a planned run with their expected seconds, and the time of all.
+
+    Parameters
+    ----------
+    expected : {stage: seconds, or None where they are not known}.
+    threads : that work on the cameras.
+    """
     table = Table("stage", title="will be computed", title_justify="left")
     table.add_column("expected s", justify="right")
     rows = together(expected)
     for title, seconds in rows.items():
         table.add_row(title, seconds_text(seconds))
     unknown = sum(s is None for s in rows.values())
-    total_text = f"{sum(s for s in rows.values() if s is not None):.2f}"
+    total_text = f"{elapsed_s(expected, threads):.2f}"
     table.add_row(
-        "all",
+        f"all, the cameras on {threads} threads" if threads > 1 else "all",
         (
             total_text
             if not unknown

@@ -139,6 +139,19 @@ def expected_s(
     }
 
 
+def elapsed_s(expected: Mapping[str, float | None], threads: int) -> float:
+    """Return the seconds from start to end, while the stages of the cameras share some threads.
+
+    Parameters
+    ----------
+    expected : {stage: seconds}; stages that are not known, None, are left out.
+    threads : that work on the cameras; all other stages run one after the other.
+    """
+    known = {stage: seconds for stage, seconds in expected.items() if seconds is not None}
+    cameras_s = sum(s for stage, s in known.items() if stage.split()[0] in OF_CAMERA)
+    return sum(known.values()) - cameras_s * (1 - 1 / threads)
+
+
 def _sub_frames_s(
     moving: SubFrameWork, config: dict, frame: Frame | None, nearest: Mapping[str, Any]
 ) -> float | None:

@@ -20,7 +20,7 @@
 """
 
 from .camera import Camera
-from .camera_stages import through_camera, through_cameras
+from .camera_stages import camera_threads, through_camera, through_cameras
 from .checks import check_motion
 from .components import SHOWN, Chain
 from .demand_of_run import frame_of, plan
@@ -33,6 +33,7 @@ __all__ = [
     "SHOWN",
     "Camera",
     "Chain",
+    "camera_threads",
     "chain",
     "check_motion",
     "checked_config",

@@ -20,6 +20,16 @@ if TYPE_CHECKING:
     from .components import Chain
 
 
+def camera_threads(chain: Chain) -> int:
+    """Return how many threads work on the cameras of a chain.
+
+    Parameters
+    ----------
+    chain : components of the run.
+    """
+    return threads_for((*chain.cameras.values(), chain.isp, *chain.metrics.values()))
+
+
 def through_cameras(chain: Chain, rows: Ledger, shot: Shot) -> dict[str, Camera]:
     """Return the results of all cameras by name, computed by as many threads as there are
     processors if all components allow it.
@@ -32,7 +42,7 @@ def through_cameras(chain: Chain, rows: Ledger, shot: Shot) -> dict[str, Camera]
     """
     own_rows = {name: Ledger(rows) for name in chain.cameras}
     parts = [partial(through_camera, chain, own, name, shot) for name, own in own_rows.items()]
-    with sharing(threads_for((*chain.cameras.values(), chain.isp, *chain.metrics.values()))):
+    with sharing(camera_threads(chain)):
         cameras = side_by_side(parts)
     before = len(rows)
     for own in own_rows.values():

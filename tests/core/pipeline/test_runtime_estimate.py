@@ -21,6 +21,7 @@ from isethdr_core.pipeline.runtime_estimate import (
     IMAGING,
     LOADING_S,
     _rendering,
+    elapsed_s,
     expected_s,
     size,
     stages,
@@ -246,6 +247,12 @@ def test_a_sum_with_an_unknown_part_is_unknown():
     console.print(ledger_table([], expected={}))
     text = console.export_text()
     assert "2.00 + 1 unknown" in text and "?" in text
+
+
+def test_the_cameras_share_their_threads_and_what_comes_before_them_does_not():
+    expected = {"lens l": 2.0, "sensor a": 3.0, "isp a": 1.0, "sensor b": 4.0, "draws b": None}
+    assert elapsed_s(expected, 1) == 10.0
+    assert elapsed_s(expected, 2) == 2.0 + 8.0 / 2
 
 
 def test_a_renderer_is_expected_to_take_longer_for_more_paths_groups_and_tiles():

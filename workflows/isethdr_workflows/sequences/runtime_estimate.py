@@ -13,9 +13,9 @@ from isethdr_core.cli.summary_tables import runtime_estimate_table, seconds_text
 from isethdr_core.cli.terminal import console, number_of
 from isethdr_core.data.scene_description import SceneDescription
 from isethdr_core.motion.run_time import sub_frame_work
-from isethdr_core.pipeline.chain import Chain, chain, frame_of, plan
+from isethdr_core.pipeline.chain import Chain, camera_threads, chain, frame_of, plan
 from isethdr_core.pipeline.demand import Demand
-from isethdr_core.pipeline.runtime_estimate import expected_s, newest, stages
+from isethdr_core.pipeline.runtime_estimate import elapsed_s, expected_s, newest, stages
 from isethdr_core.runs.radiance_cache import (
     held_and_missing,
     is_equal_stored,
@@ -42,11 +42,12 @@ class RuntimeEstimate:
     partly: int = 0  # of those to render, frames of which some light groups are known
     unseen: int = 0  # frames that were not compared, because that would take too long
     seconds: dict[str, float | None] = field(default_factory=dict)  # by stage; None: not known
+    threads: int = 1  # that work on the cameras of a frame
 
     @property
     def known_s(self) -> float:
-        """The sum over all stages that are known."""
-        return sum(seconds for seconds in self.seconds.values() if seconds is not None)
+        """The time of all stages that are known, from start to end."""
+        return elapsed_s(self.seconds, self.threads)
 
     @property
     def unknown(self) -> list[str]:
@@ -126,6 +127,7 @@ def runtime_estimate(request: Request, most_s: float = LOOK_S) -> RuntimeEstimat
         frame = frame_of(frame_chain, demand)
         expected = expected_s(frame_chain, settings, missing, frame, moving)
         found.frames += 1
+        found.threads = camera_threads(frame_chain)
         found.rendered += missing is not None
         for stage in stages(frame_chain, settings, missing):
             so_far = found.seconds.get(stage, 0.0)
@@ -137,7 +139,7 @@ def runtime_estimate(request: Request, most_s: float = LOOK_S) -> RuntimeEstimat
 def print_runtime_estimate(request: Request) -> None:
     """Print the number of frames, and how long they take."""
     found = runtime_estimate(request)
-    console().print(runtime_estimate_table(found.seconds))
+    console().print(runtime_estimate_table(found.seconds, found.threads))
     total = f"{number_of(found.frames, 'frame')}, {found.rendered} of them to render"
     if found.partly:
         total += f" ({found.partly} in part)"
