@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from isethdr_workflows.dataset.record import SceneRecord
@@ -35,6 +37,12 @@ def test_processor_time_needs_a_record_of_each_scene():
     """Records of earlier versions have none."""
     older = SceneRecord(6, "plain", "plain-6", (), ("a",), 30.0, stored_bytes=1000)
     assert runtime_estimate([*records([30.0] * 6), older], 60).cpu_seconds is None
+
+
+def test_scenes_at_the_same_time_share_the_time_of_the_machine():
+    pairs = [replace(record, at_once=2) for record in records([30.0] * 6)]
+    assert runtime_estimate(pairs, 60).seconds.value == 900.0
+    assert runtime_estimate(pairs, 60).cpu_seconds.value == 900.0  # each is its own
 
 
 def test_nothing_is_left_of_a_dataset_that_is_made():

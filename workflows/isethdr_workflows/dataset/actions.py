@@ -262,7 +262,7 @@ def print_runtime_estimate(
     time = expected.seconds
     size = expected.stored_bytes
     rows = [
-        ("time, one after the other", *(time_text(v) for v in (time.value, time.low, time.high))),
+        ("time of one machine", *(time_text(v) for v in (time.value, time.low, time.high))),
         ("disk", *(f"{v / 1e9:.3g} GB" for v in (size.value, size.low, size.high))),
     ]
     if expected.cpu_seconds is not None:  # other work on the machine slows the clock alone

@@ -41,7 +41,7 @@ def card(dataset: Generated) -> str:
     families = {}
     for scene in scenes:
         families[scene.family] = families.get(scene.family, 0) + 1
-    seconds = sum(record.seconds for record in made)
+    seconds = sum(record.machine_s for record in made)
     size = sum(record.stored_bytes for record in made)
     noise = _noise(dataset)
     packs = pack_lines(dataset)

@@ -6,8 +6,9 @@ import time
 import traceback
 from collections.abc import Callable, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from datetime import UTC, datetime
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -93,7 +94,8 @@ def generate(request: Request, tell: Tell = print) -> Generated:
     done = read_scenes(folder_of(definition.name))
     missing = [number for number in wanted if not _is_stored(done.get(number))]
     if missing:
-        share(make_scenes, missing, request.workers, definition.name, tell)
+        make = partial(make_scenes, at_once=request.workers.at_once)
+        share(make, missing, request.workers, definition.name, tell)
     return generated(definition)
 
 
@@ -166,7 +168,7 @@ def generated(definition: Definition) -> Generated:
     return Generated(definition, within)
 
 
-def make_scenes(name: str, numbers: Sequence[int], tell: Tell = print) -> None:
+def make_scenes(name: str, numbers: Sequence[int], tell: Tell = print, at_once: int = 1) -> None:
     """Render some scenes of a dataset one after the other: the work of one process.
 
     Parameters
@@ -174,6 +176,7 @@ def make_scenes(name: str, numbers: Sequence[int], tell: Tell = print) -> None:
     name : of the dataset; its definition is stored.
     numbers : of the scenes.
     tell : called with one line of text for each scene that is done.
+    at_once : scenes that this machine makes at the same time.
 
     Raises
     ------
@@ -185,6 +188,8 @@ def make_scenes(name: str, numbers: Sequence[int], tell: Tell = print) -> None:
     computed = 0
     for place, number in enumerate(numbers):
         record, was_computed = made(scenes[number], folder_of(name))
+        if was_computed:
+            record = replace(record, at_once=at_once)
         write_scene(folder_of(name), record)
         computed += was_computed
         left = len(numbers) - place - 1

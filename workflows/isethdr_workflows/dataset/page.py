@@ -91,6 +91,7 @@ def page(dataset: Generated, looks: Sequence[Look]) -> str:
 def _totals(dataset: Generated) -> list[tuple[str, str]]:
     """Return what the scenes took, and what all of them are expected to take."""
     seconds = [record.seconds for record in dataset.made]
+    machine_s = sum(record.machine_s for record in dataset.made)
     size = [record.stored_bytes / 1e6 for record in dataset.made]
     if not seconds:
         return []
@@ -98,7 +99,7 @@ def _totals(dataset: Generated) -> list[tuple[str, str]]:
         ("time of a scene", f"{np.median(seconds):.3g} s (median), {max(seconds):.3g} s (longest)"),
         ("size of a scene", f"{np.median(size):.3g} MB (median), {max(size):.3g} MB (largest)"),
         ("noise of a light group", _noise(dataset.made)),
-        ("all scenes so far", f"{time_text(sum(seconds))}, {_size_text(sum(size))}"),
+        ("all scenes so far", f"{time_text(machine_s)}, {_size_text(sum(size))}"),
     ]
     expected = runtime_estimate(dataset.made, dataset.definition.count)
     if expected is not None and len(dataset.made) < dataset.definition.count:

@@ -67,6 +67,12 @@ class SceneRecord:
     noise: Mapping[str, float] = field(default_factory=dict)  # relative, by light group
     objects: tuple[Mapping[str, Any], ...] = ()
     error: str = ""  # of a scene that failed
+    at_once: int = 1  # scenes that its machine made at the same time
+
+    @property
+    def machine_s(self) -> float:
+        """The seconds of the machine that the scene took: scenes at the same time share them."""
+        return self.seconds / self.at_once
 
 
 def folder_of(name: str) -> Path:

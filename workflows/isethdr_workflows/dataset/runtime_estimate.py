@@ -27,7 +27,7 @@ class Total:
 class RuntimeEstimate:
     """What a dataset takes, all scenes counted."""
 
-    seconds: Total  # of all scenes one after the other, on this machine
+    seconds: Total  # of one machine
     cpu_seconds: Total | None  # of the processor; None where a scene has no record of it
     stored_bytes: Total
     sample: int  # scenes that it is from
@@ -48,7 +48,7 @@ def runtime_estimate(records: Sequence[SceneRecord], count: int) -> RuntimeEstim
         return None
     cpu_s = [record.cpu_seconds for record in records]
     return RuntimeEstimate(
-        _total([record.seconds for record in records], count),
+        _total([record.machine_s for record in records], count),
         _total(cpu_s, count) if all(cpu_s) else None,
         _total([float(record.stored_bytes) for record in records], count),
         len(records),

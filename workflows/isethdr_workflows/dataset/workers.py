@@ -68,6 +68,11 @@ class Workers:
                 f" 'isethdr[{EXTRAS[self.engine]}]'"
             )
 
+    @property
+    def at_once(self) -> int:
+        """Scenes that one machine makes at the same time."""
+        return self.count if self.engine == PROCESSES else 1
+
 
 def share(
     make: Make, numbers: Sequence[int], workers: Workers, name: str, tell: Callable[[str], None]
