@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from isethdr_metrics import regions
-from isethdr_metrics.detection.contrast_detection import PIECE, ContrastDetection
+from isethdr_metrics.detection.pixel_pairs import PIECE, PairChoice
 from isethdr_metrics.similarity.structural_similarity import STRIP, similarity, windowed
 
 
@@ -91,7 +91,6 @@ def test_means_over_blocks_are_those_of_one_pixel_after_the_other(shape, mask):
 @pytest.mark.parametrize("step", [(0, 10), (10, 0), (10, 10), (10, -10)])
 @pytest.mark.parametrize("shape", [(25, PIECE // 8), (9, 30), (40, 8)])
 def test_pairs_with_contrast_are_all_that_have_it(shape, step):
-    metric = ContrastDetection()
     dy, dx = step
     true = np.random.default_rng(5).uniform(0.9, 1.1, shape)
     true[3:5] = 0.0
@@ -105,6 +104,6 @@ def test_pairs_with_contrast_are_all_that_have_it(shape, step):
         and abs(true[y, x] - true[y + dy, x + dx])
         > 0.05 * (1 - 1e-9) * (true[y, x] + true[y + dy, x + dx])
     ]
-    found = metric._with_contrast(true, dy, dx)
+    found = PairChoice(0.05, 10)._pixels_with_contrast(true, dy, dx)
     assert found.tolist() == expected
     assert bool(expected) == (shape[0] > dy and shape[1] > abs(dx))

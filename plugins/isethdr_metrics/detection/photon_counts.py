@@ -50,7 +50,7 @@ class Mixture(NamedTuple):
 
 
 def of_signals(bright: Signal, dark: Signal, contrast: np.ndarray, interval: float) -> np.ndarray:
-    """Return `contrast_detection.pair_probability` of flat arrays; each signal has its own step.
+    """Return `pair_probability` of flat arrays; each signal has its own step.
 
     Parameters
     ----------

@@ -3,11 +3,9 @@
 import numpy as np
 import pytest
 import xarray as xr
-from isethdr_metrics.detection.contrast_detection import (
-    ContrastDetection,
-    draw_pairs,
-    pair_probability,
-)
+from isethdr_metrics.detection.contrast_detection import ContrastDetection
+from isethdr_metrics.detection.pair_probability import pair_probability
+from isethdr_metrics.detection.pixel_pairs import draw_pairs
 from isethdr_metrics.detection.wedge import both_positive
 
 from isethdr_core.errors import ConfigError

@@ -5,12 +5,12 @@ pictures.
 import numpy as np
 import pytest
 import xarray as xr
-from isethdr_metrics.detection.contrast_detection import (
-    ContrastDetection,
-    pair_probability,
-)
+from isethdr_metrics.detection.contrast_detection import ContrastDetection
 from isethdr_metrics.detection.count_differences import Differences, above_zero
 from isethdr_metrics.detection.count_sums import Counts, of_counts, sharp
+from isethdr_metrics.detection.expected_picture import SMOOTH, expected
+from isethdr_metrics.detection.pair_medians import probability
+from isethdr_metrics.detection.pair_probability import pair_probability
 from isethdr_metrics.detection.photon_counts import (
     Signal,
     _two_points,
@@ -18,6 +18,7 @@ from isethdr_metrics.detection.photon_counts import (
     of_signals,
     representation,
 )
+from isethdr_metrics.detection.pixel_pairs import PairChoice
 from isethdr_metrics.detection.wedge import both_positive, probability_between, wedges_between
 from isethdr_metrics.luminance.noise_line import noise_line
 from isethdr_metrics.regions import median_interval
@@ -295,15 +296,16 @@ def test_a_median_alone_is_that_of_all_pairs(read_noise_e):
     with values_only():
         medians = metric(shot, truth, labels)
     assert [score.object for score in medians] == ["", "1", "2"]
-    model = metric._model(shot, truth)
-    for asked, score, median in zip(metric._asked(model.true, labels), scores, medians):
-        every = metric._probability(model, asked.pairs)
-        if asked.place is not None:
-            every = np.bincount(asked.place, every) / np.bincount(asked.place)
-        expected = median_interval(every, asked.independent(every.size))
+    model = expected(shot, truth)
+    regions = PairChoice(0.05, metric.reach).of_regions(model.true, labels)
+    for region, score, median in zip(regions, scores, medians):
+        every = probability(model, region.pairs, 0.5)
+        if region.member is not None:
+            every = np.bincount(region.member, every) / np.bincount(region.member)
+        direct = median_interval(every, min(every.size, region.pixels // SMOOTH**2))
         # the probability of a pair of counts depends on its neighbours by 1e-8
-        assert (score.value, score.low, score.high) == pytest.approx(expected, abs=3e-7)
-        assert median.value == pytest.approx(expected[0], abs=3e-7) and np.isnan(median.low)
+        assert (score.value, score.low, score.high) == pytest.approx(direct, abs=3e-7)
+        assert median.value == pytest.approx(direct[0], abs=3e-7) and np.isnan(median.low)
 
 
 def test_the_wedge_is_that_of_two_correlated_normals():

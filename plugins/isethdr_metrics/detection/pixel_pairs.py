@@ -1,0 +1,223 @@
+"""Pixel pairs: the pairs of pixels whose contrast is looked for in a picture.
+
+Pairs follow from the reference picture and its labels alone, so that all cameras and noise
+realisations of a scene are asked about the same contrasts.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from isethdr_core.data.derived_once import once
+
+from ..regions import Region, regions_of
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+PAIRS = 4000  # drawn per object: the median is then known to about 0.01
+FRAME_PIXELS = 4000  # drawn for the frame's score, for the same reason
+# pairs looked at together: what is worked out on the way stays in the processor's memory
+PIECE = 8192
+
+
+class Pairs(NamedTuple):
+    """Pairs of pixels of a region with contrast in the truth, as indices of the flat picture."""
+
+    first: np.ndarray
+    second: np.ndarray
+    bright: np.ndarray  # the one that is truly brighter
+    dark: np.ndarray
+    contrast: np.ndarray  # of the truth
+
+    def some(self, at: np.ndarray) -> Pairs:
+        """Return some of the pairs."""
+        return Pairs(*(values[at] for values in self))
+
+
+def joined(parts: list[Pairs]) -> Pairs:
+    """Return all pairs, one list after the other."""
+    return Pairs(*(np.concatenate(values) for values in zip(*parts)))
+
+
+class RegionPairs(NamedTuple):
+    """The pairs of one region. Its median is over members: pairs of an object, pixels of the
+    frame.
+    """
+
+    name: str  # "" for the frame
+    pairs: Pairs
+    pixels: int  # of the region; of the frame those that have contrast
+    member: np.ndarray | None  # number of each pair's pixel; None: each pair is a member
+
+    def of_members(self, values: np.ndarray) -> np.ndarray:
+        """Return the values of members from those of pairs: the means over their pairs."""
+        if self.member is None:
+            return values
+        return np.bincount(self.member, values) / np.bincount(self.member)
+
+    def of_pairs(self, values: np.ndarray) -> np.ndarray:
+        """Return the value of each pair's member."""
+        return values if self.member is None else values[self.member]
+
+
+@dataclass(frozen=True)
+class PairChoice:
+    """Which pairs of pixels count."""
+
+    lowest_contrast: float  # Michelson contrast in the reference picture
+    reach: int  # largest distance of the two pixels, in pixels
+
+    def of_regions(self, true: np.ndarray, labels: xr.Dataset | None) -> list[RegionPairs]:
+        """Return the pairs of the frame, then those of each object.
+
+        Parameters
+        ----------
+        true : (y, x), luminance of the reference picture, cd/m2. `labels` : on its grid, or None.
+        """
+        frame, *objects = regions_of(true.shape, labels)
+        out = [self.of_frame(true)]
+        for region in objects:
+            drawn = once(
+                ("pairs", self.reach, region.name),
+                (labels,),
+                lambda r=region: draw_pairs_of(r, self.reach),
+            )
+            places = (np.ravel_multi_index(at, true.shape) for at in drawn)
+            pairs, _ = self._with_contrast(true, *places)
+            out.append(RegionPairs(region.name, pairs, int(region.mask.sum()), None))
+        return out
+
+    def of_frame(self, true: np.ndarray) -> RegionPairs:
+        """Return the pairs of some pixels with contrast, each with the pixels `reach` away.
+
+        Parameters
+        ----------
+        true : (y, x), luminance of the reference picture, cd/m2.
+        """
+        height, width = true.shape
+        r = self.reach
+        steps = [(dy, dx) for dy in (-r, 0, r) for dx in (-r, 0, r) if dy or dx]
+        has_contrast = np.zeros(height * width, bool)
+        for dy, dx in steps[4:]:
+            firsts = self._pixels_with_contrast(true, dy, dx)
+            has_contrast[firsts] = has_contrast[firsts + dy * width + dx] = True
+        pixels = np.flatnonzero(has_contrast)
+        # the choice is part of the score's definition: the same picture has the same score
+        chosen = pixels
+        if pixels.size > FRAME_PIXELS:
+            chosen = np.random.default_rng(0).choice(pixels, FRAME_PIXELS, replace=False)
+        row, column = np.divmod(chosen, width)
+        places = []
+        counted = []
+        for dy, dx in steps:
+            inside = (0 <= row + dy) & (row + dy < height)
+            inside &= (0 <= column + dx) & (column + dx < width)
+            place = np.flatnonzero(inside)
+            first = chosen[place]
+            pairs, counts = self._with_contrast(true, first, first + dy * width + dx)
+            places.append(place[counts])
+            counted.append(pairs)
+        # pixels without any pair that counts are no members
+        _, member = np.unique(np.concatenate(places), return_inverse=True)
+        return RegionPairs("", joined(counted), pixels.size, member)
+
+    def at_offset(self, true: np.ndarray, dy: int, dx: int) -> Iterator[Pairs]:
+        """Yield all pairs of pixels `dy` rows and `dx` columns apart that count, in pieces.
+
+        Parameters
+        ----------
+        true : (y, x), luminance of the reference picture, cd/m2. `dy`, `dx` : `dy` at least 0.
+        """
+        width = true.shape[1]
+        firsts = self._pixels_with_contrast(true, dy, dx)
+        for start in range(0, firsts.size, PIECE):
+            first = firsts[start : start + PIECE]
+            yield self._with_contrast(true, first, first + dy * width + dx)[0]
+
+    def _pixels_with_contrast(self, true: np.ndarray, dy: int, dx: int) -> np.ndarray:
+        """Return the pixels, as indices of the flat picture, that have about the lowest contrast or
+        more with the one `dy` rows and `dx` columns on.
+        """
+        height, width = true.shape
+        left = max(-dx, 0)
+        across = max(width - abs(dx), 0)
+        rows = max(PIECE // width, 1)
+        # less by rounding: decided when the contrast is worked out
+        least = self.lowest_contrast * (1 - 1e-9)
+        pixels = [np.zeros(0, int)]
+        for top in range(0, height - dy, rows):
+            a = true[top : min(top + rows, height - dy), left : left + across]
+            b = true[top + dy : top + dy + len(a), left + dx : left + dx + across]
+            row, column = np.nonzero(np.abs(a - b) > least * (a + b))
+            pixels.append((top + row) * width + left + column)
+        return np.concatenate(pixels)
+
+    def _with_contrast(
+        self, true: np.ndarray, first: np.ndarray, second: np.ndarray
+    ) -> tuple[Pairs, np.ndarray]:
+        """Return the pairs that have contrast, and which they are.
+
+        Parameters
+        ----------
+        true : luminance (y, x). `first`, `second` : indices of the flat picture.
+        """
+        true = true.ravel()
+        a = true[first]
+        b = true[second]
+        sums = a + b
+        contrast = np.abs(a - b) / np.where(sums > 0, sums, 1.0)
+        counts = np.flatnonzero((contrast > self.lowest_contrast) & (sums > 0))
+        first = first[counts]
+        second = second[counts]
+        swap = a[counts] < b[counts]
+        bright = np.where(swap, second, first)
+        dark = np.where(swap, first, second)
+        return Pairs(first, second, bright, dark, contrast[counts]), counts
+
+
+def draw_pairs(
+    mask: np.ndarray, reach: int
+) -> tuple[tuple[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]]:
+    """Return (first, second) index pairs: pixels of `mask` and pixels outside it at most `reach`
+    away.
+    """
+    rows, columns = np.nonzero(mask)
+    window = tuple(slice(i.min(), i.max() + 1) for i in (rows, columns))
+    return draw_pairs_of(Region("", window, mask[window], mask.shape), reach)
+
+
+def draw_pairs_of(
+    region: Region, reach: int
+) -> tuple[tuple[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]]:
+    """Return the `draw_pairs` of a region (`regions.Region`)."""
+    from scipy.ndimage import distance_transform_edt
+
+    # one pixel more on each side, but for what is beyond the frame: that is not beside the object
+    window = tuple(
+        slice(max(cut.start - 1, 0), min(cut.stop + 1, size))
+        for cut, size in zip(region.window, region.shape, strict=True)
+    )
+    start = np.array([cut.start for cut in window])
+    mask = np.zeros([cut.stop - cut.start for cut in window], bool)
+    mask[tuple(slice(c.start - b, c.stop - b) for c, b in zip(region.window, start))] = region.mask
+    inside = np.argwhere((distance_transform_edt(mask) <= reach) & mask) + start
+    if region.mask.size == np.prod(region.shape) and region.mask.all() or not len(inside):
+        none = np.zeros(0, int)  # an object that fills the frame has nothing beside it
+        return (none, none), (none, none)
+    # the draw is part of the score's definition: the same picture, the same score
+    rng = np.random.default_rng(0)
+    pick = inside[rng.integers(len(inside), size=8 * PAIRS)]
+    offsets = np.argwhere(np.hypot(*np.indices((2 * reach + 1,) * 2) - reach) <= reach) - reach
+    other = pick + offsets[rng.integers(len(offsets), size=len(pick))]
+    in_frame = np.all((other >= 0) & (other < region.shape), axis=1)
+    place = other - start
+    within = in_frame & np.all((place >= 0) & (place < mask.shape), axis=1)
+    in_frame[within] = ~mask[tuple(place[within].T)]
+    pick = pick[in_frame][:PAIRS]
+    other = other[in_frame][:PAIRS]
+    return tuple(pick.T), tuple(other.T)
