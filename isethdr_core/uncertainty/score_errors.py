@@ -13,20 +13,17 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import partial
-from typing import TYPE_CHECKING, Any, NamedTuple, TypeGuard, TypeVar, cast
+from typing import TYPE_CHECKING, NamedTuple, TypeVar
 
 import numpy as np
-from scipy.special import gammainc
 
 from ..data.derived_once import shared, values_only
-from ..data.quantities import LUMINANCE
-from ..display.display_view import WHITE_PERCENTILE, luminance, white_cd_m2, white_pixels
-from ..plugins.protocols import HasMeanOfParts, HasWhite, ScoresParts
+from ..display.display_view import white_cd_m2
+from ..plugins.protocols import HasMeanOfParts, ScoresParts
 from . import ledger
 from .changed_scenes import (
-    PARTS_ACROSS,
     ChangedScenes,
     Pair,
     ScoredShot,
@@ -39,14 +36,31 @@ from .changed_scenes import (
 )
 from .error_terms import ErrorTerm, Quantity, Source
 from .ledger import LeftOut
-from .percentile_errors import percentile_error
+from .reference_white import (
+    NO_WHITE,
+    White,
+    at_white,
+    finds_white,
+    keys_of_white,
+    white_of,
+    with_white,
+)
 from .render_noise import NOISE
 from .score_intervals import (
     NOT_MEASURED,
     RendererError,
     ScoreKey,
-    degrees_of_freedom,
     key_of,
+)
+from .score_movements import (
+    Movement,
+    beside_white,
+    beyond_scatter,
+    known_within,
+    movement_of_blocks,
+    movement_of_lots,
+    movement_of_parts,
+    variance_of,
 )
 
 if TYPE_CHECKING:
@@ -60,12 +74,6 @@ RENDERED = "rendered_s"  # attribute of scenes that a renderer made
 CHANGES = 6  # changed pictures for scores of whole pictures; an even number
 # parts of a large picture in which the exposed scene is changed by lot; the others are smoothed
 PARTS_CHANGED = 6
-SURE = 0.9  # share of runs for which the stated factor holds
-WHITE_LOTS = 4  # changes of the reference picture for its white, each with its opposite
-BLOCK_TILES = 8  # side of the blocks of a percentile, in tiles: few tiles lie in two blocks
-MANY = 1e6  # degrees of freedom, as good as infinite
-# least number of tiles that a score depends on: each tile has one difference of half buffers
-FEW_TILES = 8
 
 Values = dict[ScoreKey, float]
 T = TypeVar("T")
@@ -78,28 +86,6 @@ class ScoreErrors:
     errors: dict[ScoreKey, RendererError] = field(default_factory=dict)
     terms: tuple[ErrorTerm, ...] = ()
     left_out: tuple[LeftOut, ...] = ()
-
-
-class Movement(NamedTuple):
-    """How renderer noise moves one score, in the unit of the score."""
-
-    scatter: float  # standard error of one rendering
-    freedom: float  # degrees of freedom of `scatter`, without those of the tiles
-    shift: float  # mean change of the score by more noise; 0 where it is within its scatter
-    rms: float  # of scatter and shift
-    rms_freedom: int  # degrees of freedom of `rms`
-    how: str  # for people
-    tiles: float = FEW_TILES  # on which `scatter` rests beside its `freedom`
-
-
-class White(NamedTuple):
-    """The display white of the reference picture, and how renderer noise moves it."""
-
-    level_cd_m2: float
-    movement: Movement
-
-
-NO_WHITE = White(0.0, Movement(0.0, math.inf, 0.0, 0.0, 1, "", math.inf))
 
 
 class Question(NamedTuple):
@@ -194,7 +180,7 @@ def _of_small_picture(
     with shared(shot.labels):
         answers = [_changes(questions, scenes.by_lot(k), objects=True) for k in range(count)]
         smoothed = _changes(questions, scenes.smoothed(), objects=True)
-    movements = {key: _of_lots(values) for key, values in _by_score(answers).items()}
+    movements = {key: movement_of_lots(values) for key, values in _by_score(answers).items()}
     return _Measured(movements, smoothed, of_objects=True)
 
 
@@ -214,26 +200,26 @@ def _of_large_picture(
             return _Measured({}, {}, of_objects=False)
         first, smoothed = scenes.exposed_in_parts(0, numbers >= PARTS_CHANGED)
         second = mirrored(shot.pair, first)
-        white = _white(scenes) if any(map(_finds_white, metrics)) else NO_WHITE
-        at_white = [_with_white(metric, white.level_cd_m2) for metric in of_parts]
-        before = _scores_of_parts(at_white, shot.pair, parts)
+        white = white_of(scenes) if any(map(finds_white, metrics)) else NO_WHITE
+        metrics_at_white = [with_white(metric, white.level_cd_m2) for metric in of_parts]
+        before = _scores_of_parts(metrics_at_white, shot.pair, parts)
         slopes = _slopes(of_parts, white, shot.pair, parts, before)
         opposite = (numbers < PARTS_CHANGED) & (numbers % 2 == 1)
         together = _composed(_composed(first, second, opposite), smoothed, numbers >= PARTS_CHANGED)
-        after = _scores_of_parts(at_white, together, parts)
+        after = _scores_of_parts(metrics_at_white, together, parts)
         changes = [_difference(*both) for both in zip(after, before, strict=True)]
         joined = joined_in_blocks(first, second, count) if of_whole else ()
         answers = [_changes(of_whole, pair) for pair in joined]
         less_noise = _changes(of_whole, smoothed)
-    movements = {key: _of_blocks(values) for key, values in _by_score(answers).items()}
+    movements = {key: movement_of_blocks(values) for key, values in _by_score(answers).items()}
     white_change = white_cd_m2(smoothed.truth) - white.level_cd_m2 if white.level_cd_m2 else 0.0
     for key, values in _by_score(changes[:PARTS_CHANGED]).items():
         slope = slopes.get(key, 0.0)
-        movements[key] = _beside_white(_of_parts(values), slope, white.movement)
+        movements[key] = beside_white(movement_of_parts(values), slope, white.movement)
     for key, values in _by_score(changes[PARTS_CHANGED:]).items():
-        shift = _beyond_scatter(float(values.mean()), _variance(values) / len(values))
+        shift = beyond_scatter(float(values.mean()), variance_of(values) / len(values))
         less_noise[key] = shift + slopes.get(key, 0.0) * white_change
-    for key in _keys_of_white(metrics):
+    for key in keys_of_white(metrics):
         movements[key] = white.movement
         less_noise[key] = white_change
     return _Measured(movements, less_noise, of_objects=False)
@@ -280,71 +266,6 @@ def _is_mean_of_parts(metric: Metric) -> bool:
     return isinstance(metric, HasMeanOfParts) and metric.MEAN_OF_PARTS
 
 
-def known_within(count: int) -> float:
-    """Return the factor within which the rms of `count` normal changes is their standard deviation,
-    `SURE` of the times: a chi-squared share.
-    """
-    from scipy.optimize import brentq
-
-    def share_beyond(factor: float) -> float:
-        low, high = gammainc(count / 2, np.array([factor**-2, factor**2]) * count / 2)
-        return float(high - low) - SURE
-
-    # the share rises from 0; with one change it is 0.99 at 100
-    return float(brentq(share_beyond, 1.0, 100.0))
-
-
-def _of_lots(changes: np.ndarray) -> Movement:
-    """Return the movement from changes of a score by lots of their own."""
-    count = len(changes)
-    variance = _variance(changes)
-    shift = _beyond_scatter(float(changes.mean()), variance / count)
-    rms = math.sqrt(float(np.mean(np.square(changes))))
-    how = f"{count} changes of the scene"
-    return Movement(math.sqrt(variance), count - 1, shift, rms, count, how)
-
-
-def _variance(values: np.ndarray) -> float:
-    """Return the unbiased variance of values; 0 for a single value."""
-    return float(values.var(ddof=1)) if len(values) > 1 else 0.0
-
-
-def _of_blocks(changes: np.ndarray) -> Movement:
-    """Return the movement from changes of a score in pictures joined of blocks of two opposite
-    lots.
-
-    Notes
-    -----
-    The linear part of a change is a sum over the blocks. Each block has either sign in half of the
-    pictures. The linear part therefore cancels in the mean, which is the shift. Its mean square
-    about the mean is the variance of one lot.
-    """
-    freedom = len(changes) - 1
-    scatter = float(changes.std())
-    shift = float(changes.mean())
-    how = f"{len(changes)} pictures of two opposite changes of the scene"
-    return Movement(scatter, freedom, shift, math.hypot(scatter, shift), freedom, how)
-
-
-def _of_parts(changes: np.ndarray) -> Movement:
-    """Return the movement of the frame's score from changes of that of its parts, each with noise
-    of its own.
-
-    Parts scatter more than the frame, the mean of all of them; their shift is its own.
-    """
-    freedom = len(changes) - 1
-    variance = _variance(changes)
-    scatter = math.sqrt(variance) / PARTS_ACROSS
-    shift = _beyond_scatter(float(changes.mean()), variance / len(changes))
-    how = f"changes of {len(changes)} parts of the picture"
-    return Movement(scatter, freedom, shift, math.hypot(scatter, shift), freedom, how)
-
-
-def _beyond_scatter(mean: float, variance: float) -> float:
-    """Return what a mean is more than its own scatter, of this variance, explains."""
-    return math.copysign(math.sqrt(max(mean**2 - variance, 0.0)), mean)
-
-
 def _before(scores: Iterable[Score]) -> Values:
     """Return the scores of the whole picture before any change."""
     return _values(score for score in scores if not score.object)
@@ -378,47 +299,6 @@ def _with_one_object(labels: xr.Dataset | None) -> xr.Dataset | None:
     return labels.assign(instance=instance * (instance == first))
 
 
-def _finds_white(metric: Metric) -> TypeGuard[HasWhite]:
-    """Return whether a metric compares against the white of the reference picture."""
-    return isinstance(metric, HasWhite) and not metric.white_cd_m2
-
-
-def _with_white(metric: Metric, white_cd_m2: float) -> Metric:
-    """Return the metric with this white, if it would take that of the reference picture, which
-    would be another in each part.
-    """
-    return _at_white(metric, white_cd_m2) if _finds_white(metric) else metric
-
-
-def _at_white(metric: HasWhite, white_cd_m2: float) -> Metric:
-    """Return the metric with this white."""
-    fixed: Metric = replace(cast(Any, metric), white_cd_m2=white_cd_m2)  # metrics are dataclasses
-    return fixed
-
-
-def _keys_of_white(metrics: Sequence[Metric]) -> list[ScoreKey]:
-    """Return the scores that are the white of the reference picture."""
-    return [(m.WHITE_SCORE, LUMINANCE, "") for m in metrics if _finds_white(m)]
-
-
-def _white(scenes: ChangedScenes) -> White:
-    """Return the white of the reference picture, and how renderer noise moves it."""
-    level = luminance(scenes.shot.truth)
-    error = percentile_error(
-        level,
-        white_pixels(level),
-        WHITE_PERCENTILE / 100,
-        map(scenes.luminance_change, range(WHITE_LOTS)),
-        math.ceil(BLOCK_TILES * scenes.tile_pixels),
-    )
-    freedom = error.degrees_of_freedom
-    rms = math.hypot(error.standard_error, error.shift)
-    known = max(round(min(freedom, MANY)), 1)
-    how = f"the share of pixels below it after {2 * WHITE_LOTS} changes of the scene"
-    movement = Movement(error.standard_error, freedom, error.shift, rms, known, how, math.inf)
-    return White(white_cd_m2(level), movement)
-
-
 def _slopes(
     metrics: Sequence[Metric],
     white: White,
@@ -437,37 +317,15 @@ def _slopes(
     before : scores of each part at this white.
     """
     moved = [
-        _at_white(metric, white.level_cd_m2 + white.movement.rms)
+        at_white(metric, white.level_cd_m2 + white.movement.rms)
         for metric in metrics
-        if _finds_white(metric)
+        if finds_white(metric)
     ]
     if not (moved and white.movement.rms):
         return {}
     after = _scores_of_parts(moved, pair, parts)
     by_score = _by_score([_difference(*both) for both in zip(after, before, strict=True)])
     return {key: float(values.mean()) / white.movement.rms for key, values in by_score.items()}
-
-
-def _beside_white(movement: Movement, slope: float, white: Movement) -> Movement:
-    """Return the movement of a score that also changes with the white.
-
-    Parameters
-    ----------
-    movement : movement of the score at one white.
-    slope : change of the score over the change of the white.
-    white : movement of the white; few tiles decide it, so it is independent of the others.
-    """
-    if not (slope and white.rms):
-        return movement
-    by_white = abs(slope) * white.scatter
-    variances = movement.scatter**2, by_white**2
-    freedom = degrees_of_freedom(variances, (movement.freedom, white.freedom))
-    scatter = math.hypot(movement.scatter, by_white)
-    shift = math.copysign(math.hypot(movement.shift, slope * white.shift), movement.shift)
-    rms = math.hypot(scatter, shift)
-    known = max(round(min(freedom, MANY)), 1)
-    how = f"{movement.how} and of the white"
-    return Movement(scatter, freedom, shift, rms, known, how)
 
 
 def _scores_of_parts(

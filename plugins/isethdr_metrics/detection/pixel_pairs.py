@@ -103,7 +103,7 @@ class PairChoice:
         r = self.reach
         steps = [(dy, dx) for dy in (-r, 0, r) for dx in (-r, 0, r) if dy or dx]
         has_contrast = np.zeros(height * width, bool)
-        for dy, dx in steps[4:]:
+        for dy, dx in steps[4:]:  # the first four join the same pixels
             firsts = self._pixels_with_contrast(true, dy, dx)
             has_contrast[firsts] = has_contrast[firsts + dy * width + dx] = True
         pixels = np.flatnonzero(has_contrast)

@@ -19,7 +19,7 @@ from isethdr_core.physics.detector.temporal_modulation import Modulation
 from isethdr_core.physics.radiometry import photons_per_energy
 from isethdr_core.plugins.registry import build
 from isethdr_core.truth import make_picture, truth
-from isethdr_core.uncertainty import changed_scenes, score_errors
+from isethdr_core.uncertainty import changed_scenes, score_errors, score_movements
 from isethdr_core.uncertainty.changed_scenes import Pair, ScoredShot
 from isethdr_core.uncertainty.render_noise import (
     HALF_DIFFERENCE,
@@ -361,11 +361,11 @@ def test_pictures_joined_of_blocks_tell_scatter_and_shift():
 def test_how_well_the_rms_of_few_changes_is_known():
     rng = np.random.default_rng(1)
     for count, factor in ((2, 3.08), (score_errors.CHANGES, 1.69), (8, 1.55)):
-        assert score_errors.known_within(count) == pytest.approx(factor, abs=0.01)
+        assert score_movements.known_within(count) == pytest.approx(factor, abs=0.01)
         rms = np.sqrt(np.mean(rng.standard_normal((count, 40000)) ** 2, axis=0))
         # the share of 40000 that are below is known to 0.15 %: four of these
         assert np.mean((rms < factor) & (rms > 1 / factor)) == pytest.approx(
-            score_errors.SURE, abs=0.006
+            score_movements.SURE, abs=0.006
         )
 
 
@@ -424,7 +424,7 @@ def test_every_score_of_a_small_picture_has_an_error_those_of_objects_too():
     errors = found.errors
     frame, car = (errors["mean", "cd m-2", name] for name in ("", "car"))
     assert frame.standard_error > 0
-    few = 1 / (score_errors.CHANGES - 1) + 1 / score_errors.FEW_TILES
+    few = 1 / (score_errors.CHANGES - 1) + 1 / score_movements.FEW_TILES
     assert frame.degrees_of_freedom == pytest.approx(1 / few)
     assert car.standard_error == pytest.approx(2 * frame.standard_error)
     # a score that no changed scene has: its error is not known
@@ -560,14 +560,14 @@ def test_a_score_that_rests_on_few_tiles_is_known_with_fewer_degrees_of_freedom(
     """
     rng = np.random.default_rng(2)
     trials = 20000
-    tiles = score_errors.FEW_TILES
+    tiles = score_movements.FEW_TILES
     changes = score_errors.CHANGES
     halves = rng.standard_normal((trials, 1, tiles))
     signs = np.where(rng.random((trials, changes, tiles)) < 0.5, 1.0, -1.0)
     changes_of_score = (signs * halves).sum(-1)
     scatter = changes_of_score.std(axis=1, ddof=1)
     off = np.abs(rng.standard_normal((trials, tiles)).sum(-1))
-    movement = score_errors._of_lots(changes_of_score[0])
+    movement = score_movements.movement_of_lots(changes_of_score[0])
     assert movement.scatter == pytest.approx(scatter[0])
     freedom = score_errors._error(movement, 0.0).degrees_of_freedom
     inside = {f: np.mean(off < student_factor(f) * scatter) for f in (freedom, changes - 1)}
