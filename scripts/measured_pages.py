@@ -382,8 +382,9 @@ PAGES = {
             " electrons, 31 bands, Bayer sensor that allows 0.1 of its noise, of which kernels have"
             " 0.074. `largest_error` is that of a tile and channel below full scale, in standard"
             " deviations of the noise; nan where the patch is full. `stated` is what the plan"
-            " states for 99 % of the tiles of the frame. `core_tiles` are exact. `cpu_s` is that of"
-            " the plan; with the first lamp it includes all kernels, afterwards what they lack.",
+            " states for 99 % of the tiles of the frame. Within `core_tiles` of the axis kernels are"
+            " exact. `cpu_s` is that of the plan; with the first lamp it includes all kernels,"
+            " afterwards what they lack.",
             "Figures that were measured by hand are in [lens kernel"
             " choices](../explanation/lens_kernel_choices.md).",
         ),
@@ -499,11 +500,11 @@ PAGES = {
         (
             "`renderer_noise`: `share` is `renderer.noise_share_allowed`. `stated_90` is the stated"
             " noise that 90 % of the tiles are below. `over_true_90` is stated over true noise at"
-            " 90 % of the tiles: normal noise as stated is spread over as many renderings as there"
-            " are, so that both have the scatter of so few. `worst_99` is that of the one rendering"
-            " that is farthest off at 99 %. `cpu_s` is that of one rendering, without the tables of"
-            " the scene. The tunnel has at most 512 paths per tile, as its limit"
-            " is out of reach.",
+            " 90 % of the tiles. The stated noise is sampled for as many renderings as there are,"
+            " so that both have the scatter of few renderings. `worst_99` is that of the one"
+            " rendering that is farthest off at 99 %. `cpu_s` is that of one rendering, without"
+            " `tables_s`, the tables of the scene, which are made once. `paths` are samples per"
+            " tile. The tunnel has at most 512 of them, because its limit is out of reach.",
             "`renderer_light`: `need_over_even` is the light of a group where paths follow need,"
             " over that of even passes. Tiles are weighted by the inverse variance that one more"
             " rendering states, so that glints do not decide; `unweighted` is the plain sum.",
