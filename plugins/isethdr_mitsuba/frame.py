@@ -92,12 +92,13 @@ def render_frame(
     else:
         paths = follower(description, Built(world, surfaces), lamps, cube, settings)
         one_pass = even_passes(paths)
-    by_need = demand.noise_limit is not None and settings.limit_share() is not None
-    if by_need and paths is not None:
+    # of the cameras' noise that is reached
+    share = None if demand.noise_limit is None else settings.limit_share()
+    if share is not None and paths is not None:
         limit_at = lambda radiance: demand.noise_limit(
             cube.dataset(radiance.reshape(layer.shape) + layer)
         )
-        result = needed_paths(settings, paths, instances(world, view), view, limit_at, known)
+        result, share = needed_paths(settings, paths, instances(world, view), view, limit_at, known)
     else:
         settings = settings.decided()
         frame = Frame(groups, bands_nm, view.shape, view.whole, view.in_field())
@@ -119,8 +120,8 @@ def render_frame(
         view.cut, *label_tiles(world, wide, description, demand.labels, settings.normalise)
     )
     ds = cube.dataset(radiance, **labels)
-    if by_need:
-        ds.attrs["limit_share"] = settings.limit_share()
+    if share is not None:
+        ds.attrs["limit_share"] = share
     # stored beside its light, so that the share of renderer noise in a picture can be computed
     ds["xyz_noise"] = (
         ("light_group", "xyz_channel", "y", "x"),
@@ -187,8 +188,9 @@ def needed_paths(
     view: View,
     limit_at: Callable[..., Any],
     known: Known | None,
-) -> Estimate:
-    """Return the estimate with more paths where the cameras need them (`paths.need_driven`).
+) -> tuple[Estimate, float]:
+    """Return the estimate with more paths where the cameras need them (`paths.need_driven`), and
+    the share of the cameras' noise that is reached.
 
     Parameters
     ----------
@@ -203,9 +205,23 @@ def needed_paths(
 
     known = [(known or {}).get(group, Known()) for group in paths.lamps.groups]
     first = max(k.next for k in known)
-    rounds = need_driven.Rounds(paths, instance, settings.seed, first, settings.most_samples)
-    seconds = need_driven.render_by_need(rounds, limit_at, settings.limit_share())
-    return need_driven.estimate(rounds, known, seconds, view.in_field())
+    most_mean = settings.most_mean_samples or math.inf
+    rounds = need_driven.Rounds(
+        paths, instance, settings.seed, first, settings.most_samples, most_mean
+    )
+    share = settings.limit_share()
+    seconds = need_driven.render_by_need(rounds, limit_at, share)
+    reached = share / math.sqrt(rounds.affordable)
+    if rounds.affordable < 1:
+        ledger.left_out(
+            f"paths beyond {most_mean:.4g} per tile, the mean of all light groups together",
+            f"most_mean_samples of the renderer; the noise is {reached:.2g} of that of the cameras"
+            f" where {share:.2g} was asked for",
+            reached / share,
+            "times the noise asked for",
+            key="mean samples",
+        )
+    return need_driven.estimate(rounds, known, seconds, view.in_field()), reached
 
 
 class Built(NamedTuple):

@@ -114,6 +114,7 @@ class MitsubaRenderer:
         "samples",
         "error_allowed",
         "most_samples",
+        "most_mean_samples",
         "noise_share_allowed",
     )
 
@@ -133,6 +134,9 @@ class MitsubaRenderer:
     # noisy cameras, or no limit where `samples` is set
     error_allowed: ErrorAllowed | None = None
     most_samples: Samples = 4096  # largest number of samples per tile, unless `samples` is larger
+    # largest mean over tiles of the samples of all light groups together, where the cameras decide:
+    # what noise they allow rises, in all tiles alike, until it is met; null: no limit
+    most_mean_samples: Samples | None = None
     max_depth: Depth = 5  # longest light path in segments; 2 is direct light only
     seed: Seed = 0  # seed of the samples; the same seed gives the same radiance on the same machine
     # Mitsuba variant; auto takes the first that works of cuda, llvm, scalar

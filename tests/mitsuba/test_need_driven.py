@@ -8,6 +8,7 @@ import pytest
 pytest.importorskip("mitsuba")
 
 from isethdr_mitsuba.paths.need_driven import Rounds, render_by_need
+from isethdr_mitsuba.paths.need_plan import affordable, more_paths
 from isethdr_mitsuba.renderer import MitsubaRenderer
 
 from isethdr_core.demand import Demand, NoiseLimit
@@ -78,6 +79,39 @@ def test_noise_is_brought_to_the_limit_without_a_change_of_light(make):
         assert light[g].sum() == pytest.approx(
             judge[g].sum(), abs=10 * noise + 1e-4 * judge[g].sum()
         )
+
+
+def test_affordable_paths_have_the_mean_that_is_allowed():
+    """The tiles need 0 to 999 paths of either group and have none: the factor is the ratio of the
+    means, but for numbers of paths in steps of 8 (3.5 more of each group in the mean).
+    """
+    needed = np.stack([np.arange(1000.0), np.arange(1000.0)[::-1]])
+    have = np.zeros((2, 1000))
+    factor = affordable(needed, have, 350.0)
+    assert factor == pytest.approx((350.0 - 7.0) / needed.sum(0).mean(), rel=0.01)
+    assert (more_paths(factor * needed, have)).sum(0).mean() <= 350.0
+    assert affordable(needed, have, 1e4) == 1.0
+    assert affordable(needed, have + 400.0, 350.0) < 0.4001  # nothing is left to follow
+
+
+@pytest.mark.slow
+def test_a_mean_number_of_paths_is_kept_and_the_noise_rises_alike_in_all_tiles(make):
+    """The needed paths fall by one factor. Noise rises by its root, and no tile is left out."""
+    scene = make.street(6)
+    paths = follower(scene, MitsubaRenderer(**SIZE), scene.light_groups())
+    luminance = judged(paths, 256).sum(0)
+    free = rendered(paths, 3, luminance)
+    mean = float(sum(t.paths for t in free.buffers).sum(0).mean())
+    most = 0.7 * mean
+    found = Rounds(paths, np.ones((16, 24), int), 3, most_mean=most)
+    render_by_need(found, lambda _: like_a_camera(luminance), SHARE)
+    taken = float(sum(t.paths for t in found.buffers).sum(0).mean())
+    assert 0.8 * most < taken <= most
+    assert free.affordable == 1.0 and found.affordable < 0.8
+    stated = [np.sqrt((r.xyz_noise()[:, 1] ** 2).sum(0)) for r in (free, found)]
+    lit = stated[0] > 0
+    ratio = np.median(stated[1][lit] / stated[0][lit])
+    assert 1.0 < ratio < 1.2 / np.sqrt(found.affordable)
 
 
 @pytest.mark.slow

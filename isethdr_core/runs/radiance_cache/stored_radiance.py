@@ -71,7 +71,9 @@ def held(chain: Chain, demand: Demand, stores: list[dict[str, Any]]) -> Held:
     wide = demand.margin or any(s.get("margin", True) for s in candidates)
     serving = [s for s in candidates if s.get("margin", True) == wide]
     on_grid = replace(demand, margin=wide)
-    missing = what_is_missing(serving, on_grid, goes_on(chain), limit_share(chain, demand))
+    missing = what_is_missing(
+        serving, on_grid, goes_on(chain), limit_share(chain, demand), effort_spent(chain)
+    )
     return Held(serving, missing)
 
 
@@ -106,6 +108,7 @@ def what_is_missing(
     demand: Demand,
     enough: Callable[..., bool] | None = None,
     share: float | None = None,
+    effort: dict[str, Any] | None = None,
 ) -> Demand | None:
     """Return the demand for groups and bands that no store holds; None if all are stored.
 
@@ -118,13 +121,15 @@ def what_is_missing(
     enough : function(paths, noise) -> whether stored paths of a group suffice; None: they always
         do.
     share : share of the cameras' noise at which the renderer stops; None: another setting decides.
+    effort : {field of the renderer that buys accuracy: value}, beside `share`. Fields may end a
+        rendering before it has reached the share; the same fields would end it there again.
     """
     if demand.groups is None and not stores:
         return demand
     groups_asked = demand.groups if demand.groups is not None else stores[0]["all_groups"]
     bands = ALL_BANDS if demand.wavelength_nm is None else demand.wavelength_nm
     lacking = {
-        group: [b for b in bands if not _groups_have(stores, group, b, enough, share)]
+        group: [b for b in bands if not _groups_have(stores, group, b, enough, (share, effort))]
         for group in groups_asked
     }
     groups = tuple(g for g in groups_asked if lacking[g])
@@ -141,7 +146,7 @@ def _groups_have(
     group: str,
     band: float | None,
     enough: Callable[..., bool] | None,
-    share: float | None,
+    by_noise: tuple[float | None, dict[str, Any] | None],
 ) -> bool:
     """Return whether stores hold enough of one light group at one band.
 
@@ -150,13 +155,17 @@ def _groups_have(
     stores : root attributes of the stores.
     group : name of the light group.
     band : band centre, nm; None for all bands of the renderer.
-    enough, share : as for `what_is_missing`.
+    enough : as for `what_is_missing`. `by_noise` : its share and effort.
     """
     holding = [s for s in stores if holds(s, group, band)]
     if enough is None or not holding or any(group in s["absent_groups"] for s in holding):
         return bool(holding)
+    share, effort = by_noise
     if share is not None:
-        return any((s.get("limit_share") or float("inf")) <= share for s in holding)
+        by_need = [s for s in holding if s.get("limit_share")]
+        return any(s["limit_share"] <= share for s in by_need) or (
+            effort is not None and any(s["effort"] == effort for s in by_need)
+        )
     known_now = known(holding, group, (band,))
     return enough(known_now.paths, known_now.noise)
 

@@ -8,6 +8,7 @@ chance would stop early and be too dark.
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
@@ -54,6 +55,9 @@ class Rounds:
     instance : (row, column) number of the object in each tile.
     seed, first : of the renderer, and number of the first path: the key of the random numbers.
     most : largest number of paths per tile and group, in both buffers together.
+    most_mean : largest mean over tiles of the paths of all groups together, likewise.
+    affordable : share of the needed paths that this allowed in the last round, the smaller of the
+        two buffers.
     """
 
     paths: Paths
@@ -61,6 +65,8 @@ class Rounds:
     seed: int
     first: int = 0
     most: int = 4096
+    most_mean: float = math.inf
+    affordable: float = 1.0
     buffers: list[Tally] = field(default_factory=list)
     launches: int = 0
     running: _Running | None = None
@@ -132,12 +138,16 @@ class Rounds:
         of_batches = sum(v * share_of(t) for v, t in zip(variances, self.buffers))
         scale = spread_of_buffers(*self.buffers, of_batches)
         plans = []
+        factors = []
         for buffer, variance in zip(self.buffers, reversed(variances)):
             paths_needed = need_plan.needed(scale * variance, allowed, weights, self.group_us) / 2
-            paths_needed = np.minimum(
-                paths_needed, np.minimum(GROWTH * buffer.paths, self.most / 2)
-            )
-            plans.append(need_plan.more_paths(paths_needed, buffer.paths))
+            paths_needed = np.minimum(paths_needed, self.most / 2)
+            # of the whole need: what one round lacks is for the tiles that need most
+            factor = need_plan.affordable(paths_needed, buffer.paths, self.most_mean / 2)
+            factors.append(factor)
+            now = np.minimum(factor * paths_needed, GROWTH * buffer.paths)
+            plans.append(need_plan.more_paths(now, buffer.paths))
+        self.affordable = min(factors)
         added = float(sum(more.max(0).mean() for more in plans))
         title = f"round {number}: {added:.3g} paths per tile where noise is seen"
         every = [(buffer, lot) for buffer in range(2) for lot in need_plan.lots(plans[buffer])]

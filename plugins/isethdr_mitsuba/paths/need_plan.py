@@ -20,6 +20,7 @@ LAMPS_US = 1.3
 # gets the time of the dearest tile among the others
 GIVEN_UP = 0.01
 STEP = 8  # numbers of paths are multiples of this
+HALVINGS = 12  # of the interval in which an affordable factor lies: to 0.02 %
 WORTH = 1.15  # smallest ratio of planned paths to existing ones at which paths are added
 
 
@@ -68,6 +69,28 @@ def more_paths(planned: np.ndarray, have: np.ndarray) -> np.ndarray:
     """
     steps = np.ceil(np.maximum(planned - have, 0) / STEP).astype(int) * STEP
     return np.where(planned > WORTH * have, steps, 0)
+
+
+def affordable(needed: np.ndarray, have: np.ndarray, most_mean: float) -> float:
+    """Return the largest factor on the needed paths, at most 1, with which the paths of all groups
+    together stay within a mean over the tiles. Noise is 1 / sqrt(factor) times the noise allowed.
+
+    Parameters
+    ----------
+    needed : (group, tile) paths that `needed` returns. `have` : (group, tile) existing paths.
+    most_mean : largest mean over tiles of the sum over groups.
+    """
+
+    def is_within(factor: float) -> bool:
+        return (have + more_paths(factor * needed, have)).sum(0).mean() <= most_mean
+
+    if is_within(1.0):
+        return 1.0
+    low, high = 0.0, 1.0
+    for _ in range(HALVINGS):
+        middle = (low + high) / 2
+        low, high = (middle, high) if is_within(middle) else (low, middle)
+    return low
 
 
 def lots(more: np.ndarray) -> Iterator[Lot]:

@@ -63,3 +63,13 @@ def test_radiance_rendered_for_cameras_serves_who_allows_as_much_of_their_noise(
     assert what_is_missing([by_need], demand, enough, 0.5) is not None
     assert what_is_missing([by_paths], demand, enough, 0.6) is not None
     assert what_is_missing([by_paths], demand, enough) is None
+
+
+def test_radiance_whose_paths_were_limited_serves_who_limits_them_alike():
+    """It has more noise than allowed, and rendering it again would change nothing."""
+    demand = Demand(groups=("sky",), wavelength_nm=(BLUE,))
+    limited = {**stored(["sky"], [BLUE], None), "limit_share": 0.9, "effort": {"most": 64}}
+    enough = lambda paths, noise: True
+    assert what_is_missing([limited], demand, enough, 0.6, {"most": 64}) is None
+    assert what_is_missing([limited], demand, enough, 0.6, {"most": 128}) is not None
+    assert what_is_missing([limited], demand, enough, 0.6) is not None

@@ -58,6 +58,15 @@ def test_a_mistake_is_one_error_that_names_its_place(text, said):
     assert str(error.value).startswith("recipe mine")
 
 
+def test_overrides_of_the_recipe_come_before_those_of_its_families():
+    families = parsed(
+        "overrides: [a=1]\nfamilies: {x: {overrides: [a=2]}, y: {share: 1}}", "two"
+    ).families
+    assert [family.overrides for family in families] == [("a=1", "a=2"), ("a=1",)]
+    with pytest.raises(ConfigError, match="recipe one: overrides are 'a=1'"):
+        parsed("overrides: a=1\nfamilies: {x: {share: 1}}", "one")
+
+
 def test_a_recipe_that_does_not_exist_names_those_that_do(tmp_path):
     with pytest.raises(ConfigError, match=r"did you mean 'roads'.*recipe=roads"):
         read_recipe("road")

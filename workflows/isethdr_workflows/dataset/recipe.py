@@ -14,7 +14,7 @@ import yaml
 from isethdr_core.errors import ConfigError, did_you_mean
 
 BUNDLED = Path(__file__).parent / "recipes"
-KEYS = ("about", "families", "splits")
+KEYS = ("about", "overrides", "families", "splits")
 KEYS_OF_FAMILY = ("share", "overrides", "draw")
 DEFAULT_SPLITS = {"train": 0.7, "validation": 0.15, "test": 0.15}
 
@@ -137,10 +137,11 @@ def parsed(text: str, name: str) -> Recipe:
         },
         f"{where}: families",
     )
+    of_all = _overrides(content, where)
     return Recipe(
         about=str(content.get("about", "")).strip(),
         families=tuple(
-            _family(key, entry, share, f"{where}: family {key}")
+            _family(key, entry, share, of_all, f"{where}: family {key}")
             for (key, entry), share in zip(families.items(), shares.values(), strict=True)
         ),
         splits=_shares(content.get("splits", DEFAULT_SPLITS), f"{where}: splits"),
@@ -148,18 +149,25 @@ def parsed(text: str, name: str) -> Recipe:
     )
 
 
-def _family(name: str, entry: Mapping[str, Any], share: float, where: str) -> Family:
+def _overrides(entry: Mapping[str, Any], where: str) -> tuple[str, ...]:
     overrides = entry.get("overrides") or []
     if not isinstance(overrides, list) or not all(isinstance(o, str) for o in overrides):
         raise ConfigError(
             f"{where}: overrides are {overrides!r}; expected a list of overrides; type for example"
             " overrides: [scene=night_drive]"
         )
+    return tuple(overrides)
+
+
+def _family(
+    name: str, entry: Mapping[str, Any], share: float, of_all: tuple[str, ...], where: str
+) -> Family:
+    """Return a family; `of_all` are the overrides of all families."""
     draw = _table(entry.get("draw") or {}, f"{where}: draw", None, empty=True)
     return Family(
         name,
         share,
-        tuple(overrides),
+        (*of_all, *_overrides(entry, where)),
         {key: _distribution(value, f"{where}: {key}") for key, value in draw.items()},
     )
 
