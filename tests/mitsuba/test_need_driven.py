@@ -7,6 +7,7 @@ import pytest
 
 pytest.importorskip("mitsuba")
 
+from isethdr_mitsuba.paths import need_driven
 from isethdr_mitsuba.paths.need_driven import Rounds, render_by_need
 from isethdr_mitsuba.paths.need_plan import affordable, more_paths
 from isethdr_mitsuba.renderer import MitsubaRenderer
@@ -95,14 +96,18 @@ def test_affordable_paths_have_the_mean_that_is_allowed():
 
 
 @pytest.mark.slow
-def test_a_mean_number_of_paths_is_kept_and_the_noise_rises_alike_in_all_tiles(make):
+def test_a_mean_number_of_paths_is_kept_and_the_noise_rises_alike_in_all_tiles(
+    make, monkeypatch, capsys
+):
     """The needed paths fall by one factor. Noise rises by its root, and no tile is left out."""
+    monkeypatch.setattr(need_driven, "MANY", 16)  # said of this small picture, too
     scene = make.street(6)
     paths = follower(scene, MitsubaRenderer(**SIZE), scene.light_groups())
     luminance = judged(paths, 256).sum(0)
     free = rendered(paths, 3, luminance)
     mean = float(sum(t.paths for t in free.buffers).sum(0).mean())
     most = 0.7 * mean
+    assert "type renderer.most_mean_samples" in capsys.readouterr().err
     found = Rounds(paths, np.ones((16, 24), int), 3, most_mean=most)
     render_by_need(found, lambda _: like_a_camera(luminance), SHARE)
     taken = float(sum(t.paths for t in found.buffers).sum(0).mean())

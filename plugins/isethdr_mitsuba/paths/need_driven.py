@@ -9,6 +9,7 @@ chance would stop early and be too dark.
 from __future__ import annotations
 
 import math
+import sys
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
@@ -34,6 +35,9 @@ MOST_ROUNDS = 6
 LITTLE = 0.5  # paths per tile: a round that adds fewer is the last one
 LARGEST_LIST = 1 << 17  # tiles of one launch: bounds memory
 LONGEST = 4096  # paths of a tile and launch: float32 sums of more in a lane drift
+# samples per tile of all light groups together: those of the main job, and so many that it is said
+USUAL = 125
+MANY = 4 * USUAL
 EXPOSURE_CHANGED = 0.1  # relative: then the need is worked out once more
 
 
@@ -139,15 +143,25 @@ class Rounds:
         scale = spread_of_buffers(*self.buffers, of_batches)
         plans = []
         factors = []
+        wanted = 0.0
         for buffer, variance in zip(self.buffers, reversed(variances)):
             paths_needed = need_plan.needed(scale * variance, allowed, weights, self.group_us) / 2
             paths_needed = np.minimum(paths_needed, self.most / 2)
+            wanted += float(np.maximum(paths_needed, buffer.paths).sum(0).mean())
             # of the whole need: what one round lacks is for the tiles that need most
             factor = need_plan.affordable(paths_needed, buffer.paths, self.most_mean / 2)
             factors.append(factor)
             now = np.minimum(factor * paths_needed, GROWTH * buffer.paths)
             plans.append(need_plan.more_paths(now, buffer.paths))
         self.affordable = min(factors)
+        if number == 1 and min(wanted, self.most_mean) > MANY:
+            print(
+                f"renderer: the noise of the cameras asks for about {wanted:.2g} samples per tile,"
+                f" all light groups together; a night drive takes {USUAL}. For less time and more"
+                " noise type renderer.most_mean_samples=128",
+                file=sys.stderr,
+                flush=True,
+            )
         added = float(sum(more.max(0).mean() for more in plans))
         title = f"round {number}: {added:.3g} paths per tile where noise is seen"
         every = [(buffer, lot) for buffer in range(2) for lot in need_plan.lots(plans[buffer])]
