@@ -15,7 +15,8 @@ from ..storage.object_home.address import Address, is_address, scratch_folder
 from ..storage.object_home.calls import prepare_writing
 
 OPTION = "--home"
-MAKES_HOMES = ("run", "study", "dataset", "import-iset")  # commands that write stores
+# commands that write into a home, and make it where it is missing
+MAKES_HOMES = ("run", "sequence", "study", "dataset", "train", "experiments", "import-iset")
 READS_SEVERAL = ("catalog", "export", "reproduce")  # commands of which some read several homes
 
 

@@ -1,6 +1,8 @@
 """Files that can be made again may be removed at any time; stores in use stay, and are named."""
 
 import os
+import re
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -48,6 +50,17 @@ def test_usage_counts_what_the_disk_holds(home):
     said = called("du", "--stores").output
     assert "intermediate" in said and "unread" in said
     assert space.usage(home / "absent") == []
+
+
+def test_usage_names_every_folder_that_the_page_lists(isethdr_home):
+    """A part that `space` does not know would be called a file that isethdr did not make."""
+    page = (Path(__file__).parents[2] / "docs" / "how-to" / "catalog.md").read_text()
+    rows = re.findall(r"^\| (`[^|]*)\|", page.partition("## Find runs")[0], re.MULTILINE)
+    folders = set(re.findall(r"`([a-z_]+)/", " ".join(rows)))
+    assert {"scenes", "runs", "datasets", "training"} <= folders
+    for name in folders:
+        (isethdr_home / name).mkdir(parents=True, exist_ok=True)
+    assert folders == {one.part for one in space.usage(isethdr_home)}
 
 
 def test_a_dry_run_removes_nothing_and_gc_what_is_made_again(home):

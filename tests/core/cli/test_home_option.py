@@ -45,13 +45,14 @@ def test_a_command_that_writes_takes_one_home(monkeypatch):
     assert os.environ["ISETHDR_HOME"] == "elsewhere"
 
 
-def test_a_command_that_writes_makes_a_home_and_says_so(tmp_path, monkeypatch, capsys):
+@pytest.mark.parametrize("command", ["run", "sequence", "train", "experiments"])
+def test_a_command_that_writes_makes_a_home_and_says_so(tmp_path, monkeypatch, capsys, command):
     monkeypatch.setenv("ISETHDR_HOME", "elsewhere")
-    use_home(str(tmp_path / "new"), "run")
+    use_home(str(tmp_path / "new"), command)
     assert os.environ["ISETHDR_HOME"] == str(tmp_path / "new")
     assert capsys.readouterr().err == f"new home folder:\n{tmp_path / 'new'}\n"
     (tmp_path / "new/runs").mkdir(parents=True)
-    use_home(str(tmp_path / "new"), "run")
+    use_home(str(tmp_path / "new"), command)
     assert capsys.readouterr().err == ""
 
 
