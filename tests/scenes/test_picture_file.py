@@ -80,6 +80,15 @@ def test_colours_of_rgb_are_kept(rgb):
     np.testing.assert_allclose(found, standard, rtol=3e-3, atol=1e-9)
 
 
+def test_every_value_of_the_accuracy_knob_holds_rgb(tmp_path, rgb):
+    """Otherwise `isethdr study accuracy` of a picture would be refused."""
+    np.save(tmp_path / "a.npy", rgb)
+    [knob] = PictureFile.accuracy_knobs
+    for step_nm in (*knob.tried(), knob.finest()):
+        found = PictureFile(str(tmp_path / "a.npy"), unit="cd/m2", step_nm=step_nm, **FIELD)
+        found.check_files()
+
+
 @pytest.mark.parametrize("spectrum", ["D65", "A", "E"])
 def test_white_has_the_spectrum_of_the_illuminant(tmp_path, spectrum):
     np.save(tmp_path / "white.npy", np.ones((3, 5, 3)))

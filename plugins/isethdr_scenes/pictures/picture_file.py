@@ -76,11 +76,11 @@ class PictureFile:
     # true sets negative values to 0 and states how many; false refuses them
     negative_to_zero: bool = False
 
-    # not a field: bands of spectra that are made from colours, as of a chart
+    # not a field: bands of spectra that are made from colours; wider ones cannot hold RGB
     accuracy_knobs = (
         AccuracyKnob(
             "step_nm",
-            (50.0, 30.0, 20.0, 10.0, 5.0),
+            (20.0, 10.0, 5.0),
             Quantity.ELECTRONS,
             Cost(1.0, 1.0),
             reference=2.0,
