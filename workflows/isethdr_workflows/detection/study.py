@@ -62,7 +62,8 @@ def detection(
     dataset : name of a generated dataset.
     cameras : names, separated by commas: of the config, or presets of sensors; `name:LPLG+SPLG`
         uses some of a camera's captures. The first one is what others are compared with.
-    question : captures, filters, dark or removal: presets of cameras, overrides and light levels.
+    question : captures, filters, dark, noise or removal: presets of cameras, overrides and light
+        levels.
     false_alarms : false alarms in a picture.
     order : largest total order of the Hermite-Gauss channels.
     windows : without objects, of each scene and size of object.
