@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from isethdr_optics import DiffractionLimitedLens, WavefrontLens
-from isethdr_optics.field import imaging
+from isethdr_optics.field import kernels_of_field, point_choice
 from isethdr_optics.imaging.overlap_add import overlaid
 
 from isethdr_core.data import quantities
@@ -38,14 +38,14 @@ def test_irradiance_is_within_what_is_allowed(allowed):
 def test_a_lens_that_varies_over_the_field_is_told_too(monkeypatch):
     told = []
     monkeypatch.setattr(
-        imaging,
+        kernels_of_field,
         "overlaid",
         lambda parts, shape, allowed: told.append(allowed) or overlaid(parts, shape, allowed),
     )
     lens = WavefrontLens(
         focal_length_mm=6.0, field_zernike_um={0: {}, 8: {4: 0.06}}, error_allowed=0.5
     )
-    monkeypatch.setattr(imaging, "RINGS", (1,))
+    monkeypatch.setattr(point_choice, "RINGS", (1,))
     scene = night().isel(wavelength=slice(0, 16, 8))
     exact = lens(scene).values
     light = lens(scene, error_allowed=1e-3).values

@@ -14,8 +14,10 @@ import numpy as np
 from ..psf import kernels
 from ..pupil.wavefronts import coefficients_um
 from . import field_point_psf
+from .core_reach import core_reach
 from .grid import AROUND
-from .imaging import ALONG, RINGS, core_reach, meridian
+from .meridian import ALONG, meridian
+from .point_choice import RINGS
 from .reference_bands import WIDTH_NM
 
 if TYPE_CHECKING:

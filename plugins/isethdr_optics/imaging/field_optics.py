@@ -19,7 +19,8 @@ from isethdr_core.ledger import Note
 from isethdr_core.plugins.protocols import TransmitsPupil
 
 from ..abilities import DrawsPupil
-from ..field.imaging import FieldKernels, FieldTiles, field_kernels
+from ..field.imaging import FieldTiles, field_kernels
+from ..field.kernels_of_field import FieldKernels
 from ..psf import band_phase, scatter
 from ..psf import kernels as kernel_module
 from ..psf.kernels import KernelRequest

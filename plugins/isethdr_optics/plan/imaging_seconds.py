@@ -16,7 +16,7 @@ from isethdr_core.pipeline.memory import Frame
 
 from ..abilities import TracesColour
 from ..field.field_work import field_work
-from ..field.imaging import ALONG
+from ..field.meridian import ALONG
 from ..flare.ghosts.ghost_flare import GhostFlare, ghost_seconds
 from ..imaging import wing_truncation
 from ..imaging.sensor_plane import without_geometry

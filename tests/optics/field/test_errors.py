@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from isethdr_optics import ApertureFlare, WavefrontLens
-from isethdr_optics.field import errors, field_point_psf, imaging
+from isethdr_optics.field import errors, field_point_psf, imaging, kernels_of_field, point_choice
 from isethdr_optics.field.lateral_colour import READ, Course
 from isethdr_optics.lenses.field_point_lens import node_lens
 from isethdr_optics.psf import exact_core
@@ -46,13 +46,13 @@ def test_light_differs_from_that_of_finer_kernels_as_stated(monkeypatch, fields,
     monkeypatch.setattr(core_size, "CORE_SAMPLES", core_samples)
     # places are made as the axis is, with errors of their own
     monkeypatch.setattr(field_point_psf, "WORTH", 0.0)
-    monkeypatch.setattr(imaging, "RINGS", (1,))
+    monkeypatch.setattr(point_choice, "RINGS", (1,))
     monkeypatch.setattr(
         imaging, "core_reach", lambda along, waves, pitch_um, shape: ((24, 24), (24, 24))
     )
     monkeypatch.setattr(lookup, "_cache", type(lookup._cache)())
     # the finer ones take the axis's kernel too: see below
-    monkeypatch.setattr(imaging.FieldKernels, "unlike_far", None)
+    monkeypatch.setattr(kernels_of_field.FieldKernels, "unlike_far", None)
     lens = WavefrontLens(focal_length_mm=6.0, **fields)
     mixed = street()
     with exact_core.kept_cores():
@@ -75,8 +75,8 @@ def test_light_differs_from_that_of_finer_kernels_as_stated(monkeypatch, fields,
 @pytest.mark.slow
 def test_a_lamp_off_the_axis_differs_from_its_own_kernel_as_stated(monkeypatch):
     """What is spread far away as on the axis, against the kernel of the lamp's own place."""
-    monkeypatch.setattr(imaging, "RINGS", (1,))
-    monkeypatch.setattr(imaging, "_error", lambda *given: 0.01)
+    monkeypatch.setattr(point_choice, "RINGS", (1,))
+    monkeypatch.setattr(point_choice, "_grid_error", lambda *given: 0.01)
     lens = WavefrontLens(focal_length_mm=6.0, field_zernike_um={0: {}, 3.2: {4: 0.08, 12: 0.05}})
     mixed = street()
     x = float(mixed.x[13])

@@ -5,7 +5,7 @@ symmetry, the stated error.
 import numpy as np
 import pytest
 from isethdr_optics import DiffractionLimitedLens, PrescribedLens, WavefrontLens
-from isethdr_optics.field import grid, imaging
+from isethdr_optics.field import grid, point_choice
 from isethdr_optics.lenses.field_point_lens import node_lens
 from isethdr_optics.prescription.prescription import load
 from isethdr_optics.prescription.wavefront import zernike_um
@@ -82,7 +82,7 @@ def test_a_wavefront_that_does_not_vary_gives_the_one_point_spread(monkeypatch):
     np.testing.assert_array_equal(same.values, one.values)
     for left in (row, row_of_constant):
         [bound] = [o.bound for o in left.left_out if "over the field" in o.what]
-    monkeypatch.setattr(imaging, "RINGS", (1,))  # force what was left out
+    monkeypatch.setattr(point_choice, "RINGS", (1,))  # force what was left out
     forced, varied = noted(lambda: constant(scene))
     # of any tile: 1e-7 for float32 shares and results, 2e-6 where a tile is seen across the cores'
     # border
@@ -98,7 +98,7 @@ def test_point_spreads_that_hardly_vary_are_left_out_within_their_bound(monkeypa
     one, row = noted(lambda: lens(scene))
     [left] = [o for o in row.left_out if "over the field" in o.what]
     assert 1e-4 < left.bound <= 0.05
-    monkeypatch.setattr(imaging, "RINGS", (2,))
+    monkeypatch.setattr(point_choice, "RINGS", (2,))
     forced = lens(scene)
     assert 0 < np.abs(forced.values - one.values).sum() <= left.bound * one.values.sum()
 
@@ -141,9 +141,12 @@ def test_the_stated_error_is_that_of_the_worst_band():
     lens = WavefrontLens(field_zernike_um=COMA, error_allowed=0.9, **KEEP)
     stated = {}
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(imaging, "RINGS", (1,))
+        patch.setattr(point_choice, "RINGS", (1,))
         for bands in ((550.0,), (450.0, 550.0, 650.0)):
-            patch.setattr(imaging, "references_nm", lambda lens, waves, bands=bands: list(bands))
+            patch.setattr(
+                "isethdr_optics.field.meridian.references_nm",
+                lambda lens, waves, bands=bands: list(bands),
+            )
             stated[bands] = grid_error(noted(lambda: lens(field([(36, 48)])))[1])
     assert stated[450.0, 550.0, 650.0] > 1.1 * stated[550.0,]
 

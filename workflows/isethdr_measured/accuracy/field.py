@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from isethdr_optics import WavefrontLens
-from isethdr_optics.field import grid, imaging
+from isethdr_optics.field import grid, point_choice
 from isethdr_optics.lenses.field_point_lens import node_lens
 from isethdr_optics.psf import kernels
 from isethdr_optics.psf.kernels import KernelRequest
@@ -44,7 +44,7 @@ def measured() -> list[Work]:
     points = []
 
     def point(name: str, rings: Any, share: Any = grid.weight, mark: str = "") -> None:
-        with changed(imaging, RINGS=rings), changed(grid, weight=share):
+        with changed(point_choice, RINGS=rings), changed(grid, weight=share):
             light, cpu_s, peak_mb = timed(lambda: anew(lens, mixed), repeat=1)
         points.append(
             Point(name, float(np.abs(light - truth).sum() / truth.sum()), cpu_s, peak_mb, mark)
@@ -59,7 +59,7 @@ def measured() -> list[Work]:
         )
     for rings in PATCHES:
         point(f"{rings} rings, nearest place", (rings,), nearest, "peer")
-    point(f"chosen by the lens, {lens.error_allowed:g} allowed", imaging.RINGS, mark="default")
+    point(f"chosen by the lens, {lens.error_allowed:g} allowed", point_choice.RINGS, mark="default")
     return [
         Work(
             "field",
