@@ -13,6 +13,7 @@
 | `headlamp`   | round lamps in the front of a vehicle                                    |
 | `panels`     | regions cut out of the flat faces of trucks and buses, and their mirrors |
 | `shell`      | the outer skin of a vehicle, lofted into one sheet                       |
-| `truck`      | a rigid truck                                                            |
+| `truck`      | a rigid truck: its cargo box, frame and wheels                           |
+| `truck_cab`  | the cab of the rigid truck                                               |
 | `wheels`     | wheels and licence plates                                                |
 """
