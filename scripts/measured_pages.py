@@ -163,10 +163,10 @@ PAPER_FIGURES = {
         " chart. Two demosaic methods: bilinear, and linear per local class ([image"
         " processing](../explanation/isp.md)). The colour matrix is solved for the noise of each"
         " level (`design_snr`), because clear pixels help only where noise matters beside colour.",
-        "With the bilinear demosaic RGBW is better up to 0.1 lux in structure and in colour; with the"
-        " learned one at 0.01 lux, and at 0.046 lux in structure alone. At more light it is worse:"
-        " only one of four pixels is green, and colour must be recovered by subtracting the clear"
-        " pixel.",
+        "With the bilinear demosaic RGBW is better up to 0.22 lux in structure and up to 0.1 lux in"
+        " colour; with the learned one up to 0.046 lux in structure, and at 0.01 lux in colour. At"
+        " more light it is worse: only one of four pixels is green, and colour must be recovered by"
+        " subtracting the clear pixel.",
     ),
 }
 
@@ -405,9 +405,9 @@ PAGES = {
             "Rows with ducc0 need the extra `fast`. On 2026-11-26 it took, at 1080 x 1920 x 31 with"
             " kernels kept, 6.71 CPU s instead of 8.90 for irradiance, and 3.03 instead of 3.32 for"
             " photocurrent. The SciPy program is left out where it would"
-            " take more than 8 GB. The table has lamps of up to 1e6: beside lamps of 1e8 small"
-            " frames are imaged band by band, because they take more functionals of the spectrum"
-            " than are worth it. Frames of 2160 x 3840 are measured by the second command without"
+            " take more than 8 GB. The table has lamps of up to 1e6. Beside lamps of 1e8 photocurrent"
+            " is imaged band by band: the error of the kernels leaves too little for functionals of"
+            " the spectrum. Frames of 2160 x 3840 are measured by the second command without"
             " `--largest`.",
         ),
     ),
