@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..mesh.cutting import cut
-from ..mesh.implicit import blend, cone, skin_of
-from ..mesh.piece import Assembly, pose, unit
+from ..mesh.implicit import Field, blend, cone, skin_of
+from ..mesh.piece import Assembly, Piece, pose, unit
 from ..mesh.primitives import box
 from .head import head
 from .poses import walk
@@ -55,6 +55,27 @@ LOOKS = (
     Person(height=1.72, top="cloth_vest", legs="cloth_navy", bands=True),
     Person(height=1.30, build=0.85, top="cloth_white", legs="denim"),
 )
+HEIGHT_M = 1.76  # of the figure that is built; it is scaled to its looks at the end
+LEFT = np.array([0, 1.0, 0])
+COLLAR_M = (0.078, 0.060)  # radius of the collar at its root and its end
+BANDS_M = (0.02, -0.16)  # middles of the reflective bands above the chest
+BAND_M = 0.052  # width of a band
+
+
+@dataclass(frozen=True, eq=False)
+class _Wearer:
+    """A body that is to be dressed. Radii of clothes are those of build 1."""
+
+    joints: dict[str, np.ndarray]  # (3,) by name, m
+    look: Person
+    up: np.ndarray  # (3,) unit vector along the trunk, from the pelvis to the neck
+    ahead: np.ndarray  # (3,) unit vector across the trunk, forwards
+    seed: int  # of folds in the clothes
+
+    @property
+    def hem(self) -> np.ndarray:
+        """Return the middle (3,), m, of the lower end of the jacket."""
+        return self.joints["pelvis"] - self.up * (0.02 + self.look.coat_length)
 
 
 def figure(
@@ -69,115 +90,154 @@ def figure(
     name : name of the assembly.
     seed : of folds in the clothes.
     """
-    g = look.build
-    h = look.step
     up = unit(j["neck"] - j["pelvis"])
-    fwd = unit(np.array([1, 0, 0]) - up * up[0])
-    side = np.array([0, 1.0, 0])
-    m = Assembly(name)
-    legs = [
-        cone(
-            j["pelvis"] + side * 0.055 + up * 0.04,
-            j["pelvis"] - side * 0.055 + up * 0.04,
-            0.105 * g,
-            0.105 * g,
-        )
-    ]
-    for s in "lr":
-        legs += [
-            cone(j[f"hip_{s}"], j[f"knee_{s}"], 0.098 * g, 0.072 * g),
-            cone(j[f"knee_{s}"], j[f"ankle_{s}"] + [0, 0, -0.01], 0.070 * g, 0.064 * g),
-        ]
-    m.add(skin_of(blend(legs, 0.03, 0.007, seed), h, "trousers", look.legs))
-    hem_at = j["pelvis"] - up * (0.02 + look.coat_length)
-    top = [
-        cone(
-            j["chest"] + side * 0.075 + up * 0.02,
-            j["pelvis"] + side * 0.06 + up * 0.08,
-            0.112 * g,
-            0.098 * g,
-        ),
-        cone(
-            j["chest"] - side * 0.075 + up * 0.02,
-            j["pelvis"] - side * 0.06 + up * 0.08,
-            0.112 * g,
-            0.098 * g,
-        ),
-        cone(j["neck"] - up * 0.05, j["neck"] + up * 0.012, 0.078, 0.060),
-    ]
-    top += [
-        cone(j["neck"] - up * 0.045, j[f"shoulder_{s}"] - up * 0.012, 0.078, 0.060) for s in "lr"
-    ]
-    top += [
-        cone(
-            j["pelvis"] + side * 0.05 * q + up * 0.05,
-            hem_at + side * 0.06 * q + fwd * 0.01,
-            0.112 * g,
-            (0.118 + 0.1 * look.coat_length) * g,
-        )
-        for q in (1, -1)
-    ]
-    jacket = blend(top, 0.05, 0.006, seed + 1)
-    below = lambda p: (hem_at - up * 0.06 - p) @ up
-    body = jacket.within(below)
-    sleeves = [
-        blend(
-            [
-                cone(j[f"shoulder_{s}"], j[f"elbow_{s}"], 0.062 * g, 0.051 * g),
-                cone(j[f"elbow_{s}"], j[f"wrist_{s}"], 0.051 * g, 0.043 * g),
-            ],
-            0.02,
-            0.006,
-            seed + 2,
-        )
-        for s in "lr"
-    ]
-    coat = skin_of(blend([body, *sleeves], 0.025), h, "jacket", look.top)
+    wearer = _Wearer(j, look, up, unit(np.array([1, 0, 0]) - up * up[0]), seed)
+    model = Assembly(name).add(_trousers(wearer))
+    jacket = _jacket(wearer)
     if look.bands:
-        for k in (0.02, -0.16):
-            t = (coat.vertices - j["chest"]) @ up
-            band, coat, _ = cut(coat, np.abs(t - k) - 0.026)
-            m.add(band.named("reflective_band", "reflective_band"))
-    m.add(coat)
-    head(m, j["head"], j["neck"], look)
-    for s, q in (("l", 1), ("r", -1)):
-        d = unit(j[f"wrist_{s}"] - j[f"elbow_{s}"])
-        w = j[f"wrist_{s}"] + d * 0.03
-        hand = [
-            cone(w, w + d * 0.065, 0.031, 0.034),
-            cone(w + d * 0.065 + side * 0, w + d * 0.135 + fwd * 0.02, 0.030, 0.018),
-            cone(w + d * 0.03, w + d * 0.085 + fwd * 0.05 - side * q * 0.01, 0.017, 0.012),
-        ]
-        m.add(skin_of(blend(hand, 0.02), 0.007, f"hand_{s}", look.skin))
-        a = j[f"ankle_{s}"]
-        t = j[f"toe_{s}"]
-        f = (
-            unit(t - a - [0, 0, (t - a)[2] + 0.0])
-            if abs((t - a)[2]) < 0.08
-            else unit(t - a + [0, 0, 0.045])
-        )
-        n = unit(np.cross(f, np.cross([0, 0, 1.0], f)))
-        heel = a - f * 0.05 - n * 0.045
-        shoe = [
-            cone(a, heel + n * 0.02, 0.050, 0.042),
-            cone(heel + n * 0.012, heel + f * 0.12 + n * 0.005, 0.042, 0.047),
-            cone(heel + f * 0.12, heel + f * 0.225 - n * 0.002, 0.046, 0.036),
-            cone(a, heel + f * 0.12 + n * 0.02, 0.048, 0.036),
-        ]
-        base = blend(shoe, 0.02)
-        flat_below = base.within(lambda p, o=heel, n=n: (o - n * 0.040 - p) @ n)
-        part = skin_of(flat_below, 0.009, f"shoe_{s}", look.shoes)
-        sole, part, _ = cut(part, (part.vertices - heel) @ n + 0.022)
-        m.add(part, sole.named(f"sole_{s}", "sole"))
+        bands, jacket = _reflective_bands(wearer, jacket)
+        model.add(*bands)
+    model.add(jacket)
+    head(model, j["head"], j["neck"], look)
+    for tag, side in (("l", 1), ("r", -1)):
+        model.add(_hand(wearer, tag, side), *_shoe(wearer, tag))
     if look.backpack:
-        c = j["chest"] - fwd * 0.19 - up * 0.08
-        b = box((0, 0, 0), (0.17, 0.30, 0.42), "backpack", look.backpack, 0.06)
-        turn = np.eye(4)
-        turn[:3, :3], turn[:3, 3] = np.stack([fwd, side, up], 1), c
-        m.add(b.moved(turn))
-    k = look.height / 1.76
-    out = m.moved(pose(scale=(k, k, k)))
-    return out
+        model.add(_backpack(wearer, look.backpack))
+    scale = look.height / HEIGHT_M
+    return model.moved(pose(scale=(scale, scale, scale)))
+
+
+def _trousers(w: _Wearer) -> Piece:
+    """Return both legs and the hips between them."""
+    j = w.joints
+    g = w.look.build
+    left_hip, right_hip = (j["pelvis"] + LEFT * 0.055 * side + w.up * 0.04 for side in (1, -1))
+    legs = [cone(left_hip, right_hip, 0.105 * g, 0.105 * g)]
+    for tag in "lr":
+        hip = j[f"hip_{tag}"]
+        knee = j[f"knee_{tag}"]
+        legs += [
+            cone(hip, knee, 0.098 * g, 0.072 * g),
+            cone(knee, j[f"ankle_{tag}"] + [0, 0, -0.01], 0.070 * g, 0.064 * g),
+        ]
+    cloth = blend(legs, 0.03, 0.007, w.seed)
+    return skin_of(cloth, w.look.step, "trousers", w.look.legs)
+
+
+def _jacket(w: _Wearer) -> Piece:
+    """Return the jacket with its sleeves, open below its hem."""
+    trunk = blend([*_chest(w), *_skirt(w)], 0.05, 0.006, w.seed + 1)
+    end = w.hem - w.up * 0.06
+    open_below = trunk.within(lambda p: (end - p) @ w.up)
+    cloth = blend([open_below, *(_sleeve(w, tag) for tag in "lr")], 0.025)
+    return skin_of(cloth, w.look.step, "jacket", w.look.top)
+
+
+def _chest(w: _Wearer) -> list[Field]:
+    """Return both halves of the chest, the collar, and the shoulders."""
+    j = w.joints
+    g = w.look.build
+    halves = [
+        cone(
+            j["chest"] + LEFT * 0.075 * side + w.up * 0.02,
+            j["pelvis"] + LEFT * 0.06 * side + w.up * 0.08,
+            0.112 * g,
+            0.098 * g,
+        )
+        for side in (1, -1)
+    ]
+    wide, narrow = COLLAR_M
+    collar = cone(j["neck"] - w.up * 0.05, j["neck"] + w.up * 0.012, wide, narrow)
+    shoulders = [
+        cone(j["neck"] - w.up * 0.045, j[f"shoulder_{tag}"] - w.up * 0.012, wide, narrow)
+        for tag in "lr"
+    ]
+    return [*halves, collar, *shoulders]
+
+
+def _skirt(w: _Wearer) -> list[Field]:
+    """Return both halves of the jacket from the hips to its hem."""
+    g = w.look.build
+    flare = (0.118 + 0.1 * w.look.coat_length) * g
+    return [
+        cone(
+            w.joints["pelvis"] + LEFT * 0.05 * side + w.up * 0.05,
+            w.hem + LEFT * 0.06 * side + w.ahead * 0.01,
+            0.112 * g,
+            flare,
+        )
+        for side in (1, -1)
+    ]
+
+
+def _sleeve(w: _Wearer, tag: str) -> Field:
+    shoulder = w.joints[f"shoulder_{tag}"]
+    elbow = w.joints[f"elbow_{tag}"]
+    wrist = w.joints[f"wrist_{tag}"]
+    g = w.look.build
+    arm = [
+        cone(shoulder, elbow, 0.062 * g, 0.051 * g),
+        cone(elbow, wrist, 0.051 * g, 0.043 * g),
+    ]
+    return blend(arm, 0.02, 0.006, w.seed + 2)
+
+
+def _reflective_bands(w: _Wearer, jacket: Piece) -> tuple[list[Piece], Piece]:
+    """Return the bands around a jacket, and the rest of it."""
+    bands = []
+    for height in BANDS_M:
+        above_chest = (jacket.vertices - w.joints["chest"]) @ w.up
+        band, jacket, _ = cut(jacket, np.abs(above_chest - height) - BAND_M / 2)
+        bands.append(band.named("reflective_band", "reflective_band"))
+    return bands, jacket
+
+
+def _hand(w: _Wearer, tag: str, side: int) -> Piece:
+    """Return palm, fingers and thumb in line with the forearm."""
+    wrist = w.joints[f"wrist_{tag}"]
+    along = unit(wrist - w.joints[f"elbow_{tag}"])
+    root = wrist + along * 0.03
+    thumb = root + along * 0.085 + w.ahead * 0.05 - LEFT * side * 0.01
+    hand = [
+        cone(root, root + along * 0.065, 0.031, 0.034),
+        cone(root + along * 0.065, root + along * 0.135 + w.ahead * 0.02, 0.030, 0.018),
+        cone(root + along * 0.03, thumb, 0.017, 0.012),
+    ]
+    return skin_of(blend(hand, 0.02), 0.007, f"hand_{tag}", w.look.skin)
+
+
+def _shoe(w: _Wearer, tag: str) -> tuple[Piece, Piece]:
+    """Return the upper of a shoe and its sole."""
+    ankle = w.joints[f"ankle_{tag}"]
+    along = _along_the_foot(ankle, w.joints[f"toe_{tag}"])
+    up = unit(np.cross(along, np.cross([0, 0, 1.0], along)))  # off the sole
+    heel = ankle - along * 0.05 - up * 0.045
+    shoe = [
+        cone(ankle, heel + up * 0.02, 0.050, 0.042),
+        cone(heel + up * 0.012, heel + along * 0.12 + up * 0.005, 0.042, 0.047),
+        cone(heel + along * 0.12, heel + along * 0.225 - up * 0.002, 0.046, 0.036),
+        cone(ankle, heel + along * 0.12 + up * 0.02, 0.048, 0.036),
+    ]
+    flat_below = blend(shoe, 0.02).within(lambda p: (heel - up * 0.040 - p) @ up)
+    whole = skin_of(flat_below, 0.009, f"shoe_{tag}", w.look.shoes)
+    sole, upper, _ = cut(whole, (whole.vertices - heel) @ up + 0.022)
+    return upper, sole.named(f"sole_{tag}", "sole")
+
+
+def _along_the_foot(ankle: np.ndarray, toe: np.ndarray) -> np.ndarray:
+    """Return the direction (3,) of a sole: level where the foot is all but flat on the ground."""
+    way = toe - ankle
+    if abs(way[2]) < 0.08:
+        return unit(way - [0, 0, way[2]])
+    return unit(way + [0, 0, 0.045])  # the ankle is above the heel
+
+
+def _backpack(w: _Wearer, material: str) -> Piece:
+    """Return a rucksack on the back, turned with the trunk."""
+    turn = np.eye(4)
+    turn[:3, :3] = np.stack([w.ahead, LEFT, w.up], 1)
+    turn[:3, 3] = w.joints["chest"] - w.ahead * 0.19 - w.up * 0.08
+    return box((0, 0, 0), (0.17, 0.30, 0.42), "backpack", material, 0.06).moved(turn)
 
 
 def pedestrian(
