@@ -7,10 +7,13 @@ from typing import Literal
 
 import numpy as np
 
-from ..mesh.piece import Assembly
+from ..mesh.piece import Assembly, Piece
 from ..mesh.primitives import box, grid, tube
 from . import fittings
 from .hull import hull
+
+FRAME_M = 0.10  # beams of the frame and of the swing arm, left and right of the middle
+ENGINE_M = 0.40  # height of the middle of the engine
 
 
 @dataclass(frozen=True)
@@ -42,7 +45,9 @@ class Motorcycle:
 
     @property
     def points(self) -> dict[str, np.ndarray]:
-        """Return axles, steering head, middle of the seat, and the left grip and foot."""
+        """Return axles, steering head, middle of the seat, the left grip and foot, the pivot of
+        the swing arm, and the place on the ground below the engine.
+        """
         rear_x = -(self.wheelbase + self.front_wheel - self.rear_wheel) / 2
         rear = np.array([rear_x, 0, self.rear_wheel])
         front = np.array([rear_x + self.wheelbase, 0, self.front_wheel])
@@ -59,6 +64,8 @@ class Motorcycle:
             "grip": grip,
             "seat": seat,
             "foot": foot,
+            "pivot": rear + [0.40 * self.wheelbase, 0, 0.10],
+            "engine": np.array([rear_x + 0.53 * self.wheelbase, 0, 0.0]),
         }
 
     @property
@@ -96,8 +103,8 @@ def build(shape: Motorcycle, name: str = "motorcycle") -> Assembly:
             f"paint_{shape.colour}",
         ),
     )
-    _frame_and_engine(model, shape, at)
-    _tank_and_seat(model, shape, at)
+    _frame_and_engine(model, at)
+    model.add(_tank(shape, at), _seat(shape, at), _tail_cover(shape, at))
     _handlebar(model, shape, at)
     _front(model, shape, at)
     _rear(model, shape, at)
@@ -106,141 +113,117 @@ def build(shape: Motorcycle, name: str = "motorcycle") -> Assembly:
     return model
 
 
-def _frame_and_engine(model: Assembly, shape: Motorcycle, at: dict[str, np.ndarray]) -> None:
-    rear = at["rear"]
-    head = at["head"]
-    pivot = rear + [0.40 * shape.wheelbase, 0, 0.10]
-    middle = np.array([rear[0] + 0.53 * shape.wheelbase, 0, 0.0])
+def _frame_and_engine(model: Assembly, at: dict[str, np.ndarray]) -> None:
     for side in (1, -1):
-        y = side * 0.10
-        model.add(
-            tube([rear + [0, y, 0], pivot + [0, y, 0]], 0.028, "swing_arm", "alloy", 10),
-            tube(
-                [head + [-0.02, side * 0.03, -0.06], pivot + [0.02, y, 0.14], pivot + [0, y, 0]],
-                0.024,
-                "frame",
-                "plastic_black",
-                10,
-            ),
-            tube(
-                [
-                    head + [-0.03, side * 0.03, -0.16],
-                    middle + [0.16, y, 0.26],
-                    middle + [-0.12, y, 0.22],
-                ],
-                0.02,
-                "frame",
-                "plastic_black",
-                10,
-            ),
-            tube(
-                [rear + [0.02, y, 0.02], at["seat"] + [-0.16, side * 0.09, -0.09]],
-                0.03,
-                "shock",
-                "steel",
-                10,
-            ),
-            box(
-                at["foot"] * [1, side, 1] + [0, -side * 0.03, 0],
-                (0.04, 0.12, 0.03),
-                "peg",
-                "plastic_black",
-                0.008,
-            ),
-            box(
-                middle + [-0.02, side * 0.15, 0.40],
-                (0.24, 0.08, 0.22),
-                "engine.cover",
-                "alloy",
-                0.05,
-                4,
-            ),
-        )
-    model.add(
-        box(middle + [-0.02, 0, 0.40], (0.46, 0.26, 0.30), "engine", "plastic_black", 0.05),
-    )
-    tilt = 0.10
+        model.add(*_frame(at, side), _peg(at, side), _engine_cover(at, side))
+    model.add(*_engine(at), *_exhaust(at))
+
+
+def _frame(at: dict[str, np.ndarray], side: int) -> list[Piece]:
+    """Return one side of the frame: swing arm, beam to its pivot, down tube and shock absorber."""
+    across = np.array([0, side * FRAME_M, 0])
+    rear = at["rear"]
+    pivot = at["pivot"] + across
+    beam = [at["head"] + [-0.02, side * 0.03, -0.06], pivot + [0.02, 0, 0.14], pivot]
+    down = [
+        at["head"] + [-0.03, side * 0.03, -0.16],
+        at["engine"] + [0.16, side * FRAME_M, 0.26],
+        at["engine"] + [-0.12, side * FRAME_M, 0.22],
+    ]
+    shock = [rear + [0.02, side * FRAME_M, 0.02], at["seat"] + [-0.16, side * 0.09, -0.09]]
+    return [
+        tube([rear + across, pivot], 0.028, "swing_arm", "alloy", 10),
+        tube(beam, 0.024, "frame", "plastic_black", 10),
+        tube(down, 0.02, "frame", "plastic_black", 10),
+        tube(shock, 0.03, "shock", "steel", 10),
+    ]
+
+
+def _peg(at: dict[str, np.ndarray], side: int) -> Piece:
+    """Return the foot peg of one side."""
+    centre = at["foot"] * [1, side, 1] + [0, -side * 0.03, 0]
+    return box(centre, (0.04, 0.12, 0.03), "peg", "plastic_black", 0.008)
+
+
+def _engine_cover(at: dict[str, np.ndarray], side: int) -> Piece:
+    centre = at["engine"] + [-0.02, side * 0.15, ENGINE_M]
+    return box(centre, (0.24, 0.08, 0.22), "engine.cover", "alloy", 0.05, 4)
+
+
+def _engine(at: dict[str, np.ndarray]) -> list[Piece]:
+    """Return the block of the engine, and the fins of its cylinders, which lean forwards."""
+    block = at["engine"] + [-0.02, 0, ENGINE_M]
+    parts = [box(block, (0.46, 0.26, 0.30), "engine", "plastic_black", 0.05)]
+    lean = 0.10  # tangent of the angle
     for k in range(6):
         z = 0.52 + 0.03 * k
-        model.add(
-            box(
-                middle + [0.07 + tilt * (z - 0.5), 0, z],
-                (0.22, 0.30, 0.018),
-                "cylinder",
-                "steel",
-                0.006,
-            )
-        )
-    exhaust = [
-        middle + [0.20, -0.08, 0.56],
-        middle + [0.28, -0.12, 0.36],
-        middle + [0.10, -0.14, 0.20],
+        fin = at["engine"] + [0.07 + lean * (z - 0.5), 0, z]
+        parts.append(box(fin, (0.22, 0.30, 0.018), "cylinder", "steel", 0.006))
+    return parts
+
+
+def _exhaust(at: dict[str, np.ndarray]) -> list[Piece]:
+    """Return the pipe from the cylinders below the engine to the right of the rear wheel, and the
+    silencer at its end.
+    """
+    engine = at["engine"]
+    rear = at["rear"]
+    pipe = [
+        engine + [0.20, -0.08, 0.56],
+        engine + [0.28, -0.12, 0.36],
+        engine + [0.10, -0.14, 0.20],
         rear + [0.30, -0.17, -0.05],
         rear + [0.06, -0.19, 0.02],
     ]
-    model.add(
-        tube(exhaust, 0.024, "exhaust", "chrome", 12),
-        tube(
-            [rear + [0.26, -0.18, -0.03], rear + [-0.18, -0.20, 0.10]],
-            [0.05, 0.055],
-            "silencer",
-            "chrome",
-            16,
-        ),
-    )
+    silencer = [rear + [0.26, -0.18, -0.03], rear + [-0.18, -0.20, 0.10]]
+    return [
+        tube(pipe, 0.024, "exhaust", "chrome", 12),
+        tube(silencer, [0.05, 0.055], "silencer", "chrome", 16),
+    ]
 
 
-def _tank_and_seat(model: Assembly, shape: Motorcycle, at: dict[str, np.ndarray]) -> None:
+def _tank(shape: Motorcycle, at: dict[str, np.ndarray]) -> Piece:
+    """Return the tank, between the steering head and the seat."""
     head = at["head"]
     seat = at["seat"]
-    paint = f"paint_{shape.colour}"
     top = max(seat[2] + 0.16, head[2] - 0.03)
     nose = head[0] - 0.05
     back = seat[0] + 0.20
     length = nose - back
     h = shape.tank
-    model.add(
-        hull(
-            [
-                (nose, top - h, 0.07, 0.5 * h),
-                (nose - 0.25 * length, top - h + 0.01, 0.155, h),
-                (nose - 0.6 * length, top - h - 0.02, 0.16, 0.95 * h),
-                (back, seat[2] + 0.01, 0.10, 0.45 * h),
-            ],
-            "tank",
-            paint,
-            2.5,
-            0.05,
-        ),
-        hull(
-            [
-                (seat[0] + 0.24, seat[2] - 0.03, 0.09, 0.04),
-                (seat[0], seat[2] - 0.05, 0.15, 0.05),
-                (seat[0] - 0.16, seat[2] - 0.03, 0.14, 0.05),
-                (seat[0] - 0.24, seat[2] + 0.4 * shape.tail, 0.12, 0.05),
-                (seat[0] - 0.46, seat[2] + 0.7 * shape.tail, 0.10, 0.04),
-            ],
-            "seat",
-            "leather",
-            3.0,
-            0.03,
-        ),
-    )
-    tail = seat[0] - 0.52
-    model.add(
-        hull(
-            [
-                (seat[0] + 0.16, seat[2] - 0.12, 0.11, 0.05),
-                (seat[0] - 0.15, seat[2] - 0.10, 0.13, 0.06),
-                (tail + 0.10, seat[2] - 0.02 + 0.5 * shape.tail, 0.10, 0.055),
-                (tail, seat[2] + 0.6 * shape.tail, 0.06, 0.035),
-            ],
-            "tail_cover",
-            paint,
-            2.6,
-            0.05,
-        )
-    )
+    sections = [
+        (nose, top - h, 0.07, 0.5 * h),
+        (nose - 0.25 * length, top - h + 0.01, 0.155, h),
+        (nose - 0.6 * length, top - h - 0.02, 0.16, 0.95 * h),
+        (back, seat[2] + 0.01, 0.10, 0.45 * h),
+    ]
+    return hull(sections, "tank", f"paint_{shape.colour}", 2.5, 0.05)
+
+
+def _seat(shape: Motorcycle, at: dict[str, np.ndarray]) -> Piece:
+    """Return the seat, which rises to the rear where the passenger sits."""
+    x, _, z = at["seat"]
+    sections = [
+        (x + 0.24, z - 0.03, 0.09, 0.04),
+        (x, z - 0.05, 0.15, 0.05),
+        (x - 0.16, z - 0.03, 0.14, 0.05),
+        (x - 0.24, z + 0.4 * shape.tail, 0.12, 0.05),
+        (x - 0.46, z + 0.7 * shape.tail, 0.10, 0.04),
+    ]
+    return hull(sections, "seat", "leather", 3.0, 0.03)
+
+
+def _tail_cover(shape: Motorcycle, at: dict[str, np.ndarray]) -> Piece:
+    """Return the painted cover below the seat and behind it."""
+    x, _, z = at["seat"]
+    tail = x - 0.52
+    sections = [
+        (x + 0.16, z - 0.12, 0.11, 0.05),
+        (x - 0.15, z - 0.10, 0.13, 0.06),
+        (tail + 0.10, z - 0.02 + 0.5 * shape.tail, 0.10, 0.055),
+        (tail, z + 0.6 * shape.tail, 0.06, 0.035),
+    ]
+    return hull(sections, "tail_cover", f"paint_{shape.colour}", 2.6, 0.05)
 
 
 def _handlebar(model: Assembly, shape: Motorcycle, at: dict[str, np.ndarray]) -> None:
