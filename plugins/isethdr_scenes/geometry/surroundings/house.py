@@ -7,6 +7,14 @@ import numpy as np
 from ..mesh.piece import Assembly, Piece, flat, lit
 from ..mesh.primitives import box, grid
 
+ROOF_RISE_M = 2.6  # of the ridge above the walls
+GABLE_RISE_M = 2.35  # of the tips of the gables above the walls; they stay below the roof
+EAVES_M = 0.5  # by which the roof reaches over the long walls
+VERGE_M = 0.4  # by which the roof reaches over the gables
+STOREYS_M = (1.5, 3.9)  # heights of the middles of the windows
+PANE_M = (1.0, 1.2)  # width and height of the glass of a window
+FRAME_M = (1.16, 1.36)  # width and height of the frame around it
+
 
 def house(
     name: str = "house", seed: int = 0, size: tuple[float, float, float] = (9.0, 7.0, 5.2)
@@ -20,71 +28,59 @@ def house(
     size : length, width and height of the walls, m.
     """
     length, width, height = size
-    assembly = Assembly(name).add(
-        box((0, 0, height / 2 - 0.3), (length, width, height + 0.6), "walls", "wall")
-    )
+    # the walls reach 60 cm into the ground
+    walls = box((0, 0, height / 2 - 0.3), (length, width, height + 0.6), "walls", "wall")
+    assembly = Assembly(name).add(walls)
     for side in (1, -1):
-        assembly.add(
-            flat(
-                grid(
-                    np.array(
-                        [
-                            [
-                                (-length / 2 - 0.4, side * (width / 2 + 0.5), height - 0.25),
-                                (length / 2 + 0.4, side * (width / 2 + 0.5), height - 0.25),
-                            ],
-                            [
-                                (-length / 2 - 0.4, 0, height + 2.6),
-                                (length / 2 + 0.4, 0, height + 2.6),
-                            ],
-                        ]
-                    ),
-                    "roof",
-                    "roof_tile",
-                )
-            )
-        )
-        assembly.add(
-            flat(
-                Piece(
-                    "gable",
-                    np.array(
-                        [
-                            (side * length / 2, -width / 2, height),
-                            (side * length / 2, width / 2, height),
-                            (side * length / 2, 0, height + 2.35),
-                        ]
-                    ),
-                    np.array([[0, 1, 2]]),
-                    "wall",
-                )
-            )
-        )
-    window_number = 0
-    for z in (1.5, 3.9):
+        assembly.add(_roof(size, side), _gable(size, side))
+    assembly.add(*_facade(length, -width / 2, seed))
+    chimney = (length * 0.25, 0.6, height + ROOF_RISE_M)
+    return assembly.add(box(chimney, (0.7, 0.7, 1.6), "chimney", "roof_tile"))
+
+
+def _roof(size: tuple[float, float, float], side: int) -> Piece:
+    """Return one slope of the roof, from its eaves to the ridge."""
+    length, width, height = size
+    end = length / 2 + VERGE_M
+    y = side * (width / 2 + EAVES_M)
+    low = height - 0.25
+    top = height + ROOF_RISE_M
+    eaves = [(-end, y, low), (end, y, low)]
+    ridge = [(-end, 0, top), (end, 0, top)]
+    return flat(grid(np.array([eaves, ridge]), "roof", "roof_tile"))
+
+
+def _gable(size: tuple[float, float, float], side: int) -> Piece:
+    """Return the triangle of wall below the roof at one end."""
+    length, width, height = size
+    x = side * length / 2
+    corners = [(x, -width / 2, height), (x, width / 2, height), (x, 0, height + GABLE_RISE_M)]
+    return flat(Piece("gable", np.array(corners), np.array([[0, 1, 2]]), "wall"))
+
+
+def _facade(length: float, y: float, seed: int) -> list[Piece]:
+    """Return the windows of the long wall at `y`, and the door in place of one of them."""
+    parts = []
+    number = 0  # of the window
+    for z in STOREYS_M:
         for x in np.linspace(-length * 0.36, length * 0.36, 4):
-            if z < 2 and abs(x - length * 0.12) < 0.3:
-                assembly.add(
-                    box((x, -width / 2 - 0.03, 1.0), (1.0, 0.08, 2.1), "door", "wood", 0.01)
-                )
+            if z == STOREYS_M[0] and abs(x - length * 0.12) < 0.3:
+                parts.append(box((x, y - 0.03, 1.0), (1.0, 0.08, 2.1), "door", "wood", 0.01))
                 continue
-            pane = [
-                box(
-                    (x, -width / 2 - 0.035, z),
-                    (1.0, 0.06, 1.2),
-                    f"window{window_number}",
-                    "window_dark",
-                )
-            ]
-            if (window_number * 7 + seed) % 3 == 0:
-                pane = lit(pane[0], "window", (0.0, -1.0, 0.0))
-            assembly.add(
-                box((x, -width / 2 - 0.01, z), (1.16, 0.08, 1.36), "frame", "lamp_white", 0.01),
-                *pane,
-                box((x, -width / 2 - 0.07, z), (0.05, 0.03, 1.2), "bar", "lamp_white"),
-                box((x, -width / 2 - 0.12, z - 0.70), (1.3, 0.22, 0.06), "sill", "concrete"),
-            )
-            window_number += 1
-    return assembly.add(
-        box((length * 0.25, 0.6, height + 2.6), (0.7, 0.7, 1.6), "chimney", "roof_tile")
-    )
+            shines = (number * 7 + seed) % 3 == 0
+            parts += _window((x, y, z), f"window{number}", shines)
+            number += 1
+    return parts
+
+
+def _window(at: tuple[float, float, float], name: str, shines: bool) -> list[Piece]:
+    """Return a window about a place on the wall: frame, pane, glazing bar and sill."""
+    x, y, z = at
+    wide, high = PANE_M
+    pane = box((x, y - 0.035, z), (wide, 0.06, high), name, "window_dark")
+    return [
+        box((x, y - 0.01, z), (FRAME_M[0], 0.08, FRAME_M[1]), "frame", "lamp_white", 0.01),
+        *(lit(pane, "window", (0.0, -1.0, 0.0)) if shines else [pane]),
+        box((x, y - 0.07, z), (0.05, 0.03, high), "bar", "lamp_white"),
+        box((x, y - 0.12, z - 0.70), (1.3, 0.22, 0.06), "sill", "concrete"),
+    ]
