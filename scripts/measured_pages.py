@@ -382,8 +382,8 @@ PAGES = {
             " electrons, 31 bands, Bayer sensor that allows 0.1 of its noise, of which kernels have"
             " 0.074. `largest_error` is that of a tile and channel below full scale, in standard"
             " deviations of the noise; nan where the patch is full. `stated` is what the plan"
-            " states for 99 % of the tiles of the frame. Within `core_tiles` of the axis kernels are"
-            " exact. `cpu_s` is that of the plan; with the first lamp it includes all kernels,"
+            " states for 99 % of the tiles of the frame. Within `core_tiles` of the axis kernels"
+            " are exact. `cpu_s` is that of the plan; with the first lamp it includes all kernels,"
             " afterwards what they lack.",
             "Figures that were measured by hand are in [lens kernel"
             " choices](../explanation/lens_kernel_choices.md).",
@@ -405,8 +405,8 @@ PAGES = {
             "Rows with ducc0 need the extra `fast`. On 2026-11-26 it took, at 1080 x 1920 x 31 with"
             " kernels kept, 6.71 CPU s instead of 8.90 for irradiance, and 3.03 instead of 3.32 for"
             " photocurrent. The SciPy program is left out where it would"
-            " take more than 8 GB. The table has lamps of up to 1e6. Beside lamps of 1e8 photocurrent"
-            " is imaged band by band: the error of the kernels leaves too little for functionals of"
+            " take more than 8 GB. The table has lamps of up to 1e6. Beside lamps of 1e8"
+            " photocurrent is imaged band by band: the error of the kernels leaves too little for functionals of"
             " the spectrum. Frames of 2160 x 3840 are measured by the second command without"
             " `--largest`.",
         ),
