@@ -406,9 +406,9 @@ PAGES = {
             " kernels kept, 6.71 CPU s instead of 8.90 for irradiance, and 3.03 instead of 3.32 for"
             " photocurrent. The SciPy program is left out where it would"
             " take more than 8 GB. The table has lamps of up to 1e6. Beside lamps of 1e8"
-            " photocurrent is imaged band by band: the error of the kernels leaves too little for functionals of"
-            " the spectrum. Frames of 2160 x 3840 are measured by the second command without"
-            " `--largest`.",
+            " photocurrent is imaged band by band: the error of the kernels leaves too little for"
+            " functionals of the spectrum. Frames of 2160 x 3840 are measured by the second command"
+            " without `--largest`.",
         ),
     ),
     "omission": Page(
