@@ -101,6 +101,8 @@ def expected_s(
                 kind = row["stage"].split()[0]
                 if kind not in RENDERING or (kind == "scene" and chain.renderer is None):
                     ratio = work_ratio(now, attributes, row["stage"])
+                    if ratio is None:
+                        continue
                     same = _settings(config, row["stage"]) == _settings(
                         attributes["config"], row["stage"]
                     )
@@ -302,8 +304,10 @@ def stages(chain: Chain, config: dict, missing: Demand | None) -> list[str]:
     return ["plan", *rendered, *light, *(stage for camera in cameras for stage in camera)]
 
 
-def work_ratio(now: dict, stored: dict, stage: str) -> float:
+def work_ratio(now: dict, stored: dict, stage: str) -> float | None:
     """Return the work of a stage in a run to come, relative to that in a stored run.
+
+    None where only one of the two states its number of tiles; that of a picture is in its file.
 
     Parameters
     ----------
@@ -316,12 +320,17 @@ def work_ratio(now: dict, stored: dict, stage: str) -> float:
     settings = now["config"], stored["config"]
     if kind == "plan":
         return 1.0
+    of_one_only = _states_size(settings[0]) != _states_size(settings[1])
     if kind not in OF_CAMERA:
+        if of_one_only:
+            return None
         parts = _parts(now) / _parts(stored) if kind == "lens" else 1.0
         return parts * size(settings[0], kind) / size(settings[1], kind)
     both_bytes = [run.get(PIXELS, {}).get(camera) for run in (now, stored)]
     if all(map(_positive, both_bytes)):
         ratio = both_bytes[0] / both_bytes[1]
+    elif of_one_only:
+        return None
     else:
         ratio = size(settings[0], kind) / size(settings[1], kind)
     if kind == "draws":  # the first one is the picture itself
@@ -346,6 +355,12 @@ def size(config: dict, kind: str) -> float:
     """
     source = config.get("renderer") or config["scene"]
     return _tiles(source) * (_bands(source) if kind in IN_BANDS else 1)
+
+
+def _states_size(config: dict) -> bool:
+    """Return whether the settings of a run hold the number of its tiles."""
+    source = config.get("renderer") or config["scene"]
+    return all(_positive(source.get(side)) for side in SIDES)
 
 
 def _tiles(source: dict[str, int | str]) -> float:

@@ -14,7 +14,10 @@ from .object_home.calls import follow_home
 HOME = "ISETHDR_HOME"
 OTHER_HOMES = "ISETHDR_OTHER_HOMES"  # further homes that queries read, one on each line
 # one of them marks a folder as a home
-PARTS = ("scenes", "runs", "studies", "sweeps", "intermediate", "kernels", "failed")
+PARTS = (
+    *("scenes", "runs", "studies", "sweeps", "intermediate", "kernels", "failed"),
+    *("datasets", "training", "experiments"),
+)
 
 
 @dataclass(frozen=True)

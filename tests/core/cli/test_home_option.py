@@ -56,6 +56,14 @@ def test_a_command_that_writes_makes_a_home_and_says_so(tmp_path, monkeypatch, c
     assert capsys.readouterr().err == ""
 
 
+def test_a_home_with_a_network_alone_is_a_home(tmp_path, monkeypatch, capsys):
+    monkeypatch.setenv("ISETHDR_HOME", "elsewhere")
+    (tmp_path / "new/training").mkdir(parents=True)
+    for command in ("train", "run", "catalog"):
+        use_home(str(tmp_path / "new"), command)
+    assert capsys.readouterr().err == ""
+
+
 @pytest.mark.parametrize("command", ["run", "catalog"])
 def test_a_folder_of_other_files_is_no_home(tmp_path, monkeypatch, command):
     monkeypatch.setenv("ISETHDR_HOME", "elsewhere")

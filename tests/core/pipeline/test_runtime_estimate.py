@@ -79,6 +79,18 @@ def test_waiting_for_other_programs_is_not_estimated(monkeypatch):
     assert estimate(FAST) == {"isp ideal": 2.0, "lens ideal": 3.0, "plan": 1.0}
 
 
+def test_a_run_that_states_no_size_is_no_measure_of_one_that_does(monkeypatch):
+    """The tiles of a file are not in the config: they would count as a single one."""
+    config = plain(compose(FAST))
+    of_file = {**config, "scene": {"name": "file", "path": "street.exr"}}
+    rows = [{"stage": s, "seconds": 2.0} for s in ("lens ideal", "isp ideal", "plan")]
+    for more, found in (({}, {"plan": 2.0}), ({"pixel_bytes": {"ideal": 1e3}}, {"isp ideal": 4.0})):
+        stored = stored_run(of_file, rows, **more)
+        monkeypatch.setattr(runtime_estimate, "newest", lambda kind, stored=stored: [stored])
+        monkeypatch.setattr(runtime_estimate, "pixel_bytes", lambda chain: {"ideal": 2e3})
+        assert estimate(FAST) == {"plan": 2.0} | found
+
+
 @pytest.mark.parametrize("modules", [0, 500])
 def test_the_loading_of_libraries_does_not_grow_with_the_picture(monkeypatch, modules):
     """Seconds a + b n of a tiny run with n tiles become a + b N: a of loading, b of the work."""
