@@ -86,11 +86,11 @@ def affordable(needed: np.ndarray, have: np.ndarray, most_mean: float) -> float:
 
     if is_within(1.0):
         return 1.0
-    low, high = 0.0, 1.0
-    for _ in range(HALVINGS):
-        middle = (low + high) / 2
-        low, high = (middle, high) if is_within(middle) else (low, middle)
-    return low
+    factor = 0.0
+    for halving in range(1, HALVINGS + 1):
+        more = factor + 0.5**halving
+        factor = more if is_within(more) else factor
+    return factor
 
 
 def lots(more: np.ndarray) -> Iterator[Lot]:
