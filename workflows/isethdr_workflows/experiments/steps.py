@@ -108,8 +108,8 @@ STEPS = (
         (f"{GENERATE} sample=20",),
         (f"datasets/{DATASET}/scenes/00019.json",),
         22.0,
-        "217 CPU s for each of eight scenes of 640 x 360 tiles and 31 bands, 50 of them at any size:"
-        " 130 CPU s here, on two cores",
+        "217 CPU s for each of eight scenes of 640 x 360 tiles and 31 bands, 50 of them at any"
+        " size: 130 CPU s here, on two cores",
     ),
     Step(
         "dataset",
