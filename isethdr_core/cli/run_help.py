@@ -17,7 +17,7 @@ Run the chain once, from the scene to the scores:
 Each word behind `run` changes one thing of it.
 
 Examples
-  a colour chart, which needs no renderer; seconds
+  a colour chart, which needs no renderer; less than a minute
     isethdr run scene=macbeth lighting=ideal ~renderer ~flare.dirt \\
         scene.width=160 scene.height=90 sensor=bayer
   the same with another exposure time
@@ -32,7 +32,7 @@ What to type
   KIND=NAME          choose a component or a preset
   KIND.FIELD=VALUE   set a field of the chosen component
   ~KIND              leave something out: ~renderer, ~flare.dirt, ~metric.ssim
-  +KIND@KIND.KEY=NAME  add one more: +metric@metric.vdp=ssim_pu21
+  +KIND@KIND.KEY=NAME  add one more: +metric@metric.pu21=ssim_pu21
 """
 TAIL = """\
 Options
