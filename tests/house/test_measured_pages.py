@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import importlib.util
+import importlib
 import re
 import shlex
 import sys
@@ -16,16 +16,8 @@ from .source import ROOT, name_of
 PAGES_ON_DISK = sorted((ROOT / "docs" / "measured").glob("*.md"))
 
 
-def script(name):
-    """Return the module of a file in scripts."""
-    spec = importlib.util.spec_from_file_location(name, ROOT / "scripts" / f"{name}.py")
-    module = importlib.util.module_from_spec(spec)
-    sys.modules[spec.name] = module  # dataclasses look there for the module of a class
-    spec.loader.exec_module(module)
-    return module
-
-
-pages = script("measured_pages")
+sys.path.insert(0, str(ROOT / "scripts"))
+pages = importlib.import_module("measured_pages")
 
 
 def exists(command: str) -> bool:
@@ -95,7 +87,7 @@ def test_a_number_has_no_digits_below_those_of_its_error():
 
 def test_the_largest_difference_is_nan_where_one_is(tmp_path):
     """A difference of nan must not hide behind the numbers that other cases record."""
-    agreement = script("agreement_isetcam")
+    agreement = importlib.import_module("agreement_isetcam")
     report = tmp_path / "report.xml"
     values = "".join(f'<property name="volts" value="{v}"/>' for v in ("1e-7", "nan", "2e-7"))
     report.write_text(f"<testsuite>{values}</testsuite>")
