@@ -102,9 +102,9 @@ def test_cells_of_the_pupil_leave_at_most_what_is_stated(lens, flares, tiles):
     step = plan.axis[1] - plan.axis[0]
     plan.axis = exact_core.sampled_pupil.axis_mm(lens, step / 2)
     finer = exact_core.exact_core(plan, centre, width, waves, energy)
-    stated = exact_core.cells_error_by_octave(tiles)
+    stated = exact_core.core_error_by_octave(exact_core.CELLS_AT_BORDER, tiles)
     found = kernel_sampling_error.by_octave(usual - finer, finer)
     assert (0.7 * found <= stated).all()
     inner = 2.0 ** np.arange(len(stated))
-    deviation = exact_core.cells_error(exact_core.CELLS_DEVIATION, 2 * inner, tiles)
+    deviation = exact_core.core_error(exact_core.CELLS_DEVIATION, 2 * inner, tiles)
     assert (0.7 * kernel_sampling_error.deviation(usual - finer, finer) <= deviation).all()

@@ -27,10 +27,11 @@ PERIOD = 2.4  # period of the field, in reaches; two reaches are the image itsel
 # least distance from the image to its repetition, over the longer reach: light there is hardly
 # fainter
 BESIDE = 0.75
-# strips per row of cells, with two chords each; a wide image adds its width / height
+# strips per row of cells, with two chords each, more where edges are slanted (`gauss_chords`)
 STRIPS = 1.2
 BLOCK = 64  # rows or columns of a transform at a time
 CHORDS = 1 << 17  # chords drawn at a time by one thread: each takes a kilobyte meanwhile
+DIVIDED = 1.5  # chords of all strips over those of undivided ones, about
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,9 +65,7 @@ class HalfLattice:
     step_um: float
     samples_to_border: tuple[int, int]  # samples from the axis to the border
     period: tuple[int, int]
-    # of a cell, as `STRIPS`. More of them, for patterns right to 1e-3: slanted edges of a blade
-    # then draw the spike as it is hundreds of tiles out
-    strips: float = STRIPS
+    strips: float = STRIPS  # per row of cells
 
     @property
     def bytes(self) -> float:
@@ -200,10 +199,8 @@ def draw(
     rows, columns = (2 * (int(np.ceil(pupil.radius_mm / d)) + pad) for d in cell_mm)
     height = min(rows, period[0])
     width = min(columns, period[1])
-    # Chords of slanted edges turn the faster from row to row the wider the image
-    count = int(np.ceil(strips + dy / dx))
     out = np.zeros((height, width), np.float32)
-    strips_of_pupil = Strips(pupil, dy, rows, count)
+    strips_of_pupil = Strips(pupil, dy, rows, int(np.ceil(strips)), dx)
 
     def drawn(block: slice) -> _Rows | None:
         lines = chords_of(strips_of_pupil, block)
@@ -277,13 +274,14 @@ class Strips(NamedTuple):
     cell_mm: float  # height of a row of cells
     rows: int  # of cells, evenly about the axis
     per_row: int  # strips of a row of cells
+    apart_mm: float  # between the ends of chords that follow each other, at most
 
 
 def blocks_of(strips: Strips, most: int) -> list[slice]:
     """Return blocks of strips with about `most` chords each: a large pupil with much dirt has a
     hundred million chords.
     """
-    return strip_blocks(strips.pupil.terms, *_even(strips), most / len(GAUSS))
+    return strip_blocks(strips.pupil.terms, *_even(strips), most / (len(GAUSS) * DIVIDED))
 
 
 def chords_of(strips: Strips, block: slice) -> Chords | None:
@@ -298,7 +296,7 @@ def chords_of(strips: Strips, block: slice) -> Chords | None:
     for shape, amplitude in strips.pupil.terms:
         if shape.high < low_mm or shape.low > high_mm:
             continue
-        for chords in gauss_chords((shape, amplitude), top, height, count, block):
+        for chords in gauss_chords((shape, amplitude), top, height, count, block, strips.apart_mm):
             pieces.append((chords.left, chords.right, chords.weight / each, chords.level / each))
     return Chords(*(np.concatenate(part) for part in zip(*pieces))) if pieces else None
 

@@ -160,11 +160,11 @@ def _density(pupil: RealPupil, place: Place, grid: _Grid, apply: Callable[..., A
     scale = wavelength_nm * 1e-6 * pupil.distance_mm  # mm2
     cell = 1e3 * scale / (period * step_um)  # mm
     rows = 2 * (int(np.ceil(pupil.radius_mm / cell)) + (ORDER + 1) // 2)
-    # Chords of slanted edges turn the faster from row to row the farther the columns lie
-    strips = int(np.ceil(place.strips + across_um[-1] / (far * step_um)))
+    # fields turn the faster with the ends of chords the farther the columns lie
+    apart = cell * far * step_um / across_um[-1]
     fields = np.zeros((len(across_um), period), np.complex64)
     frequency = 1e-3 * across_um / scale  # cycles per mm
-    strips_of_pupil = Strips(pupil, cell, rows, strips)
+    strips_of_pupil = Strips(pupil, cell, rows, int(np.ceil(place.strips)), apart)
 
     def rows_of(block: slice) -> tuple[int, np.ndarray] | None:
         lines = chords_of(strips_of_pupil, block)

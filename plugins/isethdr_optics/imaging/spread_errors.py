@@ -20,7 +20,7 @@ from isethdr_core.physics.convolution import Kernel, prepare, transform
 from isethdr_core.uncertainty.propagation import within
 
 from ..psf import kernel_sampling_error, kernels
-from ..psf.exact_core import cells_error, kept_cores
+from ..psf.exact_core import core_error, kept_cores
 from ..psf.scaled_pattern import CoreSize
 from ..psf.wings import tile_sums
 from .accuracy_shares import KERNELS
@@ -167,7 +167,8 @@ def _finer_rings(
     sizes: Sequence[CoreSize],
 ) -> float | None:
     """Return the factor of the error that makes the rings of the whole frame accurate enough, or
-    None if a wider exact core takes less time, or no factor is expected to be enough.
+    None if there are no rings, a wider exact core takes less time, or no factor is expected to be
+    enough.
 
     Making all rings anew takes about as long as the first kernels did. An exact core takes less
     only while it is small: with tiles of 10 um, a core of 50 tiles takes six times as long.
@@ -180,6 +181,8 @@ def _finer_rings(
     response : `isethdr_core.demand.Response` of the sensor.
     sizes : sizes that a wider exact core can have.
     """
+    if not kernels_of_field.deviation.any():
+        return None
     aim = CORE_SHARE * KERNELS * response.noise_fraction_allowed
     quick = [size for size in sizes if size.quick]
     shares = _shares_beyond_cores(kernels_of_field, electron_map, response, quick)
@@ -365,7 +368,7 @@ def _deviation(kernels_of_field: Kernels, band: int, y: np.ndarray, x: np.ndarra
     core = kernels_of_field.core[band]
     inside = tiles <= core
     distance = np.hypot(y[:, None], x, dtype=np.float32)
-    out[inside] = cells_error(kernels_of_field.core_deviation, distance[inside], core)
+    out[inside] = core_error(kernels_of_field.core_deviation, distance[inside], core)
     if kernels_of_field.wide is not None:
         inside = tiles <= kernels_of_field.wide.tiles
         out[inside] = kernels_of_field.wide.deviation.astype(np.float32)[octave[inside]]

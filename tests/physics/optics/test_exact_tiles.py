@@ -42,14 +42,15 @@ def test_tiles_of_a_round_pupil_are_those_of_the_airy_pattern():
     blur_um = wave * 1e-3 * distance_mm / (2 * radius_mm)
     stop = [(disc(0.0, 0.0, radius_mm), 1.0)]
     pupil = patterns.RealPupil(stop, radius_mm, distance_mm, np.pi * radius_mm**2)
-    pattern = patterns.half_pattern(pupil, wave, exact_lattice(pitch, reach, blur_um))
+    pattern = patterns.half_pattern(pupil, wave, exact_lattice(pitch, reach, blur_um, 3.0))
     tiles = ExactTiles(pattern, pitch, reach)
     for scale in (1.0, 1.4):
         found = tiles.at(scale * wave)
         sides = [2 * r + 1 for r in reach]
         want = integrated_airy(radius_mm, scale * wave, distance_mm, sides, pitch, boxes=2)
         want = want[reach[0] :]
-        # the same light, also in the darkest tiles, a thousandth of what is around them
-        assert np.abs(found - want).sum() < 2e-4 * want.sum()
-        assert np.abs(found - want)[20:].sum() < 3e-3 * want[20:].sum()
-        assert found.min() > 0
+        # the table of weights leaves 2e-5 of the light in the brightest tiles
+        assert np.abs(found - want).sum() < 2e-5 * want.sum()
+        assert np.abs(found - want)[20:].sum() < 5e-5 * want[20:].sum()
+        # also in the darkest tiles, a thousandth of what is around them: strips leave 2e-4 there
+        np.testing.assert_allclose(found, want, rtol=4e-4)

@@ -42,7 +42,7 @@ class Kernels:
     deviation: np.ndarray | None = None
     # per band, tiles from the axis, along y and along x, within which the kernel is exact
     core: np.ndarray | None = None
-    # at the border of that core, as `exact_core.cells_error`; 0: no error but rounding
+    # at the border of that core, as `exact_core.core_error`; 0: no error but rounding
     core_deviation: float = 0.0
     # what the cache's key names: objects stay alive, so that an id is never used twice
     keep: tuple = ()

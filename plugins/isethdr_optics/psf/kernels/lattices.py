@@ -97,7 +97,9 @@ def of_lattices(request: KernelRequest, name: str | None = None) -> Kernels:
     core_deviation = 0.0
     if not exact_core.is_closed_form(lens, flares):
         core_deviation = exact_core.CELLS_DEVIATION
-        speckle = np.maximum(speckle, [exact_core.cells_error_by_octave(reach) for reach in core])
+        at_border = exact_core.CELLS_AT_BORDER
+        of_cells = [exact_core.core_error_by_octave(at_border, reach) for reach in core]
+        speckle = np.maximum(speckle, of_cells)
     return Kernels(
         list(bands),
         np.array([1 - float(b.sum(dtype=float)) for b in bands]),

@@ -74,15 +74,19 @@ def of_one_pattern(frame: Frame) -> Kernels:
     energy = sampled_pupil.open_energy_mm2(
         lens, flares, frame.shortest_nm
     ) / sampled_pupil.stop_mm2(lens)
+    has_rings = errors.relative.any()
+    core = min(frame.core) if has_rings else max(frame.core)
+    of_core = exact_core.core_error_by_octave(exact_core.PATTERN_ERROR, max(frame.core))
     return Kernels(
         bands,
         np.array([1 - float(b.sum(dtype=float)) for b in bands]),
-        np.tile(errors.relative, (count, 1)),
+        np.tile(np.maximum(errors.relative, of_core), (count, 1)),
         np.full(count, energy),
-        max(errors.mean, scaled_pattern.WRAP) if errors.relative.any() else 0.0,
+        max(errors.mean, scaled_pattern.WRAP) if has_rings else 0.0,
         np.tile(errors.deviation, (count, 1)),
-        np.full(count, float(min(frame.core) if errors.relative.any() else max(bands[0].shape))),
-        keep=(lens, flares),
+        np.full(count, float(core)),
+        exact_core.PATTERN_ERROR,
+        (lens, flares),
         scaled=frame,
     )
 
@@ -117,7 +121,10 @@ def of_phase_patterns(frame: Frame) -> Kernels:
         list(bands),
         np.array([1 - float(b.sum(dtype=float)) for b in bands]),
         np.tile(
-            np.maximum(errors_of_bands.relative, exact_core.cells_error_by_octave(max(frame.core))),
+            np.maximum(
+                errors_of_bands.relative,
+                exact_core.core_error_by_octave(exact_core.CELLS_AT_BORDER, max(frame.core)),
+            ),
             (count, 1),
         ),
         np.full(count, energy / sampled_pupil.stop_mm2(lens)),

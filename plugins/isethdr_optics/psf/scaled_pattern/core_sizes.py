@@ -14,9 +14,9 @@ from .core_halves import exact_halves, exact_sums
 if TYPE_CHECKING:
     from .frame import Frame
 
-# of a pupil's cell. Half as many leave 2e-4 of the light along y 150 tiles from the axis, in all
-# tiles alike
-STRIPS = 10.0
+# of a row of cells. With 3 single tiles along y, 150 tiles from the axis, err by 2e-4, with 5 by
+# 6e-5
+STRIPS = 5.0
 # of direct sums. Beside the axis light falls so steeply that they take half the step, and twice the
 # strips for the ends of the columns
 FINE_COLUMNS = {"step": 0.1, "moves": 0.25, "period": 6.0, "strips": 3.0}

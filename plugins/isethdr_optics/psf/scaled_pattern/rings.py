@@ -24,7 +24,7 @@ USUAL_TILE = 1.9
 USUAL_ERROR = 0.03  # of a tile's light that these leave at most
 # largest error of the border tiles from the period of the field, as `wings.WRAP_SHARED`
 WRAP = 0.0015
-FINE_STRIPS = 5.0  # of a pupil's cell, for patterns right to 3e-4
+FINE_STRIPS = 3.0  # of a row of cells, for patterns right to 1e-4
 
 
 @dataclass(frozen=True)
