@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+import shapely
 from isethdr_scenes.geometry.mesh.cutting import REACH_M, cut, polygon, subdivide
 from isethdr_scenes.geometry.mesh.implicit import Field, blend, cone, skin_of
 from isethdr_scenes.geometry.mesh.piece import (
@@ -24,8 +25,11 @@ from isethdr_scenes.geometry.mesh.primitives import (
     Stem,
     ball,
     box,
+    closed_tubes,
+    flat_grids,
     grid,
     lathe,
+    sharp_boxes,
     tube,
     tubes,
 )
@@ -126,6 +130,20 @@ def test_cut_conserves_area_and_finds_the_circle():
     assert length == pytest.approx(2 * np.pi * 0.6, rel=2e-3)
 
 
+def test_both_sides_of_a_cut_hold_what_their_faces_use():
+    sphere = ball(n=12)
+    value = sphere.vertices @ [0.6, 0.3, 0.2] - 0.1
+    for k, side in enumerate(cut(sphere, value)[:2]):
+        assert np.array_equal(np.unique(side.faces), np.arange(len(side.vertices)))
+        rest = value[(value > 0) == k]
+        # after the vertices of that side come both ends of the line in each face
+        assert np.array_equal(side.vertices[: len(rest)], sphere.vertices[(value > 0) == k])
+        assert side.vertices[len(rest) :] @ [0.6, 0.3, 0.2] == pytest.approx(0.1, abs=1e-12)
+    whole, nothing, seam = cut(sphere, np.full(len(sphere.vertices), -1.0))
+    assert np.array_equal(whole.vertices[whole.faces], sphere.vertices[sphere.faces])
+    assert not len(nothing.faces) and not len(seam)
+
+
 def test_cut_along_a_linear_field_is_exact():
     whole = box((0, 0, 0), (1, 1, 1))
     below, above, _ = cut(whole, whole.vertices[:, 2] - 0.2)
@@ -141,6 +159,17 @@ def test_polygon_is_a_signed_distance():
     assert square(p, q) == pytest.approx([-1.25, 0.75, np.sqrt(2) - 0.25, -0.5], abs=1e-12)
     # beyond its reach a point is as far as that: positive, and no further than it is
     assert square(np.array([7.0]), np.array([0.0])) == REACH_M
+
+
+def test_far_edges_of_a_polygon_are_passed_over_without_a_change():
+    """A star of 60 edges, more than are tried one by one, against shapely."""
+    turn = np.linspace(0, 2 * np.pi, 60, endpoint=False)
+    radius = 0.5 + 0.2 * np.cos(9 * turn)
+    star = np.stack([radius * np.cos(turn), 0.4 * radius * np.sin(turn)], 1)
+    x, y = np.random.default_rng(3).uniform(-1, 1, (2, 400))
+    expected = shapely.distance(shapely.LinearRing(star), shapely.points(x, y))
+    expected *= np.where(shapely.contains_xy(shapely.Polygon(star), x, y), -1, 1)
+    assert polygon(star)(x, y) == pytest.approx(expected, abs=ROUNDING)
 
 
 def test_folds_are_left_out_only_where_they_change_no_surface():
@@ -182,6 +211,27 @@ def test_tubes_are_the_joined_tubes_bit_by_bit():
     for one, other in ((made.vertices, joined.vertices), (made.normals, joined.normals)):
         assert np.array_equal(one, other)
     assert np.array_equal(made.faces, joined.faces)
+
+
+def test_closed_tubes_and_boxes_are_the_joined_ones_bit_by_bit():
+    rng = np.random.default_rng(5)
+    paths = rng.normal(size=(5, 4, 3))
+    radii = rng.uniform(0.01, 0.1, (5, 4))
+    centres = rng.normal(size=(3, 3))
+    sizes = rng.uniform(0.1, 1, (3, 3))
+    grids = rng.normal(size=(2, 4, 3, 3))
+    pairs = [
+        (closed_tubes(paths, radii, 6), [tube(*one, sides=6) for one in zip(paths, radii)]),
+        (sharp_boxes(centres, sizes, "", ""), [box(*one) for one in zip(centres, sizes)]),
+        (
+            flat_grids(grids, "", "", close_v=True),
+            [grid(one, close_v=True, smooth=False) for one in grids],
+        ),
+    ]
+    for at_once, apart in pairs:
+        joined = join(apart, "joined")
+        for field in ("vertices", "faces", "normals"):
+            assert np.array_equal(getattr(at_once, field), getattr(joined, field)), field
 
 
 def test_subdivision_keeps_the_surface():

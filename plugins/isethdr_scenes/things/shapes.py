@@ -7,21 +7,22 @@ and turns itself into pieces at three levels of detail.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Protocol
 
 import numpy as np
 
 from ..geometry.mesh.cutting import cut
 from ..geometry.mesh.implicit import Field, blend, cone, skin_of
-from ..geometry.mesh.piece import Assembly, Piece, join, pose, shift, unit
-from ..geometry.mesh.primitives import ball, box, grid, tube
+from ..geometry.mesh.piece import Assembly, Piece, shift, unit
+from ..geometry.mesh.primitives import ball, box, closed_tubes, grid, tube
 from .detail import clean
 from .thing import Detail
 
 DETAILS: tuple[Detail, ...] = ("near", "middle", "far")
 MIDDLE_STEP = 2.2  # sampling step of a surface at middle detail, relative to near
 SIDES: dict[Detail, int] = {"near": 10, "middle": 7, "far": 6}  # of tubes
+LEAST_M = 1e-3  # a shorter limb is a tube of this length, upright
 FLAT = 1.06  # a tube of 6 sides has about the section of a round one 1.06 times thinner
 Extent = tuple[np.ndarray, np.ndarray]  # least and greatest x, y, z, m
 Values = Callable[[np.ndarray], np.ndarray]  # of points (n, 3), m; negative inside
@@ -73,32 +74,6 @@ class Limb:
 
         return Field(distance, *self.extent())
 
-    def tube(self, name: str, material: str, sides: int, steps: int = 1) -> Piece:
-        """Return the limb as a tube with rounded ends, of few faces, in `steps` along it.
-
-        Parameters
-        ----------
-        name : of the piece.
-        material : name of its material.
-        sides : number of faces around it.
-        steps : number of faces along it, without the ends.
-        """
-        narrow = np.array([1.0, 1 / self.width, 1.0])
-        a = np.asarray(self.a, float) * narrow
-        b = np.asarray(self.b, float) * narrow
-        length = float(np.linalg.norm(b - a))
-        along = (b - a) / length if length > 1e-3 else np.array([0.0, 0.0, 1.0])
-        b = a + along * max(length, 1e-3)
-        t = np.linspace(0, 1, steps + 1)
-        shaft = a + t[:, None] * (b - a)
-        first = a - 0.7 * along * self.radius_a
-        last = b + 0.7 * along * self.radius_b
-        path = np.concatenate([[first], shaft, [last]])
-        round_ends = (0.6 * self.radius_a, 0.6 * self.radius_b)
-        radii = self.radius_a + t * (self.radius_b - self.radius_a)
-        radii = np.concatenate([round_ends[:1], radii, round_ends[1:]])
-        return tube(path, FLAT * radii, name, material, sides).moved(pose(scale=(1, self.width, 1)))
-
 
 @dataclass(frozen=True)
 class Patch:
@@ -139,10 +114,7 @@ class Mass:
         if detail == "far":
             # where patches are cut out, faces have to be about as small as a patch
             steps = 4 if patches else 1
-            limbs = [
-                limb.tube(self.name, self.material, SIDES["far"], steps) for limb in self.limbs
-            ]
-            surface = join(limbs, self.name)
+            surface = tubes_of(self.limbs, steps).named(self.name, self.material)
             if self.trim is not None:
                 surface = cut(surface, self.trim(surface.vertices))[0]
         else:
@@ -279,6 +251,37 @@ class Block:
         matrix[:3, 3] = self.centre
         made = box((0, 0, 0), self.size, self.name, self.material, rounding, steps)
         return [made.moved(matrix)]
+
+
+def tubes_of(limbs: Sequence[Limb], steps: int = 1) -> Piece:
+    """Return limbs as tubes with rounded ends, of few faces.
+
+    Parameters
+    ----------
+    limbs : limbs of the tubes.
+    steps : number of faces along each limb, without the ends.
+    """
+    width = np.array([limb.width for limb in limbs])
+    across = np.stack([np.ones_like(width), width, np.ones_like(width)], 1)
+    a = np.array([limb.a for limb in limbs], float) * (1 / across)
+    b = np.array([limb.b for limb in limbs], float) * (1 / across)
+    radius_a = np.array([limb.radius_a for limb in limbs])[:, None]
+    radius_b = np.array([limb.radius_b for limb in limbs])[:, None]
+    length = np.array([np.linalg.norm(way) for way in b - a])[:, None]
+    along = np.where(length > LEAST_M, (b - a) / np.maximum(length, LEAST_M), [0.0, 0.0, 1.0])
+    b = a + along * np.maximum(length, LEAST_M)
+    t = np.linspace(0, 1, steps + 1)
+    shaft = a[:, None] + t[:, None] * (b - a)[:, None]
+    first = a - 0.7 * along * radius_a
+    last = b + 0.7 * along * radius_b
+    paths = np.concatenate([first[:, None], shaft, last[:, None]], 1)
+    radii = radius_a + t * (radius_b - radius_a)
+    radii = np.concatenate([0.6 * radius_a, radii, 0.6 * radius_b], 1)
+    made = closed_tubes(paths, FLAT * radii, SIDES["far"])
+    across = np.repeat(across, len(made.vertices) // len(limbs), 0)
+    # normals follow the inverse, so that they stay across a stretched surface
+    normals = unit(made.normals * (1 / across))
+    return replace(made, vertices=made.vertices * across, normals=normals)
 
 
 @dataclass(frozen=True)

@@ -10,61 +10,74 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from .piece import Piece, compact, face_sizes, flat, unit
+from .piece import Piece, face_sizes, flat, unit
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
 REACH_M = 1.0  # twice the longest face that is cut
 BLOCK = 16384  # points whose distance is computed at a time
+EDGES = 8  # edges of a polygon that are passed over at once where they are too far away
+ROUNDING = 1 + 1e-9  # no squared distance is off by more
+SLACK_M = 1e-9  # no point where an edge is crossed is off by more
+TURNS = np.array([[0, 1, 2], [1, 2, 0], [2, 0, 1]])  # corners of a face from each of them on
 
 
 def cut(part: Piece, value: np.ndarray) -> tuple[Piece, Piece, np.ndarray]:
     """Split along value = 0 (one value per vertex) -> (negative side, positive side, seam).
 
-    The seam is (k, 2, 2, 3): segments of the cut line, each end with position and normal.
+    The seam is (k, 2, 2, 3): segments of the cut line, each end with position and normal. A vertex
+    that no face uses stays on its side.
     """
     value = np.where(np.abs(value) < 1e-7, 1e-7, value)
+    below = value < 0
     v = part.vertices
     n = part.normals
     f = part.faces
-    neg = (value < 0).view(np.int8).take(f)
+    neg = below.view(np.int8).take(f)
     count = neg[:, 0] + neg[:, 1] + neg[:, 2]
     mixed = np.flatnonzero((count == 1) | (count == 2))
-    t = f.take(mixed, 0)
     tip_neg = count.take(mixed) == 1
     alone = neg.take(mixed, 0) == tip_neg[:, None]  # the corner on the other side than both others
     lone = alone[:, 1] + 2 * alone[:, 2]
-    row = np.arange(len(t))
-    a, b, c = (t[row, (lone + k) % 3] for k in range(3))
-
-    def crossing(p: np.ndarray, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        value_p = value.take(p)
-        w = (value_p / (value_p - value.take(q)))[:, None]
-        v_p = v.take(p, 0)
-        n_p = n.take(p, 0)
-        return v_p + w * (v.take(q, 0) - v_p), unit(n_p + w * (n.take(q, 0) - n_p))
-
-    vab, nab = crossing(a, b)
-    vac, nac = crossing(a, c)
-    base = len(v)
-    ab = base + row
-    ac = base + len(t) + row
+    k = len(mixed)
+    row = np.arange(k)
+    a, b, c = f.take(mixed[:, None] * 3 + TURNS.take(lone, 0)).T
+    # both ends of the line in each face: on the side from a to b, and on that from a to c
+    p = np.concatenate([a, a])
+    q = np.concatenate([b, c])
+    value_p = value.take(p)
+    w = (value_p / (value_p - value.take(q)))[:, None]
+    v_p = v.take(p, 0)
+    n_p = n.take(p, 0)
+    ends = v_p + w * (v.take(q, 0) - v_p)
+    end_normals = unit(n_p + w * (n.take(q, 0) - n_p))
+    ab = len(v) + row
+    ac = ab + k
     tip = np.stack([a, ab, ac], 1)
     quad = np.concatenate([np.stack([ab, b, c], 1), np.stack([ab, c, ac], 1)])
-    allv = np.concatenate([v, vab, vac])
-    alln = np.concatenate([n, nab, nac])
     two = np.concatenate([tip_neg, tip_neg])
-    whole = lambda corners: f.take(np.flatnonzero(count == corners), 0)
-    inside = np.concatenate([whole(3), tip[tip_neg], quad[~two]])
-    outside = np.concatenate([whole(0), tip[~tip_neg], quad[two]])
-    seam = np.stack([np.stack([vab, nab], 1), np.stack([vac, nac], 1)], 1)
+
+    def side(own: np.ndarray, corners: int, tips: np.ndarray, quads: np.ndarray) -> Piece:
+        # every vertex of a side, and every end of the line, is in a face of that side
+        rows = np.flatnonzero(own)
+        number = np.concatenate([np.cumsum(own) - 1, len(rows) + np.arange(2 * k)])
+        whole = f.take(np.flatnonzero(count == corners), 0)
+        return Piece(
+            part.name,
+            np.concatenate([v.take(rows, 0), ends]),
+            number.take(np.concatenate([whole, tip[tips], quad[quads]])),
+            part.material,
+            np.concatenate([n.take(rows, 0), end_normals]),
+            part.lamp,
+        )
+
+    seam = np.empty((k, 2, 2, 3))
+    for end, rows in enumerate((slice(k), slice(k, None))):
+        seam[:, end, 0] = ends[rows]
+        seam[:, end, 1] = end_normals[rows]
     seam[tip_neg] = seam[tip_neg][:, ::-1]
-    return (
-        compact(replace(part, vertices=allv, faces=inside, normals=alln)),
-        compact(replace(part, vertices=allv, faces=outside, normals=alln)),
-        seam,
-    )
+    return side(below, 3, tip_neg, ~two), side(~below, 0, ~tip_neg, two), seam
 
 
 def hem(seam: np.ndarray, shift: float | np.ndarray, name: str, material: str) -> Piece:
@@ -123,10 +136,43 @@ def _signed_distance(a: np.ndarray, b: np.ndarray, x: np.ndarray, y: np.ndarray)
     x : (n,) first coordinate of the points, m.
     y : (n,) second coordinate, m.
     """
+    edges = np.concatenate([a, b], 1)
+    groups = [edges[first : first + EDGES] for first in range(0, len(edges), EDGES)]
+    if len(groups) <= 2:
+        groups = [edges]
+        bound2 = np.full(x.shape, np.inf)
+    else:
+        bound2 = ROUNDING * np.min([(x - k) ** 2 + (y - m) ** 2 for k, m in a[::EDGES]], 0)
     nearest2 = np.full(x.shape, np.inf)
     odd = np.zeros(x.shape, bool)
+    for group in groups:
+        ends = group.reshape(-1, 2)
+        left, low = ends.min(0)
+        right, high = ends.max(0)
+        # how far a point is outside the box around these edges
+        dx = np.maximum(np.maximum(left - x, x - right), 0)
+        dy = np.maximum(np.maximum(low - y, y - high), 0)
+        near = np.flatnonzero(dx * dx + dy * dy <= bound2)
+        nearest = _squared_distance(group, x.take(near), y.take(near))
+        nearest2[near] = np.minimum(nearest2.take(near), nearest)
+        level = np.flatnonzero((dy == 0) & (x <= right + SLACK_M))
+        odd[level] ^= _is_odd(group, x.take(level), y.take(level))
+    d = np.sqrt(nearest2)
+    return np.where(odd, -d, d)
+
+
+def _squared_distance(edges: np.ndarray, x: np.ndarray, y: np.ndarray) -> np.ndarray:
+    """Return the squared distance (n,) to the nearest edge, m2.
+
+    Parameters
+    ----------
+    edges : (k, 4) both ends of the edges, m.
+    x : (n,) first coordinate of the points, m.
+    y : (n,) second coordinate, m.
+    """
+    nearest2 = np.full(x.shape, np.inf)
     wx, wy, k, d2 = np.empty((4, len(x)))
-    for (ax, ay), (bx, by) in zip(a.tolist(), b.tolist()):
+    for ax, ay, bx, by in edges.tolist():
         ex = bx - ax
         ey = by - ay
         np.subtract(x, ax, out=wx)
@@ -145,11 +191,24 @@ def _signed_distance(a: np.ndarray, b: np.ndarray, x: np.ndarray, y: np.ndarray)
         k *= k
         d2 += k
         np.minimum(nearest2, d2, out=nearest2)
+    return nearest2
+
+
+def _is_odd(edges: np.ndarray, x: np.ndarray, y: np.ndarray) -> np.ndarray:
+    """Return whether the line from each point (n,) towards +x crosses an odd number of edges.
+
+    Parameters
+    ----------
+    edges : (k, 4) both ends of the edges, m.
+    x : (n,) first coordinate of the points, m.
+    y : (n,) second coordinate, m.
+    """
+    odd = np.zeros(x.shape, bool)
+    for ax, ay, bx, by in edges.tolist():
         if ay != by:
             level = np.flatnonzero((ay > y) != (by > y))  # points as high as the edge
-            odd[level] ^= x[level] < ax + wy[level] / (by - ay) * ex
-    d = np.sqrt(nearest2)
-    return np.where(odd, -d, d)
+            odd[level] ^= x.take(level) < ax + (y.take(level) - ay) / (by - ay) * (bx - ax)
+    return odd
 
 
 def curve(points: Sequence[tuple[float, float]], sigma: float = 0.0) -> Callable[..., Any]:

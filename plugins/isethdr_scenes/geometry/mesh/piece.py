@@ -192,7 +192,7 @@ def vertex_normals(
     """
     face = _cross(vertices, faces)
     if ids is None:
-        ids = _places(vertices)
+        ids = places_of(vertices)
     corners = ids.take(faces).ravel()
     total = np.stack(
         [np.bincount(corners, np.repeat(face[:, c], 3), ids.max() + 1) for c in range(3)], 1
@@ -200,11 +200,21 @@ def vertex_normals(
     return unit(total.take(ids, 0))
 
 
-def _places(vertices: np.ndarray) -> np.ndarray:
-    """Return the number of the place of each vertex (n,), from 0; those within 5 um share one."""
+def places_of(vertices: np.ndarray, mesh: np.ndarray | None = None) -> np.ndarray:
+    """Return the number of the place of each vertex (n,), from 0; those within 5 um share one.
+
+    Parameters
+    ----------
+    vertices : (n, 3) m.
+    mesh : (n,) number of the mesh of each vertex, from 0: only vertices of one mesh share a place;
+        None: all are of one.
+    """
     position = np.round(vertices * 1e5).astype(np.int64)
     position -= position.min(0)
     span = position.max(0) + 1
+    if mesh is not None:  # meshes stand side by side
+        position[:, 0] += mesh * span[0]
+        span[0] *= mesh.max() + 1
     ids = np.empty(len(position), np.intp)
     # number the distinct places: a sorted vertex begins a new one if it differs from the last
     if float(span[0]) * float(span[1]) * float(span[2]) < 2.0**62:  # one number for each place

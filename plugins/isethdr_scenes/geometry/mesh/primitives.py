@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from .piece import Piece, cross, flat, unit, vertex_normals
+from .piece import Piece, cross, flat, places_of, unit, vertex_normals
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
@@ -17,6 +17,10 @@ if TYPE_CHECKING:
 # directions that a tube's sides are drawn from: the second where a path runs along the first
 SIDEWAYS = np.array([0.31, 0.17, 0.94])
 OTHERWISE = np.array([0.9, 0.4, 0.17])
+END_M = 1e-5  # radius to which closed tubes narrow at their ends
+BOX_CORNERS = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], float)
+BOX_SIDES = ((0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3))
+BOX_FACES = np.array([t for a, b, c, d in BOX_SIDES for t in ((a, b, c), (a, c, d))])
 
 
 def grid(
@@ -112,10 +116,21 @@ def box(
     half = np.asarray(size, float) / 2
     r = min(r, half.min())
     if r <= 0:
-        s = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], float)
-        q = [[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]]
-        f = np.array([t for a, b, c, d in q for t in ([a, b, c], [a, c, d])])
-        return flat(Piece(name, s * half + centre, f, material))
+        return sharp_boxes(np.array([centre], float), np.array([size], float), name, material)
+    directions, signs, faces = _rounded(n)
+    points = signs * (half - r) + r * directions + centre
+    return Piece(name, points, faces, material, directions)
+
+
+@lru_cache(maxsize=16)
+def _rounded(n: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return the directions (k, 3) of the vertices of a rounded box, their signs (k, 3), and the
+    faces (m, 3); nobody may write into them.
+
+    Parameters
+    ----------
+    n : steps of each rounded edge.
+    """
     lat = np.concatenate(
         [
             [-np.pi / 2],
@@ -127,10 +142,58 @@ def box(
     q = np.linspace(1e-3, np.pi / 2 - 1e-3, n + 1)
     lon = np.concatenate([q + k * np.pi / 2 for k in range(4)])[None, :]
     d = np.stack([np.cos(lat) * np.cos(lon), np.cos(lat) * np.sin(lon), np.sin(lat) + 0 * lon], -1)
-    sign = np.where(np.abs(d) < 1e-9, 0, np.sign(d))
-    p = sign * (half - r) + r * d + centre
-    part = grid(p[::-1], name, material, close_v=True)
-    return replace(part, normals=d[::-1].reshape(-1, 3))
+    directions = d[::-1].reshape(-1, 3)
+    signs = np.where(np.abs(directions) < 1e-9, 0, np.sign(directions))
+    for fixed in (directions, signs):
+        fixed.flags.writeable = False
+    return directions, signs, _grid_faces(*d.shape[:2], False, True)
+
+
+def sharp_boxes(centres: np.ndarray, sizes: np.ndarray, name: str, material: str) -> Piece:
+    """Return boxes with sharp edges, shaded flat, as one piece.
+
+    Parameters
+    ----------
+    centres : (k, 3) m.
+    sizes : (k, 3) full sizes along x, y and z, m.
+    name : name of the piece.
+    material : name of the material.
+    """
+    corners = BOX_CORNERS * (sizes[:, None] / 2) + centres[:, None]
+    return _flat_alike(corners, BOX_FACES, name, material)
+
+
+def flat_grids(
+    points: np.ndarray, name: str, material: str, close_u: bool = False, close_v: bool = False
+) -> Piece:
+    """Return grids of quads, one normal per face, as one piece: equal to joined flat grids.
+
+    Parameters
+    ----------
+    points : (k, n, m, 3) of k grids, m; as of `grid`.
+    name : name of the piece.
+    material : name of the material.
+    close_u, close_v : join the last row or column to the first.
+    """
+    faces = _grid_faces(*points.shape[1:3], close_u, close_v)
+    return _flat_alike(points.reshape(len(points), -1, 3), faces, name, material)
+
+
+def _flat_alike(vertices: np.ndarray, faces: np.ndarray, name: str, material: str) -> Piece:
+    """Return meshes of the same faces (m, 3), shaded flat, as one piece.
+
+    Parameters
+    ----------
+    vertices : (k, n, 3) of k meshes, m.
+    faces : (m, 3) of each of them.
+    name : name of the piece.
+    material : name of the material.
+    """
+    corners = vertices.take(faces.ravel(), 1).reshape(-1, 3, 3)
+    a, b, c = corners.transpose(1, 0, 2)
+    normals = np.repeat(unit(cross(b - a, c - a) / 2), 3, 0)
+    own = np.arange(3 * len(corners)).reshape(-1, 3)
+    return Piece(name, corners.reshape(-1, 3), own, material, normals)
 
 
 def lathe(
@@ -188,7 +251,7 @@ def tube(
     r = np.broadcast_to(np.asarray(radius, float), len(p)).copy()
     if caps:
         p = np.concatenate([p[:1], p, p[-1:]])
-        r = np.concatenate([[1e-5], r, [1e-5]])
+        r = np.concatenate([[END_M], r, [END_M]])
     return grid(_rings(p, r, sides), name, material, close_v=True)
 
 
@@ -229,6 +292,28 @@ def tubes(stems: Sequence[Stem], name: str = "tubes", material: str = "plastic_b
         faces[first_face.take(rows)[:, None] + np.arange(len(own))] = own + start[..., None]
     apart = np.arange(len(vertices))  # an open tube has no two vertices at one place
     return Piece(name, vertices, faces, material, vertex_normals(vertices, faces, apart))
+
+
+def closed_tubes(paths: np.ndarray, radii: np.ndarray, sides: int) -> Piece:
+    """Return tubes with closed ends as one piece: equal to joined tubes, in a fraction of the time.
+
+    Parameters
+    ----------
+    paths : (k, n, 3) points of the middle lines of k tubes, m.
+    radii : (k, n) m.
+    sides : number of sides of the sections.
+    """
+    paths = np.concatenate([paths[:, :1], paths, paths[:, -1:]], 1)
+    ends = np.full((len(radii), 1), END_M)
+    rings = _rings(paths, np.concatenate([ends, radii, ends], 1), sides)
+    tubes, count, _, _ = rings.shape
+    vertices = rings.reshape(-1, 3)
+    own = _grid_faces(count, sides, False, True)
+    first = np.arange(tubes) * count * sides
+    faces = (own + first[:, None, None]).reshape(-1, 3)
+    places = places_of(vertices, np.repeat(np.arange(tubes), count * sides))
+    normals = vertex_normals(vertices, faces, places)
+    return Piece("tubes", vertices, faces, normals=normals)
 
 
 def _rings(path: np.ndarray, radius: np.ndarray, sides: int) -> np.ndarray:

@@ -9,7 +9,7 @@ import numpy as np
 
 from ...lamps import lamp
 from ..mesh.piece import Assembly, shift
-from ..mesh.primitives import ball, box, lathe, tube
+from ..mesh.primitives import Stem, ball, box, lathe, tube, tubes
 
 SEAT_ANGLE = np.radians(73.0)
 HEAD_ANGLE = np.radians(71.0)
@@ -125,13 +125,15 @@ def _wheel(model: Assembly, shape: Bicycle, centre: np.ndarray) -> None:
         tube(ring(rim), 0.011, "rim", "alloy", 6, False),
         tube([centre - [0, 0.05, 0], centre + [0, 0.05, 0]], 0.022, "hub", "steel", 10),
     )
+    spokes = []
     for k in range(28):
         angle = 2 * np.pi * k / 28
         lean = angle + (1.3 if k % 2 else -1.3)
         root = 0.022 * np.array([np.cos(lean), 0, np.sin(lean)])
         root[1] = 0.03 * (-1) ** (k // 2)
         to = rim * np.array([np.cos(angle), 0, np.sin(angle)])
-        model.add(tube([centre + root, centre + to], 0.0014, "spoke", "steel", 4, False))
+        spokes.append(Stem([centre + root, centre + to], 0.0014, 4))
+    model.add(tubes(spokes, "spoke", "steel"))
 
 
 def _frame(model: Assembly, shape: Bicycle, j: dict[str, np.ndarray]) -> None:

@@ -154,28 +154,46 @@ def _curve(a: np.ndarray, b: np.ndarray, c: np.ndarray, points: int) -> np.ndarr
 
 
 def _twigs(told: dict[str, Any], boughs: list[_Bough], rng: np.random.Generator) -> list[_Bough]:
-    out = []
-    for bough in boughs:
-        length = float(np.linalg.norm(bough.path[-1] - bough.path[0]))
-        way = unit(bough.path[-1] - bough.path[0])
-        side = unit(np.cross(way, UP) + 1e-9)
-        twigs = CONIFER_TWIGS if told.get("conifer") else TWIGS
-        for k in range(twigs):
-            t = 0.30 + 0.68 * (k + rng.uniform(0, 1)) / twigs
-            start = _on(bough, t)
-            turn = (1 if k % 2 else -1) * rng.uniform(0.5, 1.1)
-            lift = rng.normal() * (0.10 if told.get("conifer") else 0.45)
-            heading = unit(np.cos(turn) * way + np.sin(turn) * side + lift * UP)
-            share = 0.42 - 0.26 * t if told.get("conifer") else 0.55 - 0.30 * t
-            reach = length * share * rng.uniform(0.7, 1.15)
-            hang = told["weep"] * (0.45 * reach + 0.10 * told["height_m"] * rng.uniform(0.3, 1.2))
-            if told.get("conifer"):
-                hang = told["weep"] * reach
-            middle = start + 0.5 * reach * heading - 0.25 * hang * UP
-            tip = start + reach * heading * (1 - 0.5 * told["weep"]) - hang * UP
-            tip[2] = max(tip[2], 0.5 * told["base"] * told["height_m"])
-            out.append(_Bough(_curve(start, middle, tip, 4), 0.30 * bough.radius))
-    return out
+    conifer = bool(told.get("conifer"))
+    twigs = CONIFER_TWIGS if conifer else TWIGS
+    # twig after twig, which is the order of the random numbers of a tree
+    drawn = [
+        (
+            rng.uniform(0, 1),
+            rng.uniform(0.5, 1.1),
+            rng.normal(),
+            rng.uniform(0.7, 1.15),
+            rng.uniform(0.3, 1.2),
+        )
+        for _ in range(len(boughs) * twigs)
+    ]
+    place, turn, lift, long, low = np.array(drawn).T[..., None]
+    k = np.tile(np.arange(twigs), len(boughs))[:, None]
+    paths = np.repeat([bough.path for bough in boughs], twigs, 0)
+    ways = [bough.path[-1] - bough.path[0] for bough in boughs]
+    length = np.repeat([np.linalg.norm(way) for way in ways], twigs)[:, None]
+    way = np.repeat(unit(np.array(ways)), twigs, 0)
+    side = unit(np.cross(way, UP) + 1e-9)
+    t = 0.30 + 0.68 * (k + place) / twigs
+    at = t * (paths.shape[1] - 1)
+    first = np.minimum(at.astype(int), paths.shape[1] - 2)[:, 0]
+    row = np.arange(len(paths))
+    before = paths[row, first]
+    start = before + (at - first[:, None]) * (paths[row, first + 1] - before)
+    turn = np.where(k % 2, 1, -1) * turn
+    lift = lift * (0.10 if conifer else 0.45)
+    heading = unit(np.cos(turn) * way + np.sin(turn) * side + lift * UP)
+    share = 0.42 - 0.26 * t if conifer else 0.55 - 0.30 * t
+    reach = length * share * long
+    hang = told["weep"] * (0.45 * reach + 0.10 * told["height_m"] * low)
+    if conifer:
+        hang = told["weep"] * reach
+    middle = start + 0.5 * reach * heading - 0.25 * hang * UP
+    tip = start + reach * heading * (1 - 0.5 * told["weep"]) - hang * UP
+    tip[:, 2] = np.maximum(tip[:, 2], 0.5 * told["base"] * told["height_m"])
+    curves = _curve(start[:, None], middle[:, None], tip[:, None], 4)
+    radii = np.repeat([0.30 * bough.radius for bough in boughs], twigs)
+    return [_Bough(path, radius) for path, radius in zip(curves, radii.tolist(), strict=True)]
 
 
 def _wood(
