@@ -14,6 +14,7 @@ from isethdr_scenes.geometry.mesh.piece import face_areas
 from isethdr_scenes.materials import MATERIALS
 from isethdr_scenes.things.detail import extent_m
 from isethdr_scenes.things.fleets import ALIKE, PIXELS, fleet, likeness, silhouettes
+from PIL import Image, ImageDraw
 
 from isethdr_core.data.categories import CATEGORIES
 
@@ -114,14 +115,54 @@ def test_every_level_of_several_members_of_each_family(group, family, detail):
         assert triangles(model) < TRIANGLES[group][detail]
 
 
-@pytest.mark.slow
-def test_far_is_coarser_and_keeps_extent_and_lamps():
-    thing = one("car", "sedan")
+def test_a_far_car_is_coarser_and_has_the_extent_and_the_lamps_of_a_near_one():
+    thing = one("car", "city_car")
     far = things.build(thing, "far")
     check_mesh(far, thing)
+    check_lamps(far, LAMPS["car"])
     assert triangles(far) < TRIANGLES["car"]["far"]
     lamps = {part.name: part for part in near(thing).parts if part.lamp}
     assert {part.name for part in far.parts if part.lamp} == set(lamps)
+    for part in far.parts:
+        if part.lamp:
+            expected = lamps[part.name].vertices
+            # 2 mm: both are centred by their own extents
+            assert part.vertices == pytest.approx(expected, abs=2e-3), part.name
+            assert np.array_equal(part.faces, lamps[part.name].faces)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("family", things.names("car"))
+def test_far_cars_of_all_families_have_the_lamps_of_near_ones(family):
+    for seed in range(2):
+        thing = one("car", family, seed)
+        lamps = [
+            {part.name: part for part in things.build(thing, detail).parts if part.lamp}
+            for detail in ("near", "far")
+        ]
+        assert set(lamps[0]) == set(lamps[1])
+        for name, part in lamps[1].items():
+            assert part.vertices == pytest.approx(lamps[0][name].vertices, abs=2e-3), name
+
+
+@pytest.mark.slow
+def test_a_far_car_has_the_silhouettes_of_a_near_one():
+    thing = one("car", "estate")
+    for axis in (0, 1):  # from the side and from the front
+        seen = [filled(things.build(thing, detail), axis) for detail in ("near", "far")]
+        # 4 %: cells of 10 cm move the outline of a car of 1.8 m by some centimetres
+        assert np.logical_and(*seen).sum() > 0.96 * np.logical_or(*seen).sum()
+
+
+def filled(model, axis):
+    """Pixels of 1 cm that a model of at most 6 m hides."""
+    picture = Image.new("1", (600, 300))
+    draw = ImageDraw.Draw(picture)
+    for part in model.parts:
+        points = 100 * part.vertices[part.faces][..., [axis, 2]] + [300, 0]
+        for triangle in points.tolist():
+            draw.polygon([tuple(point) for point in triangle], fill=1)
+    return np.asarray(picture)
 
 
 def test_the_same_variant_is_the_same_car_and_another_one_differs():

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 
-from ..geometry.mesh.piece import Assembly, Piece, compact, face_sizes
+from ..geometry.mesh.piece import Assembly, Piece, face_sizes
 
 LEAST_FACE_M2 = 1e-10  # slivers of cuts, which no picture shows
+MOST_IN_TABLE = 4_000_000  # keys that are numbered by a table, one byte and one number each
 
 
 def clean(model: Assembly) -> Assembly:
@@ -22,19 +22,41 @@ def clean(model: Assembly) -> Assembly:
 
 
 class _Joined(NamedTuple):
-    """Meshes of several parts in one: a car has 240 parts, which are slow one by one."""
+    """Meshes of several parts in one: a car has 140 parts, which are slow one by one."""
 
     vertices: np.ndarray  # (n, 3) m
     faces: np.ndarray  # (m, 3) into these vertices
+    normals: np.ndarray | None  # (n, 3), 0 in parts without; None: no part has any
     vertex_ends: np.ndarray  # (parts + 1,) where each part begins and ends
     face_ends: np.ndarray  # (parts + 1,)
+
+    def apart(self, parts: Sequence[Piece]) -> list[Piece]:
+        """Return the meshes as parts, with names, materials and lamps of `parts`."""
+        out = []
+        vertex_ends = self.vertex_ends.tolist()
+        face_ends = self.face_ends.tolist()
+        for k, part in enumerate(parts):
+            there = slice(vertex_ends[k], vertex_ends[k + 1])
+            faces = self.faces[face_ends[k] : face_ends[k + 1]] - vertex_ends[k]
+            normals = None
+            if self.normals is not None and part.normals is not None:
+                normals = self.normals[there]
+            vertices = self.vertices[there]
+            out.append(Piece(part.name, vertices, faces, part.material, normals, part.lamp))
+        return out
 
 
 def _joined(parts: Sequence[Piece]) -> _Joined:
     vertex_ends = np.cumsum([0] + [len(part.vertices) for part in parts])
+    normals = None
+    if any(part.normals is not None for part in parts):
+        normals = np.concatenate(
+            [np.zeros_like(p.vertices) if p.normals is None else p.normals for p in parts]
+        )
     return _Joined(
         np.concatenate([part.vertices for part in parts]),
-        np.concatenate([part.faces + first for part, first in zip(parts, vertex_ends)]),
+        np.concatenate([part.faces + first for part, first in zip(parts, vertex_ends.tolist())]),
+        normals,
         vertex_ends,
         np.cumsum([0] + [len(part.faces) for part in parts]),
     )
@@ -51,18 +73,33 @@ def _without_slivers(name: str, parts: Sequence[Piece], joined: _Joined) -> Asse
     """
     size = face_sizes(Piece(name, joined.vertices, joined.faces))
     solid = size > LEAST_FACE_M2
+    whole = bool(solid.all())
+    faces = joined.faces if whole else joined.faces.compress(solid, 0)
+    face_ends = joined.face_ends if whole else _ends_of(solid, joined.face_ends)
     used = np.zeros(len(joined.vertices), bool)
-    used[joined.faces if solid.all() else joined.faces[solid]] = True
-    out = Assembly(name)
-    for k, part in enumerate(parts):
-        kept = solid[joined.face_ends[k] : joined.face_ends[k + 1]]
-        if not kept.all():
-            out.add(compact(replace(part, faces=part.faces[kept])))
-        elif used[joined.vertex_ends[k] : joined.vertex_ends[k + 1]].all():
-            out.add(part)
-        else:
-            out.add(compact(part))
-    return out
+    used[faces] = True
+    if used.all():
+        kept = joined._replace(faces=faces, face_ends=face_ends)
+    else:
+        kept = _Joined(
+            joined.vertices.compress(used, 0),
+            (np.cumsum(used) - 1).take(faces),
+            None if joined.normals is None else joined.normals.compress(used, 0),
+            _ends_of(used, joined.vertex_ends),
+            face_ends,
+        )
+    return Assembly(name).add(*kept.apart(parts))
+
+
+def _ends_of(kept: np.ndarray, ends: np.ndarray) -> np.ndarray:
+    """Return where each part ends once some of its elements are left out.
+
+    Parameters
+    ----------
+    kept : (n,) which elements stay.
+    ends : (parts + 1,) where each part begins and ends among all of them.
+    """
+    return np.append(0, np.cumsum(kept)).take(ends)
 
 
 def centred(model: Assembly) -> Assembly:
@@ -70,7 +107,10 @@ def centred(model: Assembly) -> Assembly:
     low, high = extent_m(model)
     middle = (low + high) / 2
     middle[2] = 0.0
-    parts = [replace(p, vertices=p.vertices - middle) for p in model.parts]
+    parts = [
+        Piece(p.name, p.vertices - middle, p.faces, p.material, p.normals, p.lamp)
+        for p in model.parts
+    ]
     return Assembly(model.name, parts)
 
 
@@ -90,8 +130,8 @@ def coarser(model: Assembly, cell_m: float) -> Assembly:
     lit = [part for part in model.parts if part.lamp is not None]
     joined = _joined(dark)
     ids, places = _cells(joined.vertices, cell_m)
-    merged, moved = _moved_to(dark, joined, ids, places)
-    return _without_slivers(model.name, merged, moved).add(*lit)
+    merged = _moved_to(joined, ids, places)
+    return _without_slivers(model.name, dark, merged).add(*lit)
 
 
 def _cells(vertices: np.ndarray, cell_m: float) -> tuple[np.ndarray, np.ndarray]:
@@ -103,7 +143,8 @@ def _cells(vertices: np.ndarray, cell_m: float) -> tuple[np.ndarray, np.ndarray]
     cell = np.floor((vertices - low) / cell_m + 0.5).astype(np.int64)
     span = cell.max(0) + 1
     key = (cell[:, 0] * span[1] + cell[:, 1]) * span[2] + cell[:, 2]
-    _, ids, count = np.unique(key, return_inverse=True, return_counts=True)
+    _, ids = _numbered(key)
+    count = np.bincount(ids)
     total = np.stack([np.bincount(ids, vertices[:, k]) for k in range(3)], 1)
     places = total / count[:, None]
     for axis in range(3):
@@ -112,39 +153,40 @@ def _cells(vertices: np.ndarray, cell_m: float) -> tuple[np.ndarray, np.ndarray]
     return ids, places
 
 
-def _moved_to(
-    parts: Sequence[Piece], joined: _Joined, ids: np.ndarray, places: np.ndarray
-) -> tuple[list[Piece], _Joined]:
-    """Return parts whose vertices are cells, without faces between fewer than three cells and faces
-    that are there twice in a part; and their meshes in one.
+def _numbered(key: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the distinct keys in order, and which of them each key is: `numpy.unique` without a
+    sort where the keys (n,), from 0, are few enough for a table.
+    """
+    count = int(key.max(initial=0)) + 1
+    if count > MOST_IN_TABLE:
+        return np.unique(key, return_inverse=True)
+    there = np.zeros(count, bool)
+    there[key] = True
+    return np.flatnonzero(there), (np.cumsum(there) - 1).take(key)
+
+
+def _moved_to(joined: _Joined, ids: np.ndarray, places: np.ndarray) -> _Joined:
+    """Return meshes whose vertices are cells, without faces between fewer than three cells and
+    faces that are there twice in a part.
 
     Parameters
     ----------
-    parts : as they are.
-    joined : their meshes in one, of n vertices.
+    joined : the meshes in one, of n vertices.
     ids : (n,) cell of each vertex.
     places : (cells, 3) place of each cell, m.
     """
-    count = np.diff(joined.vertex_ends)
-    owner = np.repeat(np.arange(len(parts)) * len(places), count)
-    cells, own = np.unique(owner + ids, return_inverse=True)  # a part's cells follow each other
-    vertex_ends = np.searchsorted(cells, np.arange(len(parts) + 1) * len(places))
-    vertices = places.take(cells % len(places), 0)
-    normals = np.concatenate(
-        [np.zeros_like(p.vertices) if p.normals is None else p.normals for p in parts]
-    )
-    normals = _unit_or_up(np.stack([np.bincount(own, normals[:, k]) for k in range(3)], 1))
+    parts = len(joined.vertex_ends) - 1
+    owner = np.repeat(np.arange(parts) * len(places), np.diff(joined.vertex_ends))
+    cells, own = _numbered(owner + ids)  # a part's cells follow each other
+    vertex_ends = np.searchsorted(cells, np.arange(parts + 1) * len(places))
+    normals = joined.normals
+    if normals is not None:
+        normals = _unit_or_up(np.stack([np.bincount(own, normals[:, k]) for k in range(3)], 1))
     faces = own.take(joined.faces)
     kept = _distinct(faces)
-    faces = faces.take(kept, 0)
     face_ends = np.searchsorted(kept, joined.face_ends)
-    out = []
-    for k, part in enumerate(parts):
-        there = slice(vertex_ends[k], vertex_ends[k + 1])
-        own_faces = faces[face_ends[k] : face_ends[k + 1]] - vertex_ends[k]
-        own_normals = None if part.normals is None else normals[there]
-        out.append(replace(part, vertices=vertices[there], faces=own_faces, normals=own_normals))
-    return out, _Joined(vertices, faces, vertex_ends, face_ends)
+    vertices = places.take(cells % len(places), 0)
+    return _Joined(vertices, faces.take(kept, 0), normals, vertex_ends, face_ends)
 
 
 def _distinct(faces: np.ndarray) -> np.ndarray:

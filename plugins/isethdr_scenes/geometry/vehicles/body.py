@@ -48,7 +48,7 @@ class Body:
 
     def tops_at(self, u: np.ndarray, y: float) -> list[float]:
         """Return the heights of the outer skin above the points (u, y), m: of the vertices within
-        6 cm, else of the roof line.
+        6 cm, of a coarse skin 15 cm, else of the roof line.
 
         Parameters
         ----------
@@ -58,11 +58,12 @@ class Body:
         v = np.concatenate(
             [self.paint.vertices] + [p.vertices for p in self.parts if len(p.vertices)]
         )
-        v = v[np.abs(v[:, 1] - y) < 0.06]
+        reach = 0.15 if self.shell.coarse else 0.06
+        v = v[np.abs(v[:, 1] - y) < reach]
         out = []
         for k in u:
             d = np.hypot(v[:, 0] - self.shell.length / 2 + k, v[:, 1] - y)
-            near = v[d < 0.06, 2]
+            near = v[d < reach, 2]
             out.append(near.max() if len(near) else float(self.upper(k)))
         return out
 

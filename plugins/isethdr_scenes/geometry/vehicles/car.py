@@ -38,7 +38,7 @@ class _Pane:
     post_m: float = 0.0  # half width of a post in its middle; 0: none
 
 
-def build(car: Car, name: str = "car", seed: int = 0) -> Assembly:
+def build(car: Car, name: str = "car", seed: int = 0, coarse: bool = False) -> Assembly:
     """Return all parts of a car; `seed` draws the licence plates.
 
     Parameters
@@ -46,10 +46,20 @@ def build(car: Car, name: str = "car", seed: int = 0) -> Assembly:
     car : measures, styles and paint.
     name : name of the assembly.
     seed : of the licence plates.
+    coarse : of larger faces, and without what a cell of 10 cm takes away: gaps between doors and
+        lids, bars, glyphs, handles and wipers.
     """
     axles = (car.overhang, car.overhang + car.wheelbase)
     shell = Shell(
-        car.length, car.width, car.roof, car.belt, car.clearance, car.lean, car.crown, step=car.step
+        car.length,
+        car.width,
+        car.roof,
+        car.belt,
+        car.clearance,
+        car.lean,
+        car.crown,
+        step=car.step,
+        coarse=coarse,
     )
     body = Body(shell, axles, car.tyre)
     _screens(body, car)
@@ -57,8 +67,9 @@ def build(car: Car, name: str = "car", seed: int = 0) -> Assembly:
         _side_windows(body, car)
     front(body, car)
     rear(body, car)
-    _door_gaps(body, car)
-    _lid_gaps(body, car)
+    if not coarse:
+        _door_gaps(body, car)
+        _lid_gaps(body, car)
     _sills(body, car, axles)
     if car.bed:
         _bed(body, car)
@@ -135,7 +146,7 @@ def _side_windows(b: Body, c: Car) -> None:
     cowl = c.roof[2]
     top = c.roof[3]
     back = c.roof[5]
-    u = np.linspace(cowl[0] + 0.12, c.glass_end, 60)
+    u = np.linspace(cowl[0] + 0.12, c.glass_end, 20 if b.shell.coarse else 60)
     frame = np.interp(
         u, [cowl[0], top[0], back[0], c.glass_end + 0.01], [0.105, 0.115, 0.115, 0.12]
     )

@@ -21,6 +21,7 @@ def fittings(model: Assembly, b: Body, c: Car) -> None:
     b : body of the car.
     c : measures, styles and paint.
     """
+    coarse = b.shell.coarse
     x0 = c.length / 2
     half = c.width / 2
     cowl = c.roof[2]
@@ -44,15 +45,12 @@ def fittings(model: Assembly, b: Body, c: Car) -> None:
                 "mirror.arm",
                 "plastic_black",
             ),
-            box(
-                (x0 - um - 0.069, yb + s * 0.06, zm),
-                (0.006, 0.15, 0.09),
-                "mirror.glass",
-                "chrome",
-                0.002,
-            ),
         )
-        for d in (c.doors[1] - 0.16, c.doors[2] - 0.14)[: 1 if c.panel or c.two_doors else 2]:
+        if not coarse:
+            glass = (x0 - um - 0.069, yb + s * 0.06, zm)
+            model.add(box(glass, (0.006, 0.15, 0.09), "mirror.glass", "chrome", 0.002))
+        handles = 1 if c.panel or c.two_doors else 2
+        for d in (c.doors[1] - 0.16, c.doors[2] - 0.14)[: 0 if coarse else handles]:
             model.add(
                 tube(
                     [
@@ -84,6 +82,8 @@ def fittings(model: Assembly, b: Body, c: Car) -> None:
                     "alloy",
                 )
             )
+        if coarse:
+            continue
         y = s * 0.38
         wz = lambda u: float(b.upper(u)) + 0.022
         model.add(
@@ -98,7 +98,7 @@ def fittings(model: Assembly, b: Body, c: Car) -> None:
                 6,
             )
         )
-    if c.aerial and not c.panel:
+    if c.aerial and not c.panel and not coarse:
         model.add(
             tube(
                 [
@@ -125,6 +125,7 @@ def interior(model: Assembly, b: Body, c: Car) -> None:
     cowl = c.roof[2]
     top = c.roof[3]
     belt = float(b.belt(top[0]))
+    n = 1 if b.shell.coarse else 3  # steps of rounded edges
     rows = [top[0] + 0.42] if c.panel else [top[0] + k for k in ROWS_M[: c.rows]]
     model.add(
         box(
@@ -147,16 +148,29 @@ def interior(model: Assembly, b: Body, c: Car) -> None:
             if x0 - u - 0.1 < -c.length / 2 + 0.35:
                 continue
             model.add(
-                box((x0 - u - 0.14, y, belt - 0.12), (0.16, 0.48, 0.62), "seat.back", "seat", 0.07),
+                box(
+                    (x0 - u - 0.14, y, belt - 0.12),
+                    (0.16, 0.48, 0.62),
+                    "seat.back",
+                    "seat",
+                    0.07,
+                    n,
+                ),
                 box(
                     (x0 - u + 0.12, y, belt - 0.42),
                     (0.52, 0.50, 0.16),
                     "seat.cushion",
                     "seat",
                     0.06,
+                    n,
                 ),
                 box(
-                    (x0 - u - 0.17, y, belt + 0.27), (0.10, 0.25, 0.17), "seat.head", "seat", 0.045
+                    (x0 - u - 0.17, y, belt + 0.27),
+                    (0.10, 0.25, 0.17),
+                    "seat.head",
+                    "seat",
+                    0.045,
+                    n,
                 ),
             )
     model.add(

@@ -14,7 +14,7 @@ from .body import Body
 from .car_shapes import Car
 from .grille import grille
 from .headlamp import RoundLamp, round_lamp
-from .wheels import plate
+from .wheels import blank_plate, plate
 
 NARROW_M = 0.88  # half the width
 FORWARD = (1.0, 0.0, 0.0)
@@ -46,6 +46,9 @@ def front(b: Body, c: Car) -> None:
     if c.front.daytime == "bumper":
         _daytime_bar(b, bezel, low)
     zp = z0 - 0.125
+    if b.shell.coarse:
+        b.parts.append(blank_plate(c.length / 2 + 0.034, zp))
+        return
     b.parts += plate(c.length / 2 + 0.034, zp, 1)
     b.parts.append(
         lathe([(0.001, 0.008), (0.040, 0.008), (0.046, 0)], "badge", "chrome", 20, "x").moved(

@@ -11,7 +11,7 @@ from ..mesh.piece import lit
 from ..mesh.primitives import box, tube
 from .body import Body
 from .car_shapes import Car
-from .wheels import plate
+from .wheels import blank_plate, plate
 
 if TYPE_CHECKING:
     from ..mesh.piece import Piece
@@ -50,12 +50,16 @@ def rear(b: Body, c: Car) -> None:
                 t = (z1 - z) / (z1 - z0) if tall else (y1 - ay) / (y1 - y0)
                 return [f0 - t, t - f1, shape(ay, z) + 0.014, -s * y]
 
-            seen, _, _ = cut(lens, np.max(band(lens), 0))
-            if not len(lit(seen, kind, back)[0].faces):
-                lens = b.refine(lens, band)
-            glow, lens = b.carve(lens, f"{kind}.{tag}", material, np.max(band(lens), 0))
+            name = f"{kind}.{tag}"
+            glow, rest, _ = cut(lens, np.max(band(lens), 0))
             # the wrapped side stays dark
-            b.parts = [p for p in b.parts if p is not glow] + lit(glow, kind, back)
+            lamp = lit(glow.named(name, material), kind, back)
+            if not len(lamp[0].faces):
+                lens = b.refine(lens, band)
+                glow, rest, _ = cut(lens, np.max(band(lens), 0))
+                lamp = lit(glow.named(name, material), kind, back)
+            b.parts = [p for p in b.parts if p is not lens] + [rest, *lamp]
+            lens = rest
     u, ay, z, _ = b.at()
     low = c.clearance + 0.06
     diffuser = polygon(
@@ -72,6 +76,8 @@ def rear(b: Body, c: Car) -> None:
                 0.008,
             )
         )
+        if b.shell.coarse:
+            continue
         b.parts.append(
             tube(
                 [
@@ -85,7 +91,10 @@ def rear(b: Body, c: Car) -> None:
             )
         )
     zp = max(0.60 * c.tail_lamp[0][1] + 0.13, 0.52)
-    b.parts += plate(-c.length / 2 - 0.034, zp, -1, seed=3)
+    if b.shell.coarse:
+        b.parts.append(blank_plate(-c.length / 2 - 0.034, zp))
+    else:
+        b.parts += plate(-c.length / 2 - 0.034, zp, -1, seed=3)
     edge = b.shell.upper[6 if c.open_roof else 5]
     zb = edge[1] - (0.0 if c.open_roof else 0.045)
     b.parts += lit(

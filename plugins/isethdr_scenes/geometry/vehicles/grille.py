@@ -36,6 +36,8 @@ def grille(b: Body, c: Car, z0: float, z1: float) -> None:
     ring = b.take("grille.frame", frame, v - 0.014)
     u, ay, z, _ = b.at(ring)
     b.carve(ring, "grille", "gap", outline(ay, z))
+    if b.shell.coarse:  # whose cells are larger than a bar
+        return
     bar = lambda path, size: b.parts.append(tube(path, size, "grille.bar", "chrome", 6))
     if style == "bars":
         for k in range(4):

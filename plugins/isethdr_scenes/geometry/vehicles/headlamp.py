@@ -48,6 +48,8 @@ def round_lamp(body: Body, part: Piece | None, shape: RoundLamp) -> Piece | None
         remaining = None
     else:
         ring, remaining = body.carve(part, f"{name}.bezel", "chrome", beyond(part, rim_m))
+    if body.shell.coarse and shape.kind == "reflector":
+        return remaining
     body.parts = [p for p in body.parts if p is not ring]
     ring = subdivide(ring)  # a lens is smaller than the sheet's quads
     material = "chrome" if shape.kind == "reflector" else shape.material

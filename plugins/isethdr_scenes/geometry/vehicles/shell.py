@@ -15,6 +15,9 @@ from ..mesh.cutting import curve
 from ..mesh.piece import Piece
 from ..mesh.primitives import grid
 
+ENDS_M = 0.6  # from either end: what is cut into lamps
+THINNED = 4  # of the sections between, a coarse shell has every fourth
+
 
 @dataclass(frozen=True)
 class Shell:
@@ -40,6 +43,8 @@ class Shell:
     soft: float = 0.035  # rounding of the profile corners
     step: float = 0.055
     flare: float = 0.018  # bulge around the wheels
+    # fewer sections between both ends, for what is far away; lamps are cut out of the ends
+    coarse: bool = False
 
     def profiles(self) -> tuple[Callable[..., Any], Callable[..., Any]]:
         """Return the roof line and the shoulder line as functions of u."""
@@ -60,6 +65,9 @@ def _stations(s: Shell) -> np.ndarray:
     b = max(s.rear_round[:2])
     rear = s.length - b * (1 - np.cos(np.linspace(0, np.pi / 2, 15)))[::-1]
     mid = np.linspace(a, s.length - b, int((s.length - a - b) / s.step) + 2)[1:-1]
+    if s.coarse:
+        at_ends = (mid < ENDS_M) | (mid > s.length - ENDS_M)
+        mid = mid[at_ends | (np.arange(len(mid)) % THINNED == 0)]
     return np.concatenate([ends, mid, rear])
 
 

@@ -9,7 +9,7 @@ from typing import Literal
 import numpy as np
 
 from ..mesh.piece import Piece, mirrored, shift
-from ..mesh.primitives import box, grid, lathe
+from ..mesh.primitives import box, flat_grids, lathe, sharp_boxes
 
 
 @dataclass(frozen=True)
@@ -117,35 +117,7 @@ def _parts(shape: Wheel, right: bool) -> tuple[Piece, ...]:
                 32,
             )
         )
-        for number in range(shape.spokes):
-            angle = 2 * np.pi * number / shape.spokes
-            for fork in (-0.11, 0.11):
-                along = np.linspace(0.12, 0.95, 6)
-                angles = angle + fork * along * 1.3
-                centres = np.stack(
-                    [
-                        np.sin(angles) * along * rim_radius,
-                        half_width * (0.62 + 0.22 * along),
-                        np.cos(angles) * along * rim_radius,
-                    ],
-                    -1,
-                )
-                half_widths_of_spoke = (
-                    np.stack([np.cos(angles), 0 * angles, -np.sin(angles)], -1)
-                    * (0.055 + 0.02 * along)[:, None]
-                    * rim_radius
-                )
-                low = np.array([0, -0.28 * half_width, 0])
-                ring = np.stack(
-                    [
-                        centres - half_widths_of_spoke + low,
-                        centres - half_widths_of_spoke * 0.75,
-                        centres + half_widths_of_spoke * 0.75,
-                        centres + half_widths_of_spoke + low,
-                    ],
-                    1,
-                )
-                parts.append(grid(ring, "spoke", "alloy", close_v=True, smooth=False))
+        parts.append(_spokes(shape.spokes, rim_radius, half_width))
         parts.append(
             lathe(
                 [
@@ -160,6 +132,43 @@ def _parts(shape: Wheel, right: bool) -> tuple[Piece, ...]:
             )
         )
     return tuple(parts)
+
+
+def _spokes(count: int, rim_radius: float, half_width: float) -> Piece:
+    """Return the spokes of a rim, two for each of `count` forks.
+
+    Parameters
+    ----------
+    count : number of forks.
+    rim_radius : outer radius of the rim, m.
+    half_width : half the width of the tyre, m.
+    """
+    along = np.linspace(0.12, 0.95, 6)
+    low = np.array([0, -0.28 * half_width, 0])
+    rings = []
+    for number in range(count):
+        for fork in (-0.11, 0.11):
+            angles = 2 * np.pi * number / count + fork * along * 1.3
+            sine = np.sin(angles)
+            cosine = np.cos(angles)
+            centres = np.stack(
+                [
+                    sine * along * rim_radius,
+                    half_width * (0.62 + 0.22 * along),
+                    cosine * along * rim_radius,
+                ],
+                -1,
+            )
+            across = np.stack([cosine, 0 * angles, -sine], -1)
+            half = across * (0.055 + 0.02 * along)[:, None] * rim_radius
+            sides = [
+                centres - half + low,
+                centres - half * 0.75,
+                centres + half * 0.75,
+                centres + half + low,
+            ]
+            rings.append(np.stack(sides, 1))
+    return flat_grids(np.array(rings), "spoke", "alloy", close_v=True)
 
 
 def plate(
@@ -180,11 +189,12 @@ def plate(
     ink : number of glyphs.
     seed : of the glyphs.
     """
-    width, height = size_m
+    width = size_m[0]
     rng = np.random.default_rng(seed)
-    out = [box((x, 0, z), (0.012, width, height), "plate", "plate_white", 0.004)]
+    centres = []
+    sizes = []
+    face_x = x + facing * 0.007
     for y in (np.arange(ink) - (ink - 1) / 2) * width / (ink + 1.5):
-        face_x = x + facing * 0.007
         for dy, dz, stroke_width, stroke_height in (
             (-0.018, 0, 0.011, 0.07),
             (0.018, 0, 0.011, 0.07),
@@ -193,12 +203,18 @@ def plate(
             (0, -0.03, 0.036, 0.011),
         ):
             if rng.random() < 0.7:
-                out.append(
-                    box(
-                        (face_x, y + dy, z + dz),
-                        (0.003, stroke_width, stroke_height),
-                        "plate.ink",
-                        "plate_ink",
-                    )
-                )
-    return out
+                centres.append((face_x, y + dy, z + dz))
+                sizes.append((0.003, stroke_width, stroke_height))
+    glyphs = sharp_boxes(np.array(centres), np.array(sizes), "plate.ink", "plate_ink")
+    return [blank_plate(x, z, size_m), glyphs]
+
+
+def blank_plate(x: float, z: float, size_m: tuple[float, float] = (0.52, 0.112)) -> Piece:
+    """Return a licence plate without glyphs.
+
+    Parameters
+    ----------
+    x, z : position of its middle, m.
+    size_m : width and height, m.
+    """
+    return box((x, 0, z), (0.012, *size_m), "plate", "plate_white", 0.004)
