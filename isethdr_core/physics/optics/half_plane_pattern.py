@@ -296,8 +296,10 @@ def chords_of(strips: Strips, block: slice) -> Chords | None:
     for shape, amplitude in strips.pupil.terms:
         if shape.high < low_mm or shape.low > high_mm:
             continue
-        for chords in gauss_chords((shape, amplitude), top, height, count, block, strips.apart_mm):
-            pieces.append((chords.left, chords.right, chords.weight / each, chords.level / each))
+        term = (shape, amplitude / each)
+        chords = gauss_chords(term, top, height, count, block, strips.apart_mm)
+        if len(chords.left):
+            pieces.append(chords._replace(level=chords.level / each))
     return Chords(*(np.concatenate(part) for part in zip(*pieces))) if pieces else None
 
 

@@ -24,6 +24,8 @@ GAUSS = (0.5 - 1 / 12**0.5, 0.5 + 1 / 12**0.5)  # places of the two-point rule, 
 TURN = 4.0
 # the lower of two places of equal weights that integrate a half disc, and straight lines, exactly
 HALF_DISC = (1 - (1 - np.pi**2 / 16) ** 0.5) / 2
+PLACES = np.array(GAUSS)[:, None]  # (place, part of a row)
+WITHIN_A_ROW = np.array([[HALF_DISC], [1 - HALF_DISC]])
 # level lines across a shape; they bound its sides, and the height of its image under a linear map
 LEVELS = 512
 
@@ -502,8 +504,8 @@ class Chords(NamedTuple):
 
 def gauss_chords(
     term: tuple[Convex, float], y0: float, step: float, count: int, block: slice, apart: float
-) -> Iterator[Chords]:
-    """Yield the chords of one shape at Gauss's two places in every row, or in every part of a row.
+) -> Chords:
+    """Return the chords of one shape at Gauss's two places in every row, or every part of a row.
 
     Gauss's places are those in the root of the distance to the nearer end of the shape: chords of a
     round shape grow with that root, and chords of straight sides are as exact. Fields of an image
@@ -521,35 +523,37 @@ def gauss_chords(
     apart : largest distance along x, same unit, between the ends of chords that follow each other.
     """
     shape, weight = term
-    first, last = (np.clip((bound - y0) / step, 0, count) for bound in (shape.low, shape.high))
+    low, high = shape.low, shape.high
+    first, last = (np.clip((bound - y0) / step, 0, count) for bound in (low, high))
     row = np.arange(max(int(first) - 1, block.start), min(int(last) + 2, block.stop) + 1)
-    border = np.unique(np.clip(y0 + row * step, shape.low, shape.high))
+    border = np.clip(y0 + row * step, low, high)
+    begin = max(int(np.searchsorted(border, low, "right")) - 1, 0)
+    border = border[begin : int(np.searchsorted(border, high)) + 1]
     if len(border) < 2:
-        return
-    top = border[:-1]
-    bottom = border[1:]
-    upper = top - shape.low < shape.high - bottom
-    end = np.where(upper, shape.low, shape.high)
-    near, far = (np.sqrt(np.abs(y - end)) for y in np.where(upper, (top, bottom), (bottom, top)))
+        return Chords(*np.empty((4, 0)))
+    below_low, above_high = np.sqrt(border - low), np.sqrt(high - border)
+    upper = border[:-1] - low < high - border[1:]
+    near = np.where(upper, below_low[:-1], above_high[1:])
+    length = np.where(upper, below_low[1:], above_high[:-1]) - near
+    end = np.where(upper, low, high)
+    sign = np.where(upper, 1.0, -1.0)
     parts = np.ceil(_moves(shape, border) / apart).clip(1).astype(np.intp)
-    of_row = np.repeat(np.arange(len(parts)), parts)
-    part = np.arange(len(of_row)) - (np.cumsum(parts) - parts)[of_row]
-    length = ((far - near) / parts)[of_row]
-    near = near[of_row] + part * length
-    end = end[of_row]
-    sign = np.where(upper, 1.0, -1.0)[of_row]
-    within_a_row = len(of_row) == 1 and top[0] == shape.low and bottom[0] == shape.high
-    for place in GAUSS:
-        root = near + place * length
+    if len(parts) == 1 == parts[0] and border[0] == low and border[1] == high:
+        level = low + WITHIN_A_ROW * (high - low)
+        share = np.full((2, 1), 0.5 * (high - low))
+    else:
+        if parts.max() > 1:
+            before = np.repeat(np.cumsum(parts) - parts, parts)
+            length = np.repeat(length / parts, parts)
+            near = np.repeat(near, parts) + (np.arange(len(before)) - before) * length
+            end = np.repeat(end, parts)
+            sign = np.repeat(sign, parts)
+        root = near + PLACES * length
         level = end + sign * root**2
-        share = root * length / step * weight
-        if within_a_row:
-            at = HALF_DISC if place < 0.5 else 1 - HALF_DISC
-            level = top + at * (bottom - top)
-            share = 0.5 * (bottom - top) / step * weight
-        left, right = shape.chords(level)
-        hit = left < right
-        yield Chords(left[hit], right[hit], share[hit], ((level - y0) / step)[hit])
+        share = root * length
+    left, right = shape.chords(level)
+    hit = left < right
+    return Chords(left[hit], right[hit], share[hit] * (weight / step), (level[hit] - y0) / step)
 
 
 def _moves(shape: Convex, border: np.ndarray) -> np.ndarray:
@@ -557,12 +561,15 @@ def _moves(shape: Convex, border: np.ndarray) -> np.ndarray:
     a side turns, `TURN` times by how much it leaves a straight line.
     """
     ends = np.array(shape.chords(border))
-    ends[~np.isfinite(ends)] = np.nan  # no chord: nothing that moves
-    steps = np.diff(ends)
-    moves = np.fmax.reduce(np.abs(steps), initial=0.0)
-    turns = np.zeros(len(border))
-    turns[1:-1] = TURN * np.fmax.reduce(np.abs(np.diff(steps)), initial=0.0)
-    return np.maximum(moves, np.maximum(turns[:-1], turns[1:]))
+    steps = ends[:, 1:] - ends[:, :-1]
+    if not np.isfinite(ends).all():  # no chord there: nothing that moves
+        steps[~(np.isfinite(ends[:, 1:]) & np.isfinite(ends[:, :-1]))] = 0.0
+    moves = np.abs(steps).max(axis=0)
+    if len(moves) > 1:
+        turns = TURN * np.abs(steps[:, 1:] - steps[:, :-1]).max(axis=0)
+        np.maximum(moves[1:], turns, out=moves[1:])
+        np.maximum(moves[:-1], turns, out=moves[:-1])
+    return moves
 
 
 def raster(
