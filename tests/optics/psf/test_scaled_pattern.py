@@ -171,7 +171,7 @@ def test_the_core_of_a_clean_round_pupil_is_that_of_its_closed_form():
     want = light_of_tiles(y, x, frame, (450.0 + 5.0 * place, weight / 2))
     wrong = np.abs(core[y, far + x] / want - 1)
     stated = exact_core.core_error(exact_core.PATTERN_ERROR, np.hypot(y, x), far)
-    # near the axis weights end beside the peak: 7e-5 in single tiles, which are not the mean of many
+    # near the axis weights end beside the peak: 7e-5 in single tiles, 2e-5 in the mean of many
     assert (wrong <= stated + 1e-4).all()
 
 
