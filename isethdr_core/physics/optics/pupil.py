@@ -523,37 +523,59 @@ def gauss_chords(
     apart : largest distance along x, same unit, between the ends of chords that follow each other.
     """
     shape, weight = term
-    low, high = shape.low, shape.high
-    first, last = (np.clip((bound - y0) / step, 0, count) for bound in (low, high))
-    row = np.arange(max(int(first) - 1, block.start), min(int(last) + 2, block.stop) + 1)
-    border = np.clip(y0 + row * step, low, high)
-    begin = max(int(np.searchsorted(border, low, "right")) - 1, 0)
-    border = border[begin : int(np.searchsorted(border, high)) + 1]
+    border = _row_borders(shape, y0, step, count, block)
     if len(border) < 2:
         return Chords(*np.empty((4, 0)))
-    below_low, above_high = np.sqrt(border - low), np.sqrt(high - border)
-    upper = border[:-1] - low < high - border[1:]
-    near = np.where(upper, below_low[:-1], above_high[1:])
-    length = np.where(upper, below_low[1:], above_high[:-1]) - near
-    end = np.where(upper, low, high)
-    sign = np.where(upper, 1.0, -1.0)
     parts = np.ceil(_moves(shape, border) / apart).clip(1).astype(np.intp)
-    if len(parts) == 1 == parts[0] and border[0] == low and border[1] == high:
-        level = low + WITHIN_A_ROW * (high - low)
-        share = np.full((2, 1), 0.5 * (high - low))
+    height = shape.high - shape.low
+    if len(parts) == 1 == parts[0] and border[1] - border[0] == height:
+        # all of the shape lies in one row
+        level = shape.low + WITHIN_A_ROW * height
+        share = np.full((2, 1), 0.5 * height)
     else:
-        if parts.max() > 1:
-            before = np.repeat(np.cumsum(parts) - parts, parts)
-            length = np.repeat(length / parts, parts)
-            near = np.repeat(near, parts) + (np.arange(len(before)) - before) * length
-            end = np.repeat(end, parts)
-            sign = np.repeat(sign, parts)
-        root = near + PLACES * length
-        level = end + sign * root**2
-        share = root * length
+        level, share = _levels(shape, border, parts)
     left, right = shape.chords(level)
     hit = left < right
     return Chords(left[hit], right[hit], share[hit] * (weight / step), (level[hit] - y0) / step)
+
+
+def _row_borders(shape: Convex, y0: float, step: float, count: int, block: slice) -> np.ndarray:
+    """Return the levels between the rows that a shape fills, from its lower to its upper end."""
+    first, last = (np.clip((bound - y0) / step, 0, count) for bound in (shape.low, shape.high))
+    row = np.arange(max(int(first) - 1, block.start), min(int(last) + 2, block.stop) + 1)
+    border = np.clip(y0 + row * step, shape.low, shape.high)
+    begin = max(int(np.searchsorted(border, shape.low, "right")) - 1, 0)
+    return border[begin : int(np.searchsorted(border, shape.high)) + 1]
+
+
+def _levels(shape: Convex, border: np.ndarray, parts: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return (level, share), each (2, part), of Gauss's two places in every part of the rows.
+
+    Parameters
+    ----------
+    shape : whose nearer end the places are counted from.
+    border : levels between rows.
+    parts : number of parts of each row.
+
+    Returns
+    -------
+    The levels, and the height that each of them stands for; both in the unit of the shape.
+    """
+    is_nearer_low = border[:-1] - shape.low < shape.high - border[1:]
+    from_low = np.sqrt(border - shape.low)
+    from_high = np.sqrt(shape.high - border)
+    near = np.where(is_nearer_low, from_low[:-1], from_high[1:])  # roots of distances
+    length = np.where(is_nearer_low, from_low[1:], from_high[:-1]) - near
+    end = np.where(is_nearer_low, shape.low, shape.high)
+    sign = np.where(is_nearer_low, 1.0, -1.0)
+    if parts.max() > 1:
+        before = np.repeat(np.cumsum(parts) - parts, parts)
+        length = np.repeat(length / parts, parts)
+        near = np.repeat(near, parts) + (np.arange(len(before)) - before) * length
+        end = np.repeat(end, parts)
+        sign = np.repeat(sign, parts)
+    root = near + PLACES * length
+    return end + sign * root**2, root * length
 
 
 def _moves(shape: Convex, border: np.ndarray) -> np.ndarray:
