@@ -20,6 +20,7 @@ from isethdr_workflows.dataset.runtime_estimate import runtime_estimate
 from isethdr_workflows.dataset.splits import splits
 from isethdr_workflows.dataset.study import cameras
 from isethdr_workflows.dataset.verify import verify
+from isethdr_workflows.dataset.workers import in_process
 
 from isethdr_core.config.composition import compose
 from isethdr_core.errors import CatalogError, ConfigError
@@ -129,6 +130,22 @@ def test_a_disk_that_fills_up_stops_it_and_spoils_nothing(recipe, monkeypatch, i
     assert len(whole.made) == 3 and verify(whole) == []
     stored = 3 - (len(RENDERED) - rendered)  # scenes that were not rendered again
     assert stored >= len(stopped.made)
+
+
+def test_a_process_whose_command_was_killed_stops_after_its_scene(monkeypatch, tmp_path):
+    parents = iter([7, 7, 1])  # the third time, another process has adopted it
+    monkeypatch.setattr("os.getppid", lambda: next(parents))
+    monkeypatch.setenv("ISETHDR_HOME", str(tmp_path))
+    done = []
+
+    def make(name, numbers, tell):
+        for number in numbers:
+            done.append(number)
+            tell(f"scene {number}")
+
+    with pytest.raises(CatalogError, match="the command was killed.*type the same command again"):
+        in_process(make, "tiny", str(tmp_path), [0, 1, 2])
+    assert done == [0, 1]
 
 
 def limit_disk(patch, folder, most_bytes):

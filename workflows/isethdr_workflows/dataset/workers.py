@@ -162,12 +162,26 @@ def ended_early(what: str) -> CatalogError:
 def in_process(make: Make, name: str, home_folder: str, numbers: Sequence[int]) -> None:
     """Make some scenes in a process that may have started elsewhere.
 
+    It ends after a scene if the process that started it is gone: a command that was killed leaves
+    nobody who waits for the rest.
+
     Parameters
     ----------
     make : as of `share`.
     name : of the dataset.
     home_folder : the home, on a disk that all processes see.
     numbers : of the scenes.
+
+    Raises
+    ------
+    CatalogError : the process that started it is gone.
     """
     os.environ["ISETHDR_HOME"] = home_folder
-    make(name, numbers, partial(print, flush=True))
+    parent = os.getppid()
+
+    def tell(line: str) -> None:
+        print(line, flush=True)
+        if os.getppid() != parent:
+            raise ended_early("the command was killed")
+
+    make(name, numbers, tell)
