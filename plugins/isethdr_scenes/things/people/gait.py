@@ -16,7 +16,7 @@ from .families import Walker, centre_m, figure, figure_of_thing, look_of, pace_o
 # of two steps each: 117 steps a minute (means of men and of women at free speed: Murray, Drought &
 # Kory 1964; Murray, Kory & Sepic 1970)
 CYCLES_PER_S = 0.975
-PHASES = (0.0, 0.25)  # of the widest and of the narrowest pose; the gait is symmetric
+PHASES = tuple(np.arange(8) / 8)  # at which the extent of a person is looked at
 
 
 class Gait(NamedTuple):
@@ -50,9 +50,16 @@ def walking_speed_m_s(thing: Thing) -> float:
 
 @lru_cache(maxsize=256)
 def largest_size_m(thing: Thing) -> tuple[float, float, float]:
-    """Return length, width and height that hold a person in all poses of the gait."""
-    sizes = [figure(thing.family, thing.variant, phase).size_m() for phase in PHASES]
-    length, width, height = np.max([thing.size_m, *sizes], axis=0).tolist()
+    """Return length, width and height that hold a person in all poses of the gait, around where an
+    even walk would have the middle of the drawn extent.
+    """
+    middle = centre_m(figure_of_thing(thing))
+    poses = [figure(thing.family, thing.variant, phase) for phase in PHASES]
+    sizes = np.array([thing.size_m, *(pose.size_m() for pose in poses)])
+    # limbs swing, and the middle of the extent with them
+    aside = np.abs(np.subtract([middle, *(centre_m(pose) for pose in poses)], middle))
+    sizes[:, :2] += 2 * aside
+    length, width, height = sizes.max(axis=0).tolist()
     return length, width, height
 
 
