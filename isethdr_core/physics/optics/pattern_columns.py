@@ -32,9 +32,8 @@ from .whole_plane_pattern import Turns, densities, drawn_pupil
 STEP = 0.42
 PERIOD = 3.0  # period of the field along y, in reaches
 STRIPS = 1.5  # strips per row of cells
-TURNED = (
-    2.0  # cells, as wide as high, between the ends of chords: one leaves half the error of 1e-5
-)
+# cells, as wide as high, between the ends of chords: one leaves half the error of 1e-5
+TURNED = 2.0
 BLOCK = 32  # columns computed at a time
 CHORDS = 1 << 18  # chords computed at a time by one thread: each takes some 80 bytes
 TOGETHER = 2048  # chords in one block, which fits the processor's cache
@@ -140,13 +139,16 @@ def _means(place: Place, grid: _Grid, density: np.ndarray, apply: Callable[..., 
 
 
 def _triangles(tiles: np.ndarray, pitch_um: float, at_um: np.ndarray) -> csr_array:
-    """Return weights (tile, sample) of triangles as wide as two tiles; they sum to 1."""
+    """Return weights (tile, sample) of triangles as wide as two tiles; they sum to 1. Tiles that are
+    narrower than the step of the samples get the linear interpolation of the nearest two.
+    """
     step = at_um[1] - at_um[0]
+    half_um = max(pitch_um, step)
     centre = (tiles * pitch_um - at_um[0]) / step
-    taps = int(2 * pitch_um / step) + 2
-    first = np.ceil(centre - pitch_um / step).astype(np.int32)
+    taps = int(2 * half_um / step) + 2
+    first = np.ceil(centre - half_um / step).astype(np.int32)
     sample = first[:, None] + np.arange(taps, dtype=np.int32)
-    weight = np.maximum(0.0, 1 - np.abs(sample - centre[:, None]) * (step / pitch_um))
+    weight = np.maximum(0.0, 1 - np.abs(sample - centre[:, None]) * (step / half_um))
     weight /= weight.sum(axis=1, keepdims=True)
     sample = np.clip(sample, 0, len(at_um) - 1)  # of weight 0
     ends = np.arange(len(tiles) + 1, dtype=np.int32) * taps

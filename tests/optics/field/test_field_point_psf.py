@@ -149,7 +149,7 @@ def test_a_lens_that_changes_at_the_border_has_its_places_there():
     rows = ledger.Ledger()
     with ledger.stage(rows, "lens"):
         light = lens(quantities.plane(values, [550.0], x, y, quantities.RADIANCE))
-    [note] = [e for e in rows[0].errors if "places of the field" in e.label]
+    [note] = [e for e in rows[0].errors if e.source.key == "field places"]
     assert 0 < note.value <= 0.1
     angle = float(np.arctan(np.hypot(x[60], y[20])))
     turn = float(np.arctan2(-y[20], x[60]))
