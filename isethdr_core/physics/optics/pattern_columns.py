@@ -139,8 +139,10 @@ def _means(place: Place, grid: _Grid, density: np.ndarray, apply: Callable[..., 
 
 
 def _triangles(tiles: np.ndarray, pitch_um: float, at_um: np.ndarray) -> csr_array:
-    """Return weights (tile, sample) of triangles as wide as two tiles; they sum to 1. Tiles that are
-    narrower than the step of the samples get the linear interpolation of the nearest two.
+    """Return weights (tile, sample) of triangles as wide as two tiles; they sum to 1.
+
+    Tiles that are narrower than the step of the samples get the linear interpolation of the nearest
+    two.
     """
     step = at_um[1] - at_um[0]
     half_um = max(pitch_um, step)
