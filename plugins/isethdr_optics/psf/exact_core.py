@@ -45,7 +45,7 @@ CELLS_NEAR = 1e-4
 # eight tiles from the axis, where weights end beside the peak, they were 2e-5 and 5e-5. Tile by
 # tile nothing is stated there: the noise of that light is a hundred times as large, and blocks of
 # tiles would spread the error to dark ones
-PATTERN_ERROR = 5e-4
+PATTERN_ERROR = 2e-4
 PATTERN_NEAR = 6e-5
 
 _core_cache: dict[str, np.ndarray] | None = None
