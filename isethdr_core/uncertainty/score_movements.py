@@ -95,11 +95,11 @@ def beyond_scatter(mean: float, variance: float) -> float:
 
 
 def beside_white(movement: Movement, slope: float, white: Movement) -> Movement:
-    """Return the movement of a score that also changes with the white.
+    """Return how renderer noise moves a score that also depends on the reference white.
 
     Parameters
     ----------
-    movement : movement of the score at one white.
+    movement : of the score, where the white stays as it is.
     slope : change of the score over the change of the white.
     white : movement of the white; few tiles decide it, so it is independent of the others.
     """

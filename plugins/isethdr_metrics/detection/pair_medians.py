@@ -29,8 +29,9 @@ class Probabilities(NamedTuple):
 
     regions: list[RegionPairs]
     pairs: Pairs  # of all regions, one after the other
-    value: np.ndarray  # of each pair, right where it may decide a median or an end of its interval
-    estimate: np.ndarray  # of each pair, `photon_counts.estimated`
+    # probability of each pair: exact where it may decide a median or an end of its interval
+    value: np.ndarray
+    estimate: np.ndarray  # quick estimate of each pair's probability (`photon_counts.estimated`)
 
     def starts(self) -> np.ndarray:
         """Return where the pairs of each region start."""

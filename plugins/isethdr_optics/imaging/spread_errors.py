@@ -310,7 +310,7 @@ def _error_kernels(kernels_of_field: Kernels, block: int, frame: tuple[int, int]
         variance = _squares(kernels_of_field, kernel, worst)
         y, x = (np.arange(n) - n // 2 for n in kernel.shape)
         light = np.where(variance > 0, kernel, np.float32(0.0))
-        if kernels_of_field.core_deviation:
+        if kernels_of_field.core_deviation and kernels_of_field.wide is None:
             tiles = np.maximum(np.abs(y)[:, None], np.abs(x))
             light[tiles <= kernels_of_field.core[worst]] = 0.0
         border = [max(n // 2, 1) for n in kernel.shape]

@@ -139,6 +139,20 @@ def test_kernels_that_err_nowhere_have_no_share_of_the_noise():
         assert spread_errors.noise_share(right, seen, response) == 0.0
 
 
+@pytest.mark.slow
+def test_under_a_wider_core_the_error_of_the_first_one_does_not_count():
+    """The wider core has an error of its own, which is found by direct sums."""
+    response = build("sensor", "bayer").narrow(Demand()).response
+    lens, mixed = street(lamp=1e8)
+    usual = made_kernels(KernelRequest(lens, DIRT, BANDS, (10.0, 10.0), (33, 49)))
+    assert usual.core_deviation == exact_core.PATTERN_ERROR
+    seen = photoelectron_map.map_photoelectrons(lens, mixed, 1.0, response)
+    wide = kernels.with_core(usual, kernels.wider_cores(usual)[0].tiles)
+    share = spread_errors.noise_share(wide, seen, response)
+    alone = spread_errors.noise_share(replace(wide, core_deviation=0.0), seen, response)
+    assert share == alone > 0
+
+
 def test_a_scene_that_needs_finer_kernels_gets_them():
     response = build("sensor", "bayer").narrow(Demand()).response
     request = KernelRequest(street()[0], DIRT, BANDS, (10.0, 10.0), (33, 49))
