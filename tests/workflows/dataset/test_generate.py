@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 from isethdr_workflows.dataset import generate as module
 from isethdr_workflows.dataset import summary
+from isethdr_workflows.dataset.actions import OF_WORKERS, divided, workers_of
 from isethdr_workflows.dataset.card import card
 from isethdr_workflows.dataset.generate import Request, begun, generate, generated
 from isethdr_workflows.dataset.page import write_page
@@ -253,6 +254,15 @@ def test_page_and_card_tell_what_there_is(recipe, isethdr_home):
     assert "seed=3" in text
 
 
+def test_who_images_the_scenes_is_no_override_and_a_seed_is_one():
+    own, overrides = divided(["workers=2", "seed=3", "sensor=bayer"], OF_WORKERS)
+    assert overrides == ["seed=3", "sensor=bayer"]
+    assert (workers_of(own).engine, workers_of(own).count) == ("processes", 2)
+    assert workers_of({}).engine == "here"
+    with pytest.raises(ConfigError, match="workers is 'two'; expected a number"):
+        divided(["workers=two"], OF_WORKERS)
+
+
 def test_the_command_estimates_run_time_splits_and_lists(recipe, capsys, monkeypatch, isethdr_home):
     settings = ["count=3", "seed=5", f"recipe={recipe}"]
     assert here(monkeypatch, capsys, "dataset", "generate", "tiny", *settings, "--dry-run")[0] == 0
@@ -309,7 +319,7 @@ def test_a_study_reads_the_radiance_of_the_records_whatever_the_code(
 
 @pytest.mark.slow
 def test_two_processes_make_the_same_bytes_as_one_and_a_killed_one_is_continued(tmp_path):
-    """Really rendered, 24 x 16: radiance and labels are equal bit for bit."""
+    """Really rendered, 24 x 16: radiance and labels are equal bit for bit, scores to all digits."""
     settings = ["count=3", "seed=2", "renderer.width=24", "renderer.height=16"]
     settings += ["renderer.noise_share_allowed=null", "renderer.samples=2", "scene.trees=[0,4]"]
     homes = {name: tmp_path / name for name in ("one", "two")}
@@ -329,6 +339,14 @@ def test_two_processes_make_the_same_bytes_as_one_and_a_killed_one_is_continued(
         first, second = (store.open_store(home / "scenes" / name) for home in homes.values())
         for variable in first.data_vars:
             assert np.array_equal(first[variable].values, second[variable].values), variable
+    of_runs = ["sensor=ideal", "lens=ideal", "isp=linear", "~flare.dirt", "~versions"]
+    score = ("dataset", "score", "small", *of_runs)
+    by_one = isethdr(*score, ISETHDR_HOME=str(homes["one"]))
+    by_two = isethdr(*score, "engine=processes", "workers=2", ISETHDR_HOME=str(homes["two"]))
+    assert by_one.returncode == by_two.returncode == 0, by_one.stderr + by_two.stderr
+    assert "1 of 3" in by_one.stdout and "1 of 2" in by_two.stdout  # scenes of one process
+    tables = [home / "datasets" / "small" / "scores.csv" for home in homes.values()]
+    assert tables[0].read_bytes() == tables[1].read_bytes()
 
 
 def test_a_road_stays_in_its_part_when_the_dataset_grows(recipe):

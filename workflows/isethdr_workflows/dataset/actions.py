@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Collection, Mapping
+from typing import Any
 
 import typer
 
@@ -25,7 +27,7 @@ from .splits import splits
 from .study.cameras import imaged
 from .study.files import tables_of, with_interval, write_files
 from .verify import verify
-from .workers import Workers
+from .workers import PROCESSES, Workers
 
 # settings that are no overrides, and their types
 OWN = {
@@ -79,15 +81,17 @@ def make(name: str, settings: list[str], dry_run: bool, price: float | None) -> 
         raise typer.Exit(1)
 
 
-def score(name: str, overrides: list[str]) -> None:
+def score(name: str, settings: list[str]) -> None:
     """Image the scenes of a dataset, print the objects by class, and write page and tables; exit
     code 1 if a scene failed.
 
     Parameters
     ----------
     name : of the dataset.
-    overrides : of all runs.
+    settings : as typed, key=value: who images the scenes, and overrides of all runs.
     """
+    own, overrides = divided(settings, OF_WORKERS)
+    workers = workers_of(own)
     dataset = generated(read_dataset(name))
     if not dataset.made:
         raise ConfigError(
@@ -95,7 +99,7 @@ def score(name: str, overrides: list[str]) -> None:
             f" isethdr dataset generate {name}"
         )
     try:
-        found = imaged(dataset, overrides, print)
+        found = imaged(dataset, overrides, print, workers)
     except KeyboardInterrupt:
         print("interrupted; the same command goes on from here")
         raise typer.Exit(INTERRUPTED) from None
@@ -200,11 +204,33 @@ def request_of(name: str, settings: list[str]) -> Request:
     ------
     ConfigError : a value of the dataset's own settings is no number.
     """
-    own: dict[str, object] = {}
+    own, overrides = divided(settings, OWN)
+    workers = workers_of(own)
+    others = {key: value for key, value in own.items() if key not in OF_WORKERS}
+    return Request(name, overrides=tuple(overrides), workers=workers, **others)
+
+
+def divided(settings: list[str], keys: Collection[str]) -> tuple[dict[str, Any], list[str]]:
+    """Return the command's own settings, and the overrides among settings.
+
+    Parameters
+    ----------
+    settings : as typed, key=value.
+    keys : of `OWN`, those that the command has.
+
+    Returns
+    -------
+    {key: value} of the type that `OWN` names; and the other settings.
+
+    Raises
+    ------
+    ConfigError : a value of the command's own settings is no number.
+    """
+    own: dict[str, Any] = {}
     overrides = []
     for text in settings:
         key, is_setting, value = text.partition("=")
-        if not is_setting or key not in OWN:
+        if not is_setting or key not in keys:
             overrides.append(text)
             continue
         try:
@@ -213,10 +239,20 @@ def request_of(name: str, settings: list[str]) -> Request:
             raise ConfigError(
                 f"{key} is {value!r}; expected a number; type for example {key}=6"
             ) from None
-    workers = {field: own.pop(key) for key, field in OF_WORKERS.items() if key in own}
-    if workers.get("count", 1) != 1 and "engine" not in workers:
-        workers["engine"] = "processes"
-    return Request(name, overrides=tuple(overrides), workers=Workers(**workers), **own)
+    return own, overrides
+
+
+def workers_of(own: Mapping[str, Any]) -> Workers:
+    """Return the workers that settings name; several without an engine are processes.
+
+    Parameters
+    ----------
+    own : {key: value}, as `divided` returns it.
+    """
+    fields = {field: own[key] for key, field in OF_WORKERS.items() if key in own}
+    if fields.get("count", 1) != 1 and "engine" not in fields:
+        fields["engine"] = PROCESSES
+    return Workers(**fields)
 
 
 def print_draws(request: Request) -> None:

@@ -46,13 +46,17 @@ def generate(
 @app.command("score", help="Compare cameras over all scenes: scores with 95 % intervals.")
 def score(
     name: Name,
-    overrides: Annotated[
+    settings: Annotated[
         list[str] | None,
-        typer.Argument(help="of all runs, for example lens=ideal or sensor=bayer"),
+        typer.Argument(
+            help="engine (here, processes, slurm, ray), workers, hours, cpus and partition (of"
+            " jobs), each as key=value; and overrides of all runs, for example lens=ideal or"
+            " sensor=bayer"
+        ),
     ] = None,
 ) -> None:
     """Write the page and the tables of the cameras."""
-    _actions().score(name, overrides or [])
+    _actions().score(name, settings or [])
 
 
 @app.command("pairs", help="Write captures with and without flare, ghosts, noise, blur.")

@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 from isethdr_core.config.composition import compose
@@ -13,11 +14,14 @@ from isethdr_core.pipeline.chain import chain
 from isethdr_core.runs.run import Result, run
 from isethdr_core.storage.home_folder import home
 
-from ..generate import Generated, time_text
-from ..record import SceneRecord
+from ..generate import Generated, generated, time_text
+from ..record import SceneRecord, read_dataset
+from ..workers import HERE, Workers, share
 
-# a page for each run takes longer than the run's scores; a later override may ask for it
-OWN = ("report=false",)
+# A later override may ask for either. A page for each run takes longer than the run's scores. One
+# noise realisation a scene is enough: scenes differ by more than their noise does, and intervals
+# over scenes hold both.
+OWN = ("report=false", "draws=1")
 
 
 @dataclass(frozen=True)
@@ -40,26 +44,68 @@ class Imaged:
     failed: tuple[tuple[int, str], ...]  # number of the scene, reason
 
 
-def imaged(dataset: Generated, overrides: Sequence[str], tell: Callable[[str], None]) -> Imaged:
+def imaged(
+    dataset: Generated,
+    overrides: Sequence[str],
+    tell: Callable[[str], None],
+    workers: Workers | None = None,
+) -> Imaged:
     """Return the scores of every scene that is made.
 
     A scene is a run, which is stored: the next call reads it, so a study that was interrupted goes
-    on where it stopped. A scene that fails is named, and the others go on.
+    on where it stopped. A scene that fails is named, and the others go on. Where workers share the
+    scenes, one that failed is tried once more.
 
     Parameters
     ----------
     dataset : definition and records.
     overrides : of all runs, after those of the scene: other cameras, lenses, lightings.
     tell : called with one line of text for each scene that is done.
+    workers : who images the scenes; None: this process.
 
     Raises
     ------
     ConfigError : a mistake in an override, found before the first scene is imaged.
-    CatalogError : the runs cannot be written.
+    CatalogError : the runs cannot be written; or processes ended before their scenes were imaged.
     """
     made = dataset.made
     for family in {record.family: record for record in made}.values():
         chain(compose(settings_of(family, overrides)))
+    if workers is None or workers.engine == HERE:
+        return imaged_in_turn(made, overrides, tell)
+    make = partial(image_scenes, tuple(overrides))
+    share(make, [record.number for record in made], workers, dataset.definition.name, tell)
+    return imaged_in_turn(made, overrides, lambda line: None)
+
+
+def image_scenes(
+    overrides: Sequence[str], name: str, numbers: Sequence[int], tell: Callable[[str], None]
+) -> None:
+    """Image some scenes of a dataset one after the other: the work of one process.
+
+    Parameters
+    ----------
+    overrides : of all runs, after those of the scene.
+    name : of the dataset.
+    numbers : of scenes that are made.
+    tell : called with one line of text for each scene that is done.
+    """
+    wanted = set(numbers)
+    made = generated(read_dataset(name)).made
+    imaged_in_turn([record for record in made if record.number in wanted], overrides, tell)
+
+
+def imaged_in_turn(
+    made: Sequence[SceneRecord], overrides: Sequence[str], tell: Callable[[str], None]
+) -> Imaged:
+    """Return the scores of some scenes, imaged one after the other unless their runs are stored.
+
+    Parameters
+    ----------
+    made : records of scenes with radiance.
+    overrides : of all runs, after those of the scene.
+    tell : called with one line of text for each scene that is done.
+    """
     shots = []
     failed = []
     started = time.monotonic()
