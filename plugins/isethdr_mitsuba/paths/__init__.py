@@ -2,7 +2,6 @@
 
 | module           | content                                                     |
 |------------------|-------------------------------------------------------------|
-| `airlight`       | light that fog scatters into a ray                          |
 | `camera_rays`    | the first rays of the paths of a tile                       |
 | `device_memory`  | NumPy arrays that compiled code reads in whole vectors      |
 | `film_bands`     | Mitsuba's own integrator, for machines without a compiler   |
@@ -14,6 +13,7 @@
 | `passes`         | passes of the integrator, summed in float64 outside Mitsuba |
 | `spectra`        | colours of surfaces and of light, band by band              |
 | `surface_tables` | material at the hit point of a ray, and its reflectance     |
+| `tracing/`       | the compiled loop that follows paths from surface to surface |
 | `tallies`        | sums and variances of the paths of each tile                |
 | `texture_noise`  | noise that mixes the two reflectances of a surface          |
 | `work_items`     | the tiles and paths of one launch                           |

@@ -14,17 +14,68 @@ from typing import TYPE_CHECKING, Any
 import drjit as dr
 import mitsuba as mi
 
-from ..lamps.airlight_sampling import NEARLY
+from ...lamps.airlight_sampling import NEARLY, Segment
+from .lanes import OF_AIR
 
 if TYPE_CHECKING:
     import numpy as np
 
     from isethdr_core.data.fog import Fog
 
-    from ..lamps.airlight_sampling import AirlightLamps, Segment
+    from ...lamps.airlight_sampling import AirlightLamps
+    from .lanes import Fixed, Met, Numbers, Path, Queue
+    from .launch_tables import Light
 
 MOST_SCATTERED = 200  # times that a walk is scattered
 CLEAR = 1e-3  # of the way to a surface: walks end before it
+
+
+@dr.syntax
+def cross_fog(
+    fixed: Fixed, path: Path, numbers: Numbers, total: Light, met: Met, queue: Queue
+) -> tuple[Path, Numbers, Light]:
+    """Return `path`, `numbers` and `total` after the stretch of fog up to what the ray meets: the
+    path has lost light there, and airlight is added.
+
+    Parameters
+    ----------
+    fixed : of the loop.
+    path : whose ray crosses the fog.
+    numbers : random numbers.
+    total : light of the work items so far.
+    met : what the ray meets.
+    queue : paths that share the camera's ray.
+    """
+    fog = fixed.tables.fog
+    spectra = fixed.tables.spectra
+    first = path.depth == 0
+    path.straight |= first
+    # all paths of one camera ray share its airlight
+    many = dr.select(first, mi.Float(queue.shares), 1)
+    end = dr.minimum(met.si.t, fog.to_border(path.ray.o, path.ray.d))
+    turn = dr.select(first, numbers.air, numbers.of_fog[fixed.groups].next_uint32())
+    numbers.air += dr.select(first, fixed.items.lanes * OF_AIR, 0)
+    segment = Segment(path.ray, end, turn)
+    for g in fixed.with_lamps:
+        seen = path.going & path.straight & fixed.wanted[g]
+        if seen:
+            source, level, packs = from_lamps(
+                fixed.tables.air, g, numbers.of_fog[g], segment, fixed.block, seen
+            )
+            light = spectra.at(path.place, spectra.lights + source, level > 0)
+            for k in range(fixed.packets):
+                total[g][k] += path.beta[k] * light[k] * packs[k] * (level * many)
+    if dr.hint(fixed.sky >= 0, mode="scalar"):
+        seen = path.going & fixed.wanted[fixed.sky]
+        if seen:
+            packs = from_sky(fixed.tables.scene, fog, numbers.of_fog[fixed.groups], segment, seen)
+            light = spectra.at(path.place, fixed.row_of_sky(path), seen)
+            for k in range(fixed.packets):
+                total[fixed.sky][k] += path.beta[k] * light[k] * packs[k] * many
+    left_after = fog.transmission(end)
+    for k in range(fixed.packets):
+        path.beta[k] *= left_after[k]
+    return path, numbers, total
 
 
 def from_lamps(
@@ -32,8 +83,6 @@ def from_lamps(
 ) -> tuple[Any, Any, list[Any]]:
     """Return the airlight of group number `g` along a `Segment`: row of the spectrum, level in
     cd/m2, and packets relative to the reference wavelength.
-
-    `air` : AirlightLamps.
 
     Parameters
     ----------
