@@ -21,7 +21,7 @@ from isethdr_workflows.dataset.runtime_estimate import runtime_estimate
 from isethdr_workflows.dataset.splits import splits
 from isethdr_workflows.dataset.study import cameras
 from isethdr_workflows.dataset.verify import verify
-from isethdr_workflows.dataset.workers import in_process
+from isethdr_workflows.dataset.workers import lines_about
 
 from isethdr_core.config.composition import compose
 from isethdr_core.errors import CatalogError, ConfigError
@@ -133,20 +133,17 @@ def test_a_disk_that_fills_up_stops_it_and_spoils_nothing(recipe, monkeypatch, i
     assert stored >= len(stopped.made)
 
 
-def test_a_process_whose_command_was_killed_stops_after_its_scene(monkeypatch, tmp_path):
-    parents = iter([7, 7, 1])  # the third time, another process has adopted it
+def test_a_process_whose_command_was_killed_begins_no_further_scene(monkeypatch, tmp_path):
+    parents = iter([7, 1])  # the second time, another process has adopted it
     monkeypatch.setattr("os.getppid", lambda: next(parents))
     monkeypatch.setenv("ISETHDR_HOME", str(tmp_path))
-    done = []
 
     def make(name, numbers, tell):
-        for number in numbers:
-            done.append(number)
-            tell(f"scene {number}")
+        tell(f"{name}: scene {numbers[0]}")
 
+    assert lines_about(make, "tiny", str(tmp_path), 7, 3) == ["tiny: scene 3"]
     with pytest.raises(CatalogError, match="the command was killed.*type the same command again"):
-        in_process(make, "tiny", str(tmp_path), [0, 1, 2])
-    assert done == [0, 1]
+        lines_about(make, "tiny", str(tmp_path), 7, 4)
 
 
 def limit_disk(patch, folder, most_bytes):
@@ -344,7 +341,9 @@ def test_two_processes_make_the_same_bytes_as_one_and_a_killed_one_is_continued(
     by_one = isethdr(*score, ISETHDR_HOME=str(homes["one"]))
     by_two = isethdr(*score, "engine=processes", "workers=2", ISETHDR_HOME=str(homes["two"]))
     assert by_one.returncode == by_two.returncode == 0, by_one.stderr + by_two.stderr
-    assert "1 of 3" in by_one.stdout and "1 of 2" in by_two.stdout  # scenes of one process
+    for scored in (by_one, by_two):
+        assert all(f"scene {number}: " in scored.stdout for number in (1, 2, 3))
+        assert scored.stdout.count("left") == 2  # after all scenes but the last one
     tables = [home / "datasets" / "small" / "scores.csv" for home in homes.values()]
     assert tables[0].read_bytes() == tables[1].read_bytes()
 

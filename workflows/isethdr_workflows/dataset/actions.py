@@ -8,7 +8,7 @@ from typing import Any
 
 import typer
 
-from isethdr_core.cli.terminal import number_of, print_path, print_table
+from isethdr_core.cli.terminal import duration, number_of, print_path, print_table
 from isethdr_core.errors import ConfigError
 from isethdr_core.storage.atomic_write import write_text
 from isethdr_core.storage.home_folder import existing_home
@@ -16,7 +16,7 @@ from isethdr_core.storage.object_home.calls import kept_here
 
 from .card import write_card
 from .draw import family_of
-from .generate import Generated, Request, generate, generated, time_text
+from .generate import Generated, Request, generate, generated
 from .page import write_page
 from .pairs.making import make_pairs
 from .pairs.request import pair_request
@@ -298,13 +298,13 @@ def print_runtime_estimate(
     time = expected.seconds
     size = expected.stored_bytes
     rows = [
-        ("time of one machine", *(time_text(v) for v in (time.value, time.low, time.high))),
+        ("time of one machine", *(duration(v) for v in (time.value, time.low, time.high))),
         ("disk", *(f"{v / 1e9:.3g} GB" for v in (size.value, size.low, size.high))),
     ]
     if expected.cpu_seconds is not None:  # other work on the machine slows the clock alone
         cpu = expected.cpu_seconds
         limits = (cpu.value, cpu.low, cpu.high)
-        rows.insert(1, ("processor time", *(time_text(v) for v in limits)))
+        rows.insert(1, ("processor time", *(duration(v) for v in limits)))
     if price is not None:
         rows.append(
             ("cost", *(f"{price * v / 3600:.2f}" for v in (time.value, time.low, time.high)))

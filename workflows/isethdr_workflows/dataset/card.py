@@ -6,9 +6,10 @@ from pathlib import Path
 
 import numpy as np
 
+from isethdr_core.cli.terminal import duration
 from isethdr_core.storage.atomic_write import write_text
 
-from .generate import Generated, time_text
+from .generate import Generated
 from .packs import pack_lines
 from .record import folder_of
 from .splits import splits
@@ -75,7 +76,7 @@ def card(dataset: Generated) -> str:
         "",
         f"- begun: {definition.created}",
         f"- versions: {', '.join(f'{k} {v}' for k, v in sorted(definition.versions.items()))}",
-        f"- time: {time_text(seconds)} for the scenes that are made; size: {size / 1e9:.3g} GB",
+        f"- time: {duration(seconds)} for the scenes that are made; size: {size / 1e9:.3g} GB",
         f"- noise, relative, median of the scenes: {noise or 'not known'}",
         "",
         "## Parts",

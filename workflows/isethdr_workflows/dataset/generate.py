@@ -12,6 +12,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
+from isethdr_core.cli.terminal import duration
 from isethdr_core.config.composition import compose
 from isethdr_core.errors import CatalogError, ConfigError, IsetHdrError
 from isethdr_core.pipeline.chain import chain
@@ -263,15 +264,8 @@ def told(record: SceneRecord, count: int, left: int, rate_s: float | None) -> st
         return start + f"failed: {record.error.splitlines()[0]}"
     line = start + f"{record.seconds:.0f} s, {record.stored_bytes / 1e6:.1f} MB"
     if left and rate_s is not None:
-        line += f", about {time_text(left * rate_s)} left"
+        line += f", about {duration(left * rate_s)} left"
     return line
-
-
-def time_text(seconds: float) -> str:
-    """Return a time for people: `95 s`, `12 min`, `3.4 h`."""
-    if seconds < 120:
-        return f"{seconds:.0f} s"
-    return f"{seconds / 60:.0f} min" if seconds < 7200 else f"{seconds / 3600:.1f} h"
 
 
 def _with(record: SceneRecord, **fields: Any) -> SceneRecord:

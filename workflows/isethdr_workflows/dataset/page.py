@@ -14,10 +14,11 @@ from isethdr_catalog.report import pictures
 from jinja2 import Environment, FileSystemLoader, StrictUndefined, Template
 
 from isethdr_core.cli.progress import track
+from isethdr_core.cli.terminal import duration
 from isethdr_core.display import display_view
 from isethdr_core.storage.atomic_write import write_text
 
-from .generate import Generated, time_text
+from .generate import Generated
 from .record import SceneRecord, folder_of
 from .runtime_estimate import runtime_estimate
 from .summary import (
@@ -99,13 +100,13 @@ def _totals(dataset: Generated) -> list[tuple[str, str]]:
         ("time of a scene", f"{np.median(seconds):.3g} s (median), {max(seconds):.3g} s (longest)"),
         ("size of a scene", f"{np.median(size):.3g} MB (median), {max(size):.3g} MB (largest)"),
         ("noise of a light group", _noise(dataset.made)),
-        ("all scenes so far", f"{time_text(machine_s)}, {_size_text(sum(size))}"),
+        ("all scenes so far", f"{duration(machine_s)}, {_size_text(sum(size))}"),
     ]
     expected = runtime_estimate(dataset.made, dataset.definition.count)
     if expected is not None and len(dataset.made) < dataset.definition.count:
         low = expected.seconds.low
         high = expected.seconds.high
-        whole = f"{time_text(expected.seconds.value)} ({time_text(low)} to {time_text(high)})"
+        whole = f"{duration(expected.seconds.value)} ({duration(low)} to {duration(high)})"
         totals.append((f"all {dataset.definition.count} scenes, expected", whole))
     return totals
 

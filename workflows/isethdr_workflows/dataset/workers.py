@@ -1,19 +1,23 @@
 """Workers: share the scenes of a dataset between processes of this machine or of a cluster.
 
 Existing engines do the work: joblib starts processes, submitit submits an array of SLURM jobs, Ray
-runs tasks on its cluster. All call the same function on chunks of scene numbers. A scene that two
-of them try is rendered once, for one process at a time holds the claim on its radiance.
+runs tasks on its cluster. All call the same function. A job or a task makes a chunk of scenes. The
+processes of one machine take a scene at a time, because scenes differ in time by a factor of ten.
+A scene that two of them try is rendered once, for one process at a time holds the claim on its
+radiance.
 """
 
 from __future__ import annotations
 
 import os
+import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
 from importlib import import_module
 from importlib.util import find_spec
 
+from isethdr_core.cli.terminal import duration
 from isethdr_core.errors import CatalogError, ConfigError
 from isethdr_core.storage.home_folder import home
 
@@ -85,7 +89,7 @@ def share(
     numbers : of the scenes.
     workers : who makes them.
     name : of the dataset.
-    tell : called with one line of text for each scene; processes of their own print instead.
+    tell : called with one line of text for each scene; jobs and tasks print instead.
 
     Raises
     ------
@@ -94,16 +98,13 @@ def share(
     if workers.engine == HERE:
         make(name, numbers, tell)
         return
+    if workers.engine == PROCESSES:
+        by_processes(partial(lines_about, make, name), numbers, workers.count, tell)
+        return
     chunks = [list(numbers[first :: workers.count]) for first in range(workers.count)]
     wanted = [chunk for chunk in chunks if chunk]
     call = partial(in_process, make, name, str(home().resolve()))
     engine = import_module(ENGINES[workers.engine])
-    if workers.engine == PROCESSES:
-        try:
-            engine.Parallel(n_jobs=workers.count)(engine.delayed(call)(chunk) for chunk in wanted)
-        except RuntimeError as err:  # joblib's, where a process was killed
-            raise ended_early(f"{type(err).__name__}: {err}") from err
-        return
     if workers.engine == RAY:
         by_ray(call, wanted, workers.cpus)
         return
@@ -122,6 +123,41 @@ def share(
         first = str(errors[0]).strip().splitlines()[0]
         many = f"{len(errors)} of {len(jobs)} jobs"
         raise ended_early(f"{many}, for example {first}; their output is in {folder}")
+
+
+def by_processes(
+    lines_of: Callable[[str, int, int], list[str]],
+    numbers: Sequence[int],
+    count: int,
+    tell: Callable[[str], None],
+) -> None:
+    """Make scenes in processes of this machine; whichever is free takes the next.
+
+    Parameters
+    ----------
+    lines_of : makes a scene by (home, number of the process that asks, number of the scene), as
+        `lines_about` does.
+    numbers : of the scenes.
+    count : of processes.
+    tell : called with one line of text for each scene.
+
+    Raises
+    ------
+    CatalogError : a process was killed.
+    """
+    joblib = import_module(ENGINES[PROCESSES])
+    pool = joblib.Parallel(n_jobs=count, batch_size=1, return_as="generator_unordered")
+    folder = str(home().resolve())
+    tasks = (joblib.delayed(lines_of)(folder, os.getpid(), number) for number in numbers)
+    started = time.monotonic()
+    try:
+        for done, lines in enumerate(pool(tasks), 1):
+            left_s = (time.monotonic() - started) / done * (len(numbers) - done)
+            rest = f", about {duration(left_s)} left" if done < len(numbers) else ""
+            for line in lines:
+                tell(line + rest)
+    except RuntimeError as err:  # joblib's, where a process was killed
+        raise ended_early(f"{type(err).__name__}: {err}") from err
 
 
 def by_ray(call: Callable[[Sequence[int]], None], chunks: Sequence[list[int]], cpus: int) -> None:
@@ -159,11 +195,31 @@ def ended_early(what: str) -> CatalogError:
     )
 
 
-def in_process(make: Make, name: str, home_folder: str, numbers: Sequence[int]) -> None:
-    """Make some scenes in a process that may have started elsewhere.
+def lines_about(make: Make, name: str, home_folder: str, parent: int, number: int) -> list[str]:
+    """Make a scene in a process of its own, and return the lines about it.
 
-    It ends after a scene if the process that started it is gone: a command that was killed leaves
-    nobody who waits for the rest.
+    Parameters
+    ----------
+    make : as of `share`.
+    name : of the dataset.
+    home_folder : the home.
+    parent : number of the process that asked for it.
+    number : of the scene.
+
+    Raises
+    ------
+    CatalogError : the process that asked for it is gone; nobody waits for the scene.
+    """
+    if os.getppid() != parent:
+        raise ended_early("the command was killed")
+    os.environ["ISETHDR_HOME"] = home_folder
+    lines: list[str] = []
+    make(name, [number], lines.append)
+    return lines
+
+
+def in_process(make: Make, name: str, home_folder: str, numbers: Sequence[int]) -> None:
+    """Make a chunk of scenes in a job or a task, and print the lines about them.
 
     Parameters
     ----------
@@ -171,17 +227,6 @@ def in_process(make: Make, name: str, home_folder: str, numbers: Sequence[int]) 
     name : of the dataset.
     home_folder : the home, on a disk that all processes see.
     numbers : of the scenes.
-
-    Raises
-    ------
-    CatalogError : the process that started it is gone.
     """
     os.environ["ISETHDR_HOME"] = home_folder
-    parent = os.getppid()
-
-    def tell(line: str) -> None:
-        print(line, flush=True)
-        if os.getppid() != parent:
-            raise ended_early("the command was killed")
-
-    make(name, numbers, tell)
+    make(name, numbers, partial(print, flush=True))

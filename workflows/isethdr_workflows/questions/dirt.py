@@ -9,14 +9,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from isethdr_core.cli.terminal import number_of
+from isethdr_core.cli.terminal import duration, number_of
 from isethdr_core.errors import CatalogError, ConfigError
 from isethdr_core.runs.provenance import fingerprint
 from isethdr_core.storage import store
 from isethdr_core.storage.atomic_write import write_text
 from isethdr_core.storage.home_folder import home
 
-from ..dataset.generate import time_text
 from ..dataset.pairs.request import PairRequest
 from ..dataset.pairs.sources import Source, families, sources
 from ..dataset.study.intervals import mean_over_roads
@@ -153,7 +152,7 @@ def scored(asked: Asked, version: str = STORED) -> list[dict[str, Values]]:
         computed += 1
         left = len(asked.sources) - place
         rate_s = (time.monotonic() - started) / computed
-        rest = f", about {time_text(rate_s * left)} left" if left else ""
+        rest = f", about {duration(rate_s * left)} left" if left else ""
         print(line + f"{time.monotonic() - begun:.0f} s{rest}")
     return found
 

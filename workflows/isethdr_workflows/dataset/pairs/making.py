@@ -12,6 +12,7 @@ from typing import Any, NamedTuple
 from isethdr_scenes.stored import Stored
 from omegaconf import DictConfig
 
+from isethdr_core.cli.terminal import duration
 from isethdr_core.config.composition import compose
 from isethdr_core.errors import CatalogError, ConfigError
 from isethdr_core.pipeline.chain import Chain, chain, imaging, plan
@@ -22,7 +23,6 @@ from isethdr_core.runs.seeds import Generator, generator
 from isethdr_core.storage.atomic_write import write_text
 from isethdr_core.uncertainty.ledger import Ledger
 
-from ..generate import time_text
 from .arrays import Sample, sample
 from .card import CARD, card
 from .exposures import exposed, varies
@@ -92,7 +92,7 @@ def make_pairs(request: PairRequest, tell: Tell = print) -> Made:
         left = len(found) - place
         if left:
             rate_s = (time.monotonic() - started) / computed
-            line += f", about {time_text(rate_s * left)} left"
+            line += f", about {duration(rate_s * left)} left"
         tell(line)
     there = [source for source in found if (folder / source.name).is_dir()]
     if there:

@@ -8,13 +8,14 @@ from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
+from isethdr_core.cli.terminal import duration
 from isethdr_core.config.composition import compose
 from isethdr_core.errors import CatalogError
 from isethdr_core.pipeline.chain import chain
 from isethdr_core.runs.run import Result, run
 from isethdr_core.storage.home_folder import home
 
-from ..generate import Generated, generated, time_text
+from ..generate import Generated, generated
 from ..record import SceneRecord, read_dataset
 from ..workers import HERE, Workers, share
 
@@ -112,7 +113,7 @@ def imaged_in_turn(
     computed = 0
     for place, record in enumerate(made, 1):
         begun = time.monotonic()
-        line = f"scene {record.number + 1}, {place} of {len(made)}: "
+        line = f"scene {record.number + 1}: "
         try:
             result = run(compose(settings_of(record, overrides)))
         except CatalogError:
@@ -126,7 +127,7 @@ def imaged_in_turn(
         line += f"{time.monotonic() - begun:.0f} s" if result.computed else "stored before"
         left = len(made) - place
         if left and computed:
-            line += f", about {time_text((time.monotonic() - started) / computed * left)} left"
+            line += f", about {duration((time.monotonic() - started) / computed * left)} left"
         tell(line)
     return Imaged(tuple(shots), tuple(failed))
 
