@@ -17,94 +17,130 @@ if TYPE_CHECKING:
     from ..mesh.piece import Piece
 
 
-def rear(b: Body, c: Car) -> None:
-    """Cut tail lamps (tail, brake, indicator, reverse from outside to inside) and diffuser; add the
-    attached parts.
+BACK = (-1.0, 0.0, 0.0)
+# lamps from outside to inside: kind, material, first and last share of the tail lamp's width
+LAMPS = (
+    ("tail", "lamp_red", 0.06, 0.52),
+    ("brake", "lamp_red", 0.56, 0.72),
+    ("indicator_rear", "lamp_amber", 0.76, 0.88),
+    ("reverse", "lamp_white", 0.91, 1.0),
+)
+
+
+def rear(body: Body, car: Car) -> None:
+    """Cut tail lamps and diffuser; add reflectors, exhausts, plate and high brake lamp.
+
+    Parameters
+    ----------
+    body : body of the car, which gets the parts.
+    car : measures and styles.
     """
-    half = c.width / 2
-    back = (-1.0, 0.0, 0.0)
-    u, ay, z, _ = b.at()
-    shape = polygon(c.tail_lamp, 0.012)
-    lens = b.take(
+    _tail_lamps(body, car)
+    _diffuser(body, car)
+    for side in (1, -1):
+        body.parts += _reflector_and_exhaust(body, car, side)
+    place = (-car.length / 2 - 0.034, max(0.60 * car.tail_lamp[0][1] + 0.13, 0.52))
+    if body.shell.coarse:
+        body.parts.append(blank_plate(*place))
+    else:
+        body.parts += plate(*place, -1, seed=3)
+    body.parts += _high_brake_lamp(body, car)
+
+
+def _tail_lamps(body: Body, car: Car) -> None:
+    """Cut both tail lamps out of the body, and divide each into its lamps.
+
+    Parameters
+    ----------
+    body : body of the car.
+    car : measures and styles.
+    """
+    u, across, z, _ = body.at()
+    shape = polygon(car.tail_lamp, 0.012)
+    lens = body.take(
         "tail_lamp",
         "lamp_red",
-        np.maximum(shape(ay, z), c.length - 0.30 - u),
+        np.maximum(shape(across, z), car.length - 0.30 - u),
         sunk=-0.006,
         rim="gloss_black",
     )
-    (y0, y1), (z0, z1) = (
-        (min(p[k] for p in c.tail_lamp), max(p[k] for p in c.tail_lamp)) for k in (0, 1)
-    )
-    tall = z1 - z0 > y1 - y0
-    for s, tag in ((1, "left"), (-1, "right")):
-        for kind, material, f0, f1 in (
-            ("tail", "lamp_red", 0.06, 0.52),
-            ("brake", "lamp_red", 0.56, 0.72),
-            ("indicator_rear", "lamp_amber", 0.76, 0.88),
-            ("reverse", "lamp_white", 0.91, 1.0),
-        ):
+    for side in (1, -1):
+        for lamp in LAMPS:
+            lens = _cut_lamp(body, car, lens, side, lamp)
 
-            def band(part: Piece, f0: float = f0, f1: float = f1, s: int = s) -> list[np.ndarray]:
-                """Return the values that are all below 0 within the lamp."""
-                _, ay, z, y = b.at(part)
-                t = (z1 - z) / (z1 - z0) if tall else (y1 - ay) / (y1 - y0)
-                return [f0 - t, t - f1, shape(ay, z) + 0.014, -s * y]
 
-            name = f"{kind}.{tag}"
-            glow, rest, _ = cut(lens, np.max(band(lens), 0))
-            # the wrapped side stays dark
-            lamp = lit(glow.named(name, material), kind, back)
-            if not len(lamp[0].faces):
-                lens = b.refine(lens, band)
-                glow, rest, _ = cut(lens, np.max(band(lens), 0))
-                lamp = lit(glow.named(name, material), kind, back)
-            b.parts = [p for p in b.parts if p is not lens] + [rest, *lamp]
-            lens = rest
-    u, ay, z, _ = b.at()
-    low = c.clearance + 0.06
-    diffuser = polygon(
-        [(0, low), (half * 0.72, low), (half * 0.66, low + 0.13), (0, low + 0.13)], 0.02
-    )
-    b.take("diffuser", "plastic_black", np.maximum(diffuser(ay, z), c.length - 0.5 - u), sunk=0.01)
-    for s in (1, -1):
-        b.parts.append(
-            box(
-                (-c.length / 2 - 0.004, s * half * 0.74, low + 0.20),
-                (0.02, 0.16, 0.035),
-                "reflector",
-                "reflector_red",
-                0.008,
-            )
-        )
-        if b.shell.coarse:
-            continue
-        b.parts.append(
-            tube(
-                [
-                    (-c.length / 2 + 0.12, s * 0.52, low - 0.01),
-                    (-c.length / 2 - 0.015, s * 0.52, low - 0.01),
-                ],
-                0.032,
-                "exhaust",
-                "steel",
-                14,
-            )
-        )
-    zp = max(0.60 * c.tail_lamp[0][1] + 0.13, 0.52)
-    if b.shell.coarse:
-        b.parts.append(blank_plate(-c.length / 2 - 0.034, zp))
-    else:
-        b.parts += plate(-c.length / 2 - 0.034, zp, -1, seed=3)
-    edge = b.shell.upper[6 if c.open_roof else 5]
-    zb = edge[1] - (0.0 if c.open_roof else 0.045)
-    b.parts += lit(
-        box(
-            (c.length / 2 - edge[0] - 0.10, 0, zb + 0.012),
-            (0.03, 0.26, 0.018),
-            "brake.high",
-            "lamp_red",
-            0.006,
-        ),
-        "brake_high",
-        back,
-    )
+def _cut_lamp(
+    body: Body, car: Car, lens: Piece, side: int, lamp: tuple[str, str, float, float]
+) -> Piece:
+    """Cut a lamp out of the lens of the tail lamps, and return the rest of the lens.
+
+    Parameters
+    ----------
+    body : body of the car, which gets the lamp and the rest of the lens.
+    car : measures and styles.
+    lens : what is left of the lens of both tail lamps.
+    side : +1 (left) or -1 (right).
+    lamp : one of `LAMPS`.
+    """
+    kind, material, first, last = lamp
+    shape = polygon(car.tail_lamp, 0.012)
+    high = np.max(car.tail_lamp, axis=0)
+    size = high - np.min(car.tail_lamp, axis=0)
+    tall = size[1] > size[0]
+
+    def band(part: Piece) -> list[np.ndarray]:
+        """Return the values that are all below 0 within the lamp."""
+        _, across, z, y = body.at(part)
+        share = (high[1] - z) / size[1] if tall else (high[0] - across) / size[0]
+        return [first - share, share - last, shape(across, z) + 0.014, -side * y]
+
+    name = f"{kind}.{'left' if side > 0 else 'right'}"
+    glow, rest, _ = cut(lens, np.max(band(lens), 0))
+    # the wrapped side stays dark
+    found = lit(glow.named(name, material), kind, BACK)
+    if not len(found[0].faces):
+        lens = body.refine(lens, band)
+        glow, rest, _ = cut(lens, np.max(band(lens), 0))
+        found = lit(glow.named(name, material), kind, BACK)
+    body.parts = [part for part in body.parts if part is not lens] + [rest, *found]
+    return rest
+
+
+def _diffuser(body: Body, car: Car) -> None:
+    """Cut the diffuser out of the bumper; parameters as of `_tail_lamps`."""
+    u, across, z, _ = body.at()
+    half = car.width / 2
+    low = car.clearance + 0.06
+    outline = [(0, low), (half * 0.72, low), (half * 0.66, low + 0.13), (0, low + 0.13)]
+    inside = np.maximum(polygon(outline, 0.02)(across, z), car.length - 0.5 - u)
+    body.take("diffuser", "plastic_black", inside, sunk=0.01)
+
+
+def _reflector_and_exhaust(body: Body, car: Car, side: int) -> list[Piece]:
+    """Return the reflector of one side; the exhaust too if the car is near.
+
+    Parameters
+    ----------
+    body : body of the car.
+    car : measures and styles.
+    side : +1 (left) or -1 (right).
+    """
+    x = -car.length / 2
+    low = car.clearance + 0.06
+    middle = (x - 0.004, side * car.width / 2 * 0.74, low + 0.20)
+    parts = [box(middle, (0.02, 0.16, 0.035), "reflector", "reflector_red", 0.008)]
+    if not body.shell.coarse:
+        pipe = [(x + 0.12, side * 0.52, low - 0.01), (x - 0.015, side * 0.52, low - 0.01)]
+        parts.append(tube(pipe, 0.032, "exhaust", "steel", 14))
+    return parts
+
+
+def _high_brake_lamp(body: Body, car: Car) -> list[Piece]:
+    """Return the brake lamp at the upper edge of the rear window; parameters as of
+    `_tail_lamps`.
+    """
+    behind, z = body.shell.upper[6 if car.open_roof else 5]
+    below = 0.0 if car.open_roof else 0.045
+    middle = (car.length / 2 - behind - 0.10, 0, z - below + 0.012)
+    lamp = box(middle, (0.03, 0.26, 0.018), "brake.high", "lamp_red", 0.006)
+    return lit(lamp, "brake_high", BACK)

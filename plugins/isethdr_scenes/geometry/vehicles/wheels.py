@@ -11,6 +11,8 @@ import numpy as np
 from ..mesh.piece import Piece, mirrored, shift
 from ..mesh.primitives import box, flat_grids, lathe, sharp_boxes
 
+HOLES = 8  # of a steel rim
+
 
 @dataclass(frozen=True)
 class Wheel:
@@ -43,95 +45,89 @@ def _parts(shape: Wheel, right: bool) -> tuple[Piece, ...]:
     if right:
         return tuple(mirrored(part) for part in _parts(shape, False))
     half_width = shape.width_m / 2
-    outer_radius = shape.radius_m
     rim_radius = shape.radius_m * shape.rim
-    tyre = [
-        (rim_radius, -half_width * 0.82),
-        (rim_radius + 0.25 * (outer_radius - rim_radius), -half_width),
-        (outer_radius - 0.035, -half_width * 0.96),
-        (outer_radius - 0.008, -half_width * 0.78),
-        (outer_radius, -half_width * 0.5),
-        (outer_radius, half_width * 0.5),
-        (outer_radius - 0.008, half_width * 0.78),
-        (outer_radius - 0.035, half_width * 0.96),
-        (rim_radius + 0.25 * (outer_radius - rim_radius), half_width),
-        (rim_radius, half_width * 0.82),
-    ]
-    parts = [
-        lathe(tyre, "tyre", "tyre", 40),
-        lathe(
-            [
-                (rim_radius, half_width * 0.82),
-                (rim_radius * 1.0, half_width * 0.92),
-                (rim_radius * 0.93, half_width * 0.88),
-                (rim_radius * 0.9, half_width * 0.2),
-                (rim_radius * 0.88, -half_width * 0.8),
-            ],
-            "barrel",
-            "alloy",
-            40,
-        ),
-    ]
     if shape.style == "steel":
-        parts += [
-            lathe(
-                [
-                    (rim_radius * 0.92, half_width * 0.3),
-                    (rim_radius * 0.8, half_width * 0.5),
-                    (rim_radius * 0.55, half_width * 0.05),
-                    (rim_radius * 0.5, half_width * 0.35),
-                    (rim_radius * 0.3, half_width * 0.4),
-                    (0.001, half_width * 0.4),
-                ],
-                "disc",
-                "steel",
-                32,
-            )
-        ]
-        holes = 8
-        for number in range(holes):
-            angle = 2 * np.pi * number / holes
-            parts.append(
-                lathe([(0.13 * rim_radius, 0), (0.001, 0.004)], "hole", "gap", 12).moved(
-                    shift(
-                        np.sin(angle) * 0.7 * rim_radius,
-                        half_width * 0.3,
-                        np.cos(angle) * 0.7 * rim_radius,
-                    )
-                )
-            )
+        face = _steel_face(rim_radius, half_width)
     else:
-        parts.append(
-            lathe(
-                [(rim_radius * 0.90, -half_width * 0.1), (0.001, -half_width * 0.1)],
-                "brake",
-                "lamp_dark",
-                32,
-            )
-        )
-        parts.append(
-            lathe(
-                [(rim_radius * 0.62, half_width * 0.15), (0.2 * rim_radius, half_width * 0.15)],
-                "brake_disc",
-                "steel",
-                32,
-            )
-        )
-        parts.append(_spokes(shape.spokes, rim_radius, half_width))
-        parts.append(
-            lathe(
-                [
-                    (rim_radius * 0.24, half_width * 0.5),
-                    (rim_radius * 0.22, half_width * 0.72),
-                    (rim_radius * 0.16, half_width * 0.78),
-                    (0.001, half_width * 0.8),
-                ],
-                "hub",
-                "alloy",
-                20,
-            )
-        )
-    return tuple(parts)
+        face = _alloy_face(rim_radius, half_width, shape.spokes)
+    return (_tyre(shape.radius_m, rim_radius, half_width), _barrel(rim_radius, half_width), *face)
+
+
+def _tyre(radius: float, rim_radius: float, half_width: float) -> Piece:
+    """Return the tyre.
+
+    Parameters
+    ----------
+    radius : of its tread, m.
+    rim_radius : of the rim that it sits on, m.
+    half_width : half its width, m.
+    """
+    wall_radius = rim_radius + 0.25 * (radius - rim_radius)
+    outer = [  # radius and height of one half, from the rim to the tread
+        (rim_radius, half_width * 0.82),
+        (wall_radius, half_width),
+        (radius - 0.035, half_width * 0.96),
+        (radius - 0.008, half_width * 0.78),
+        (radius, half_width * 0.5),
+    ]
+    inner = [(r, -y) for r, y in outer]
+    return lathe([*inner, *reversed(outer)], "tyre", "tyre", 40)
+
+
+def _barrel(rim_radius: float, half_width: float) -> Piece:
+    """Return the cylinder of the rim; lengths as in `_tyre`."""
+    profile = [
+        (rim_radius, half_width * 0.82),
+        (rim_radius * 1.0, half_width * 0.92),
+        (rim_radius * 0.93, half_width * 0.88),
+        (rim_radius * 0.9, half_width * 0.2),
+        (rim_radius * 0.88, -half_width * 0.8),
+    ]
+    return lathe(profile, "barrel", "alloy", 40)
+
+
+def _steel_face(rim_radius: float, half_width: float) -> list[Piece]:
+    """Return the pressed disc of a steel rim, and its holes; lengths as in `_tyre`."""
+    profile = [
+        (rim_radius * 0.92, half_width * 0.3),
+        (rim_radius * 0.8, half_width * 0.5),
+        (rim_radius * 0.55, half_width * 0.05),
+        (rim_radius * 0.5, half_width * 0.35),
+        (rim_radius * 0.3, half_width * 0.4),
+        (0.001, half_width * 0.4),
+    ]
+    hole = lathe([(0.13 * rim_radius, 0), (0.001, 0.004)], "hole", "gap", 12)
+    angles = 2 * np.pi * np.arange(HOLES) / HOLES
+    places = [
+        (np.sin(a) * 0.7 * rim_radius, half_width * 0.3, np.cos(a) * 0.7 * rim_radius)
+        for a in angles
+    ]
+    return [lathe(profile, "disc", "steel", 32), *(hole.moved(shift(*p)) for p in places)]
+
+
+def _alloy_face(rim_radius: float, half_width: float, spokes: int) -> list[Piece]:
+    """Return brake, spokes and hub of an alloy rim.
+
+    Parameters
+    ----------
+    rim_radius : of the rim, m.
+    half_width : half the width of the tyre, m.
+    spokes : number of forks.
+    """
+    brake = [(rim_radius * 0.90, -half_width * 0.1), (0.001, -half_width * 0.1)]
+    disc = [(rim_radius * 0.62, half_width * 0.15), (0.2 * rim_radius, half_width * 0.15)]
+    hub = [
+        (rim_radius * 0.24, half_width * 0.5),
+        (rim_radius * 0.22, half_width * 0.72),
+        (rim_radius * 0.16, half_width * 0.78),
+        (0.001, half_width * 0.8),
+    ]
+    return [
+        lathe(brake, "brake", "lamp_dark", 32),
+        lathe(disc, "brake_disc", "steel", 32),
+        _spokes(spokes, rim_radius, half_width),
+        lathe(hub, "hub", "alloy", 20),
+    ]
 
 
 def _spokes(count: int, rim_radius: float, half_width: float) -> Piece:
