@@ -11,8 +11,9 @@ from isethdr_core.errors import UnitError
 
 from .develop import PictureNoise, develop, finish, picture_attrs, solve_matrix
 from .development_fields import Development
+from .readout.captures_check import check_captures
 from .readout.combine import single_capture
-from .readout.electrons import check_captures, chosen, falloff, readouts
+from .readout.electrons import chosen, falloff, readouts
 from .spectra import light
 
 if TYPE_CHECKING:

@@ -11,8 +11,9 @@ from isethdr_core.pipeline.early_checks import ShotForm
 from .develop import develop
 from .development_fields import Development
 from .readout.black_level import with_black_level
+from .readout.captures_check import check_captures
 from .readout.combine import fold, read_charge
-from .readout.electrons import check_captures, chosen, readouts
+from .readout.electrons import chosen, readouts
 from .scene_light import illuminant
 from .spectra import light
 

@@ -15,7 +15,8 @@ from .demosaic.methods import AUTOMATIC
 from .develop import PictureNoise, develop, finish, floor_e2, picture_attrs, solve_matrix
 from .development_fields import Development
 from .readout.black_level import with_black_level
-from .readout.electrons import check_captures, readouts
+from .readout.captures_check import check_captures
+from .readout.electrons import readouts
 from .readout.interleaved import is_interleaved, merge_interleaved
 from .readout.merge_rules import RULES
 from .scene_light import illuminant

@@ -19,7 +19,8 @@ from isethdr_core.physics.colour.colour_spaces import colour_matrix
 from isethdr_core.physics.photometry import xyz_weights
 
 from .demosaic.interpolation import array_period
-from .readout.electrons import check_captures, chosen, readouts
+from .readout.captures_check import check_captures
+from .readout.electrons import chosen, readouts
 from .spectra import light, radiances
 
 if TYPE_CHECKING:

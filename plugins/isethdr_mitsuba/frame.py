@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from isethdr_core.data.scene_description import SceneDescription
     from isethdr_core.demand import Demand
 
+    from .lamps.placed_lamps import PlacedLamp
     from .paths.integrator import Paths
     from .paths.passes import Estimate
     from .renderer import MitsubaRenderer
@@ -60,53 +61,66 @@ def render_frame(
     import mitsuba as mi
 
     mi.set_variant(variant)
-    from .labels import cut_labels, instances, label_tiles
+    from .labels import cut_labels, label_tiles
     from .lamps.visible_lamps import Bands, visible_lamps
     from .world.geometry import build_world
 
     description = in_fog(description, variant)
     groups = request.groups
-    bands_nm = request.bands_nm
-    demand = request.demand
-    known = request.known
-    view = wide = view_of(description.camera, settings.width, settings.height, settings.margin)
+    wide = view_of(description.camera, settings.width, settings.height, settings.margin)
     # the random numbers of Mitsuba's own film depend on the size of the frame
-    if not (demand.margin or variant.startswith("scalar")):
-        view = wide.within_field()
+    whole = request.demand.margin or is_scalar(variant)
+    view = wide if whole else wide.within_field()
     lamps = placed_lamps(description, settings.normalise, groups)
     lamps += disc_lamps(description, "sky" in groups)
     surfaces = ramp_surfaces(description)
+    if is_scalar(variant):
+        state_lost_light(description)
+    built = Built(build_world(description, surfaces), surfaces)
+    bands = Bands(request.bands_nm, settings.step_nm)
+    layer, error = visible_lamps(built.world, view, lamps, groups, bands, description.fog)
+    frame = FrameOfScene(description, built, lamps, Cube(groups, request.bands_nm, view), variant)
+    result, share = followed_light(settings, frame, request, layer)
+    np.add(result.radiance, layer, out=result.radiance)
+    by_need = share is not None and not is_scalar(variant)
+    state_noise(result, groups, settings if by_need else settings.decided())
+    state_fog(description.fog)
+    state_hidden_lamps(error, view)
+    # an object may extend beyond the field
+    labels, objects = cut_labels(
+        view.cut,
+        *label_tiles(built.world, wide, description, request.demand.labels, settings.normalise),
+    )
+    ds = with_noise(frame.cube.dataset(result.radiance, **labels), result, groups)
+    if share is not None:
+        ds.attrs["limit_share"] = share
+    if objects is not None:
+        ds.attrs["objects"] = objects
+    ds.attrs["lamps"] = rows_of(lamps, groups)
+    return ds
+
+
+def is_scalar(variant: str) -> bool:
+    """Return whether a variant of Mitsuba works without a compiler."""
+    return variant.startswith("scalar")
+
+
+def state_lost_light(description: SceneDescription) -> None:
+    """State the light that Mitsuba's own materials lose from facet to facet."""
     lost_share, worst = lost_light(description.materials.values())
-    if lost_share > 0 and variant.startswith("scalar"):
+    if lost_share > 0:
         why = f"Mitsuba follows light to one facet alone; most at grazing angles, of {worst}"
         ledger.left_out("light from facet to facet", why, lost_share, "relative", key="facets")
-    world = build_world(description, surfaces)
-    bands = Bands(bands_nm, settings.step_nm)
-    layer, error = visible_lamps(world, view, lamps, groups, bands, description.fog)
-    cube = Cube(groups, bands_nm, view)
-    paths = one_pass = None
-    if variant.startswith("scalar"):
-        from .paths.film_bands import film_pass
 
-        one_pass = film_pass(description, view, lamps, groups, bands_nm, settings)
-    else:
-        paths = follower(description, Built(world, surfaces), lamps, cube, settings)
-        one_pass = even_passes(paths)
-    # of the cameras' noise that is reached
-    share = None if demand.noise_limit is None else settings.limit_share()
-    if share is not None and paths is not None:
-        limit_at = lambda radiance: demand.noise_limit(
-            cube.dataset(radiance.reshape(layer.shape) + layer)
-        )
-        result, share = needed_paths(settings, paths, instances(world, view), view, limit_at, known)
-    else:
-        settings = settings.decided()
-        frame = Frame(groups, bands_nm, view.shape, view.whole, view.in_field())
-        result = estimate(one_pass, settings, frame, known)
-    radiance = result.radiance
-    radiance += layer
-    state_noise(result, groups, settings)
-    state_fog(description.fog)
+
+def state_hidden_lamps(error: float, view: View) -> None:
+    """State the error of lamps that are partly hidden within a tile.
+
+    Parameters
+    ----------
+    error : relative; 0: nothing is stated.
+    view : tiles of the frame.
+    """
     if error > 0:
         arcs = ", or where its sides are arcs" * (view.projection != "tangent")
         ledger.error(
@@ -115,24 +129,23 @@ def render_frame(
             "bound",
             f"part of a lamp's footprint on a tile, where the lamp is partly hidden{arcs}",
         )
-    # an object may extend beyond the field
-    labels, objects = cut_labels(
-        view.cut, *label_tiles(world, wide, description, demand.labels, settings.normalise)
-    )
-    ds = cube.dataset(radiance, **labels)
-    if share is not None:
-        ds.attrs["limit_share"] = share
-    # stored beside its light, so that the share of renderer noise in a picture can be computed
-    ds["xyz_noise"] = (
-        ("light_group", "xyz_channel", "y", "x"),
-        result.xyz_noise.astype(np.float32),
-        {"units": "cd m-2"},
-    )
-    ds["half_difference"] = (
-        ("light_group", "y", "x"),
-        result.half_difference.astype(np.float32),
-        {"units": "cd m-2"},
-    )
+
+
+def with_noise(ds: xr.Dataset, result: Estimate, groups: Sequence[str]) -> xr.Dataset:
+    """Return scene radiance with its noise beside it, so that the share of renderer noise in a
+    picture can be computed.
+
+    Parameters
+    ----------
+    ds : scene radiance.
+    result : estimate that it was made of.
+    groups : names of the light groups, in the order of `result`.
+    """
+    units = {"units": "cd m-2"}
+    noise = result.xyz_noise.astype(np.float32)
+    half_difference = result.half_difference.astype(np.float32)
+    ds["xyz_noise"] = ("light_group", "xyz_channel", "y", "x"), noise, units
+    ds["half_difference"] = ("light_group", "y", "x"), half_difference, units
     ds.attrs["noise"] = {
         g: float(n) for g, n in zip(groups, result.noise, strict=True) if np.isfinite(n)
     }
@@ -140,20 +153,71 @@ def render_frame(
         g: [int(first), int(first + n)]
         for g, first, n in zip(groups, result.first, result.samples, strict=True)
     }
-    if objects is not None:
-        ds.attrs["objects"] = objects
-    ds.attrs["lamps"] = [
-        {
-            "object": p.object,
-            "instance": p.instance,
-            "kind": p.lamp.kind,
-            "group": p.lamp.group,
-            "luminance_cd_m2": p.peak_cd_m2,
-        }
-        for p in lamps
-        if p.lamp.group in groups
-    ]
     return ds
+
+
+def rows_of(lamps: Sequence[PlacedLamp], groups: Sequence[str]) -> list[dict[str, Any]]:
+    """Return one row for each lamp of some light groups, for the attributes of scene radiance."""
+    return [
+        {
+            "object": placed.object,
+            "instance": placed.instance,
+            "kind": placed.lamp.kind,
+            "group": placed.lamp.group,
+            "luminance_cd_m2": placed.peak_cd_m2,
+        }
+        for placed in lamps
+        if placed.lamp.group in groups
+    ]
+
+
+@dataclass(frozen=True)
+class FrameOfScene:
+    """A scene as Mitsuba holds it, and what of it is rendered."""
+
+    description: SceneDescription
+    built: Built
+    lamps: list[PlacedLamp]
+    cube: Cube
+    variant: str
+
+
+def followed_light(
+    settings: MitsubaRenderer, frame: FrameOfScene, request: Request, layer: np.ndarray
+) -> tuple[Estimate, float | None]:
+    """Return the light that paths find, and the share of the cameras' noise that it is for; None
+    where no camera limits it. Mitsuba's own integrator takes the same paths for any share.
+
+    Parameters
+    ----------
+    settings : `MitsubaRenderer`: seed, samples and limits.
+    frame : the scene, its view, bands and light groups.
+    request : accuracy and samples of earlier renderings.
+    layer : radiance of the lamps that the camera sees directly, as that of the frame.
+    """
+    cube = frame.cube
+    view = cube.view
+    demand = request.demand
+    share = None if demand.noise_limit is None else settings.limit_share()
+    if is_scalar(frame.variant):
+        from .paths.film_bands import film_pass
+
+        one_pass = film_pass(
+            frame.description, view, frame.lamps, cube.groups, cube.bands_nm, settings
+        )
+    else:
+        paths = follower(frame.description, frame.built, frame.lamps, cube, settings)
+        one_pass = even_passes(paths)
+        if share is not None:
+            from .labels import instances
+
+            limit_at = lambda radiance: demand.noise_limit(
+                cube.dataset(radiance.reshape(layer.shape) + layer)
+            )
+            objects = instances(frame.built.world, view)
+            return needed_paths(settings, paths, objects, view, limit_at, request.known)
+    grid = Frame(cube.groups, cube.bands_nm, view.shape, view.whole, view.in_field())
+    return estimate(one_pass, settings.decided(), grid, request.known), share
 
 
 class Cube(NamedTuple):

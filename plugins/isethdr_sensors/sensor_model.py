@@ -6,10 +6,10 @@ with this model only.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from math import inf
-from typing import Any
+from typing import NamedTuple
 
 from isethdr_core.errors import ConfigError
 
@@ -105,88 +105,15 @@ class SensorModel:
     combine_companding: tuple[tuple[float, float], ...] = ()  # knees of that code
 
     def __post_init__(self) -> None:
-        for name in ("exposure_s", "pitch_um", "peak_qe"):
-            _expect(getattr(self, name), name, lambda v: 0 < v < inf, "a finite number above 0")
-        _expect(
-            self.exposure_s,
-            "exposure_s",
-            lambda v: v <= LONGEST_S,
-            "at most 3600 s: dark charge alone fills a longer exposure",
-        )
-        _expect(
-            self.line_time_s,
-            "line_time_s",
-            lambda v: 0 <= v <= 1,
-            "seconds from row to row within 0..1; 0 is a global shutter",
-        )
-        for name in ("rows", "columns"):
-            _expect(
-                getattr(self, name),
-                name,
-                lambda v: v >= 0 and v == int(v),
-                "a whole number; 0 fills the camera's field",
-            )
-        _expect(
-            self.temperature_c,
-            "temperature_c",
-            lambda v: -100 <= v <= 200,
-            "degrees Celsius within -100..200",
-        )
-        for name in ("optical_crosstalk_percent", "electrical_crosstalk_percent"):
-            _expect(getattr(self, name), name, lambda v: 0 <= v <= 80, "percent within 0..80")
-        _expect(
-            self.optical_crosstalk_power,
-            "optical_crosstalk_power",
-            lambda v: -10 <= v <= 10,
-            "an exponent within -10..10",
-        )
-        _expect(
-            self.lower_case_share,
-            "lower_case_percent",
-            lambda v: 0 < v <= 1,
-            "percent above 0, at most 100",
-        )
+        check(self, OF_MODEL)
         if self.qe_csv:
             read_csv(self.qe_csv)
         elif self.curves != "unit":
             check_letters(channels(self.cfa))
         for diode in self.photodiodes:
-            _expect(
-                diode.fill_factor,
-                "fill_factor",
-                lambda v: 0 < v <= 1,
-                "a share of the pixel's area above 0, at most 1",
-            )
-            _expect(diode.full_well_e, "full_well_e", lambda v: v > 0, "electrons, above 0")
-            _expect(
-                diode.exposure_share,
-                "exposure_ratios",
-                lambda v: 0 < v <= 1,
-                "shares of exposure_s above 0, at most 1",
-            )
-            for name in ("blooming_percent", "hot_percent"):
-                _expect(
-                    getattr(diode, name), name, lambda v: 0 <= v <= 100, "percent within 0..100"
-                )
-            for name in ("dark_e_per_s", "dark_spread", "prnu", "hot_dark_e_per_s"):
-                _expect(
-                    getattr(diode, name),
-                    name,
-                    lambda v: 0 <= v < inf,
-                    "a finite number, 0 or above",
-                )
+            check(diode, OF_PHOTODIODE)
         for reading in self.readings:
-            _expect(
-                reading.read_tail_percent,
-                "read_tail_percent",
-                lambda v: 0 <= v <= 100,
-                "percent within 0..100",
-            )
-            _expect(reading.inl_dn, "inl_dn", lambda v: -inf < v < inf, "a finite number of DN")
-            for name in ("read_noise_e", "dsnu_e", "column_e", "row_e", "row_noise_e"):
-                _expect(
-                    getattr(reading, name), name, lambda v: 0 <= v < inf, "electrons, 0 or above"
-                )
+            check(reading, OF_READING)
 
     def diode_of(self, reading: Reading) -> Photodiode:
         """Return the photodiode whose charge `reading` reads."""
@@ -197,8 +124,87 @@ class SensorModel:
         return self.exposure_s * diode.exposure_share
 
 
-def _expect(value: float, name: str, allowed: Callable[..., Any], expected: str) -> None:
-    if not allowed(value):  # also refuses NaN, for which every comparison is false
-        raise ConfigError(
-            f"sensor.{name} is {value!r}; expected {expected}; type sensor.{name}=<number>"
-        )
+class Limit(NamedTuple):
+    """What fields may hold."""
+
+    fields: tuple[str, ...]
+    allowed: Callable[[float], bool]  # false for NaN
+    expected: str
+    known_as: str = ""  # the field of the sensors that users set; "": the same
+
+
+OF_MODEL = (
+    Limit(("exposure_s", "pitch_um", "peak_qe"), lambda v: 0 < v < inf, "a finite number above 0"),
+    Limit(
+        ("exposure_s",),
+        lambda v: v <= LONGEST_S,
+        "at most 3600 s: dark charge alone fills a longer exposure",
+    ),
+    Limit(
+        ("line_time_s",),
+        lambda v: 0 <= v <= 1,
+        "seconds from row to row within 0..1; 0 is a global shutter",
+    ),
+    Limit(
+        ("rows", "columns"),
+        lambda v: v >= 0 and v == int(v),
+        "a whole number; 0 fills the camera's field",
+    ),
+    Limit(("temperature_c",), lambda v: -100 <= v <= 200, "degrees Celsius within -100..200"),
+    Limit(
+        ("optical_crosstalk_percent", "electrical_crosstalk_percent"),
+        lambda v: 0 <= v <= 80,
+        "percent within 0..80",
+    ),
+    Limit(("optical_crosstalk_power",), lambda v: -10 <= v <= 10, "an exponent within -10..10"),
+    Limit(
+        ("lower_case_share",),
+        lambda v: 0 < v <= 1,
+        "percent above 0, at most 100",
+        "lower_case_percent",
+    ),
+)
+OF_PHOTODIODE = (
+    Limit(("fill_factor",), lambda v: 0 < v <= 1, "a share of the pixel's area above 0, at most 1"),
+    Limit(("full_well_e",), lambda v: v > 0, "electrons, above 0"),
+    Limit(
+        ("exposure_share",),
+        lambda v: 0 < v <= 1,
+        "shares of exposure_s above 0, at most 1",
+        "exposure_ratios",
+    ),
+    Limit(("blooming_percent", "hot_percent"), lambda v: 0 <= v <= 100, "percent within 0..100"),
+    Limit(
+        ("dark_e_per_s", "dark_spread", "prnu", "hot_dark_e_per_s"),
+        lambda v: 0 <= v < inf,
+        "a finite number, 0 or above",
+    ),
+)
+OF_READING = (
+    Limit(("read_tail_percent",), lambda v: 0 <= v <= 100, "percent within 0..100"),
+    Limit(("inl_dn",), lambda v: -inf < v < inf, "a finite number of DN"),
+    Limit(
+        ("read_noise_e", "dsnu_e", "column_e", "row_e", "row_noise_e"),
+        lambda v: 0 <= v < inf,
+        "electrons, 0 or above",
+    ),
+)
+
+
+def check(part: SensorModel | Photodiode | Reading, limits: Sequence[Limit]) -> None:
+    """Raise ConfigError if a field is outside its limits.
+
+    Parameters
+    ----------
+    part : whose fields are checked.
+    limits : of its fields.
+    """
+    for limit in limits:
+        for field in limit.fields:
+            value = getattr(part, field)
+            if not limit.allowed(value):
+                name = limit.known_as or field
+                raise ConfigError(
+                    f"sensor.{name} is {value!r}; expected {limit.expected};"
+                    f" type sensor.{name}=<number>"
+                )

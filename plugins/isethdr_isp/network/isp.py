@@ -13,7 +13,7 @@ from isethdr_core.errors import ConfigError
 from isethdr_core.pipeline.early_checks import ShotForm
 
 from ..readout.black_level import with_black_level
-from ..readout.electrons import check_captures
+from ..readout.captures_check import check_captures
 from ..scene_light import illuminant
 from .fields import NetworkFields
 from .model_file import needs_model, opened

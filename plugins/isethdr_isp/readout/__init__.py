@@ -3,6 +3,7 @@
 | module               | content                                                               |
 |----------------------|-----------------------------------------------------------------------|
 | `black_level`        | black level, stated or measured on optical black rows                 |
+| `captures_check`     | variables, attributes and values that later steps rely on             |
 | `combine`            | captures of one shot merged into one mosaic of electrons              |
 | `defects`            | pixels of the sensor's map of defects, taken from their neighbours    |
 | `electrons`          | DN back to electrons with their variance, and their light             |

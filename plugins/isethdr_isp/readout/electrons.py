@@ -13,8 +13,8 @@ from isethdr_core.data import camera_geometry
 from isethdr_core.errors import UnitError, did_you_mean
 from isethdr_core.physics.radiometry import photons_per_energy
 
-from .fixed_pattern import DeviceSpread, check_device_spread, device_spread
-from .nonlinear_response import bent_response, check_responses
+from .fixed_pattern import DeviceSpread, device_spread
+from .nonlinear_response import bent_response
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -30,7 +30,6 @@ PER_CAPTURE = (
     "area_m2",
     "charge",
 )
-ATTRIBUTES = ("pitch_um", "focal_length_mm", "throughput_sr", "falloff")
 MARGIN = 5.0  # read noises: a sample this close below the top may be clipped charge
 VARIANCE_FLOOR = 0.1  # of the read variance: a variance estimated from one pixel must stay above 0
 
@@ -188,116 +187,6 @@ def falloff(captures: xr.Dataset) -> np.ndarray:
     return camera_geometry.relative_illumination(
         captures.attrs, captures.x.values[None, :] / f_m, captures.y.values[:, None] / f_m
     )
-
-
-def check_captures(captures: xr.Dataset) -> None:
-    """Raise UnitError unless `captures` holds all that docs/reference/contracts.md lists, with sane
-    values.
-    """
-    present = set(getattr(captures, "variables", ()))
-    for name in (
-        "raw",
-        "saturated",
-        "filter",
-        *PER_CAPTURE,
-        "quantum_efficiency",
-        "wavelength",
-        "x",
-        "y",
-    ):
-        if name not in present:
-            raise UnitError(
-                f"captures lack {name!r}; expected what a sensor returns"
-                " (docs/reference/contracts.md, Captures)"
-            )
-    for name in ATTRIBUTES:
-        if name not in captures.attrs:
-            raise UnitError(
-                f"captures lack the attribute {name!r}; the sensor copies it from the light"
-            )
-    for name, dims in (
-        ("raw", ("capture", "y", "x")),
-        ("saturated", ("capture", "y", "x")),
-        ("filter", ("y", "x")),
-        ("quantum_efficiency", ("capture", "channel", "wavelength")),
-    ):
-        if tuple(captures[name].dims) != dims:
-            raise UnitError(
-                f"captures have {name} with dims {tuple(captures[name].dims)}; expected {dims}"
-            )
-    if captures["raw"].size == 0:
-        raise UnitError("captures are empty; expected at least one capture and one pixel")
-    if captures.attrs["falloff"] not in ("cos4", "none", "table"):
-        hint = did_you_mean(captures.attrs["falloff"], ("cos4", "none", "table"))
-        raise UnitError(f"falloff {captures.attrs['falloff']!r} is unknown{hint}")
-    for name in ("exposure_s", "gain_dn_per_e", "area_m2"):
-        if not np.all((captures[name].values > 0) & np.isfinite(captures[name].values)):
-            raise UnitError(
-                f"captures have {name} = {captures[name].values}; expected finite values above 0"
-            )
-    for name in ("throughput_sr", "focal_length_mm"):
-        value = captures.attrs[name]
-        if not (np.ndim(value) == 0 and np.isfinite(value) and value > 0):
-            raise UnitError(
-                f"captures have the attribute {name} = {value!r}; expected a finite number above 0"
-            )
-    efficiency = captures["quantum_efficiency"].values
-    if not np.all((efficiency >= 0) & np.isfinite(efficiency)) or not efficiency.any():
-        raise UnitError(
-            "captures have a quantum_efficiency below 0, not finite, or 0 throughout; expected"
-            " electrons per photon, 0 to 1"
-        )
-    if not np.all(np.isfinite(captures["black_dn"].values)):
-        raise UnitError(
-            f"captures have black_dn = {captures['black_dn'].values}; expected finite DN with the"
-            " top above the black level"
-        )
-    if not np.all(np.isfinite(captures["raw"].values)):
-        raise UnitError("raw holds NaN or infinite values; expected finite DN")
-    for name in ("read_noise_e", "dark_e", "quantisation_e"):
-        if not np.all((captures[name].values >= 0) & np.isfinite(captures[name].values)):
-            raise UnitError(
-                f"captures have {name} = {captures[name].values}; expected electrons, 0 or above"
-            )
-    if not np.all(captures["top_dn"].values > captures["black_dn"].values):
-        raise UnitError(
-            f"captures have top_dn = {captures['top_dn'].values}, black_dn ="
-            f" {captures['black_dn'].values}; expected a top above the black level"
-        )
-    channels = captures.sizes["channel"]
-    if captures["filter"].values.max() >= channels:
-        raise UnitError(
-            f"filter holds channel {captures['filter'].values.max()}; expected 0..{channels - 1},"
-            " an index into `channel`"
-        )
-    _check_companding(captures)
-    check_responses(captures)
-    check_device_spread(captures)
-
-
-def _check_companding(captures: xr.Dataset) -> None:
-    """Refuse a table that cannot be inverted: half of one, too short, or not rising."""
-    present = [name for name in ("companding_dn", "companding_linear_dn") if name in captures]
-    if not present:
-        return
-    if len(present) == 1:
-        raise UnitError(
-            f"captures have {present[0]} alone; expected companding_dn and companding_linear_dn, or"
-            " neither"
-        )
-    for code, linear in zip(
-        captures["companding_dn"].values, captures["companding_linear_dn"].values
-    ):
-        finite = np.isfinite(code) & np.isfinite(linear)
-        if (
-            finite.sum() < 2
-            or np.any(np.diff(code[finite]) <= 0)
-            or np.any(np.diff(linear[finite]) <= 0)
-        ):
-            raise UnitError(
-                "a companding table does not rise from entry to entry; expected at least two rising"
-                " pairs of companding_dn and companding_linear_dn"
-            )
 
 
 def chosen(captures: xr.Dataset, name: str) -> xr.Dataset:

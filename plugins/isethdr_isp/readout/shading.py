@@ -16,7 +16,8 @@ import numpy as np
 from isethdr_core.errors import ConfigError, UnitError
 
 from ..spectra import light
-from .electrons import check_captures, chosen, falloff, readouts
+from .captures_check import check_captures
+from .electrons import chosen, falloff, readouts
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -4,9 +4,8 @@ read it back.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from math import hypot
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -23,8 +22,9 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from ..sampling.pixel_grid import PixelGrid
-    from ..sensor_model import Reading, SensorModel
+    from ..sensor_model import Photodiode, Reading, SensorModel
 
+PerCapture = tuple[str, np.ndarray, dict[str, str]]  # a variable: dimension, values, attributes
 FROM_LIGHT = ("f_number", "focal_length_mm", "throughput_sr", *camera_geometry.CARRIED)
 
 
@@ -49,65 +49,19 @@ def captures(
     grid : centres of the pixels and their pitch.
     mosaic : readings of the pixels.
     """
-    readings = model.readings
-    diodes = [model.diode_of(r) for r in model.readings]
-    dark = [
-        dark_electrons(d.dark_e_per_s, model.exposure_of(d), model.temperature_c) for d in diodes
-    ]
-
-    silicon = sorted({d.silicon or d.name for d in model.photodiodes})
-    offsets = {
-        "dsnu_e": [r.dsnu_e for r in readings],
-        "column_e": [r.column_e for r in readings],
-        "row_e": [r.row_e for r in readings],
-    }
-
-    def per_capture(
-        values: Iterator[Any] | list[float], units: str, dtype: type = float
-    ) -> tuple[str, np.ndarray, dict[str, str]]:
-        return "capture", np.array(list(values), dtype), {"units": units}
-
     dataset = xr.Dataset(
         {
             "raw": (("capture", "y", "x"), mosaic.raw, {"units": "DN"}),
             "saturated": (("capture", "y", "x"), mosaic.saturated),
             "filter": (("y", "x"), mosaic.filters),
-            "exposure_s": per_capture((model.exposure_of(d) for d in diodes), "s"),
-            "gain_dn_per_e": per_capture((r.gain_dn_per_e for r in readings), "DN/e"),
-            "black_dn": per_capture((r.black_dn for r in readings), "DN"),
-            "top_dn": per_capture(
-                (converter.top_dn(r, d) for r, d in zip(readings, diodes, strict=True)), "DN"
-            ),
-            "read_noise_e": per_capture(
-                (
-                    hypot(
-                        r.read_noise_e,
-                        r.row_noise_e,
-                        telegraph_noise.rms_e(r.telegraph_e, r.telegraph_percent),
-                    )
-                    * model.noise
-                    for r in readings
-                ),
-                "e",
-            ),
-            "dark_e": per_capture(dark, "e"),
-            "quantisation_e": per_capture((converter.quantisation_e(r) for r in readings), "e"),
-            "area_m2": per_capture((grid.pitch_m**2 * d.fill_factor for d in diodes), "m2"),
-            "charge": per_capture((r.diode for r in readings), "1", int),
-            "silicon": per_capture((silicon.index(d.silicon or d.name) for d in diodes), "1", int),
-            "prnu": per_capture((d.prnu * model.noise for d in diodes), "1"),
-            "dark_spread_e": per_capture(
-                (e * d.dark_spread * model.noise for e, d in zip(dark, diodes, strict=True)), "e"
-            ),
-            **{
-                name: per_capture((value * model.noise for value in values), "e")
-                for name, values in offsets.items()
-            },
             "quantum_efficiency": (
                 ("capture", "channel", "wavelength"),
-                np.repeat(mosaic.qe[None], len(readings), 0),
+                np.repeat(mosaic.qe[None], len(model.readings), 0),
                 {"units": "e/photon"},
             ),
+            **_codes(model),
+            **_exposures(model, grid),
+            **_noise(model),
         },
         coords={
             **_grid(model, grid),
@@ -120,15 +74,91 @@ def captures(
             **{k: light.attrs[k] for k in FROM_LIGHT if k in light.attrs},
         },
     )
-    if any(r.companding for r in readings):
-        for name, values in zip(
-            ("companding_linear_dn", "companding_dn"), _tables(readings), strict=True
-        ):
+    if any(r.companding for r in model.readings):
+        linear, companded = _tables(model.readings)
+        for name, values in (("companding_linear_dn", linear), ("companding_dn", companded)):
             dataset[name] = ("capture", "entry"), values, {"units": "DN"}
     dataset.wavelength.attrs["units"] = "nm"
     for axis in ("x", "y"):
         dataset[axis].attrs["units"] = "m"
     return dataset
+
+
+def _codes(model: SensorModel) -> dict[str, PerCapture]:
+    """Return what turns the DN of each capture into electrons."""
+    readings = model.readings
+    tops = [converter.top_dn(reading, model.diode_of(reading)) for reading in readings]
+    return {
+        "gain_dn_per_e": _per_capture([r.gain_dn_per_e for r in readings], "DN/e"),
+        "black_dn": _per_capture([r.black_dn for r in readings], "DN"),
+        "top_dn": _per_capture(tops, "DN"),
+        "quantisation_e": _per_capture([converter.quantisation_e(r) for r in readings], "e"),
+    }
+
+
+def _exposures(model: SensorModel, grid: PixelGrid) -> dict[str, PerCapture]:
+    """Return exposure, area and charge of each capture.
+
+    Parameters
+    ----------
+    model : photodiodes and readings of the sensor.
+    grid : pitch of the pixels.
+    """
+    diodes = [model.diode_of(reading) for reading in model.readings]
+    silicon = sorted({_silicon(diode) for diode in model.photodiodes})
+    areas_m2 = [grid.pitch_m**2 * diode.fill_factor for diode in diodes]
+    return {
+        "exposure_s": _per_capture([model.exposure_of(diode) for diode in diodes], "s"),
+        "area_m2": _per_capture(areas_m2, "m2"),
+        "charge": _per_capture([r.diode for r in model.readings], "1", int),
+        "silicon": _per_capture([silicon.index(_silicon(diode)) for diode in diodes], "1", int),
+    }
+
+
+def _silicon(diode: Photodiode) -> str:
+    """Return the name of the silicon that a photodiode lies in."""
+    return diode.silicon or diode.name
+
+
+def _noise(model: SensorModel) -> dict[str, PerCapture]:
+    """Return dark charge and noise of each capture; without noise the mean dark charge stays."""
+    readings = model.readings
+    diodes = [model.diode_of(reading) for reading in readings]
+    dark_e = [
+        dark_electrons(d.dark_e_per_s, model.exposure_of(d), model.temperature_c) for d in diodes
+    ]
+    dark_spread_e = [e * d.dark_spread for e, d in zip(dark_e, diodes, strict=True)]
+    rms = {
+        "read_noise_e": ([_read_noise_e(reading) for reading in readings], "e"),
+        "prnu": ([diode.prnu for diode in diodes], "1"),
+        "dark_spread_e": (dark_spread_e, "e"),
+        "dsnu_e": ([reading.dsnu_e for reading in readings], "e"),
+        "column_e": ([reading.column_e for reading in readings], "e"),
+        "row_e": ([reading.row_e for reading in readings], "e"),
+    }
+    noise = {
+        name: _per_capture([value * model.noise for value in values], units)
+        for name, (values, units) in rms.items()
+    }
+    return {"dark_e": _per_capture(dark_e, "e"), **noise}
+
+
+def _read_noise_e(reading: Reading) -> float:
+    """Return the rms of what is new in each reading of a pixel."""
+    telegraph_e = telegraph_noise.rms_e(reading.telegraph_e, reading.telegraph_percent)
+    return hypot(reading.read_noise_e, reading.row_noise_e, telegraph_e)
+
+
+def _per_capture(values: Sequence[float], units: str, dtype: type = float) -> PerCapture:
+    """Return a variable with one value for each capture.
+
+    Parameters
+    ----------
+    values : of the captures.
+    units : of the values.
+    dtype : float or int.
+    """
+    return "capture", np.array(values, dtype), {"units": units}
 
 
 def with_response(

@@ -2,7 +2,8 @@
 
 import numpy as np
 import pytest
-from isethdr_isp.readout.electrons import check_captures, readouts
+from isethdr_isp.readout.captures_check import check_captures
+from isethdr_isp.readout.electrons import readouts
 from isethdr_isp.spectra import light as white
 
 import isethdr_core as hdr

@@ -10,7 +10,8 @@ from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from isethdr_isp.readout.electrons import check_captures, readouts
+from isethdr_isp.readout.captures_check import check_captures
+from isethdr_isp.readout.electrons import readouts
 from isethdr_sensors.readout.shot import readings
 
 from isethdr_core import generator
