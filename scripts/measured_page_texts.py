@@ -271,6 +271,13 @@ PAGES = {
         "three hours, in the user's own home; steps that are done are not repeated",
         makes="experiments/results.md",
     ),
+    "street_scores": Page(
+        "Cameras over 60 streets",
+        "",  # the file of the home says what the tables are
+        ("isethdr dataset score streets60 engine=processes workers=2",),
+        "40 minutes, after the two to three hours of the dataset, in the user's own home",
+        makes="datasets/streets60/scores.md",
+    ),
     "isp": Page(
         "Merge rules and demosaic methods",
         "Signal-to-noise ratio, bias and stated variance of merge rules; errors of demosaic methods"

@@ -1,6 +1,6 @@
 """Band phase: error of lenses and dust whose phase changes too much within a part of a band.
 
-Beyond the core, kernels are computed from parts of a band. Within a part (`wings._parts`) the
+Beyond the core, kernels are computed from parts of a band. Within a part (`wings.parts_of`) the
 pattern of its middle wavelength is scaled to all others. The speckles of a real lens change with
 the phase and average out; those of the scaled pattern do not. To second order in the change of
 phase, a speckle is wrong by up to change^2 / 24.

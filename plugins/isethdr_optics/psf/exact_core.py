@@ -38,13 +38,13 @@ MORE_GAUSS = 2
 CELLS_AT_BORDER = 6e-3
 CELLS_DEVIATION = 2.5e-2
 CELLS_NEAR = 1e-4
-# Cores from one pattern err by the strips of the pupil and the wavelengths of a band. Against the
-# closed form, and patterns of three times the strips, with twice the wavelengths (f/1.6 to f/8,
-# bands of 10 and 50 nm, clean and up to 150 grains per mm2, cores of 16 to 120 tiles), the mean
-# magnitude per tile and `kernel_sampling_error.deviation` were at most 2e-4 at the border. Two to
-# eight tiles from the axis, where weights end beside the peak, they were 2e-5 and 5e-5. Tile by
-# tile nothing is stated there: the noise of that light is a hundred times as large, and blocks of
-# tiles would spread the error to dark ones
+# Cores from one pattern err by the strips of the pupil and the wavelengths of a band, closed forms
+# by the wavelengths alone. Against closed forms and patterns of three times the strips, with twice
+# the wavelengths (f/1.6 to f/8, bands of 10 and 50 nm, clean and up to 150 grains per mm2, cores of
+# 16 to 120 tiles), the mean magnitude per tile and `kernel_sampling_error.deviation` were at most
+# 2e-4 at the border. Two to eight tiles from the axis, where weights end beside the peak, they were
+# 2e-5 and 5e-5. Tile by tile nothing is stated there: the noise of that light is a hundred times as
+# large, and blocks of tiles would spread the error to dark ones
 PATTERN_ERROR = 2e-4
 PATTERN_NEAR = 6e-5
 
@@ -129,8 +129,7 @@ def core_error(at_border: float, tiles: np.ndarray, reach: float) -> np.ndarray:
 
     Parameters
     ----------
-    at_border : `CELLS_AT_BORDER`, `CELLS_DEVIATION` or `PATTERN_ERROR`; 0 where a closed form gives
-        the core.
+    at_border : `CELLS_AT_BORDER`, `CELLS_DEVIATION` or `PATTERN_ERROR`.
     tiles : distance from the axis, any shape.
     reach : tiles from the axis to the border of the core.
     """

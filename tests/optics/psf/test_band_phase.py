@@ -7,6 +7,7 @@ import pytest
 from isethdr_optics import WavefrontLens
 from isethdr_optics.psf import band_phase, kernels, wings
 from isethdr_optics.psf.kernels import BandPlan, KernelRequest, core_size
+from isethdr_optics.psf.wings import band_parts, band_rings
 from isethdr_optics.pupil import sampled_pupil
 
 from isethdr_core.data import quantities
@@ -33,12 +34,13 @@ def test_too_few_parts_are_as_wrong_as_stated(monkeypatch):
     energy = sampled_pupil.open_energy_mm2(lens, (), WAVE)
 
     def ring(parts):
-        monkeypatch.setattr(wings, "_parts", lambda *given: parts)
+        monkeypatch.setattr(band_rings, "parts_of", lambda *given: parts)
         return wings.ring(plan, reach, WAVE, WIDTH, energy)
 
     true, wrong = ring(4)
     seen = wrong != 0
-    monkeypatch.setattr(wings, "MOST_PARTS", 1)
+    for module in (band_parts, wings):
+        monkeypatch.setattr(module, "MOST_PARTS", 1)
     [(error, what)] = stated(lens, [WAVE, WAVE + WIDTH])
     few = ring(1)[0]
     found = np.abs(few - true)[seen].sum() / true[seen].sum()
@@ -67,7 +69,8 @@ def test_what_parts_follow_is_not_stated_and_what_no_parts_follow_is_refused():
 
 @pytest.mark.slow
 def test_a_lens_states_it_in_its_ledger(monkeypatch):
-    monkeypatch.setattr(wings, "MOST_PARTS", 1)
+    for module in (band_parts, wings):
+        monkeypatch.setattr(module, "MOST_PARTS", 1)
     x = quantities.centres(4, 0.01)
     y = quantities.centres(3, 0.008)
     scene = quantities.plane(

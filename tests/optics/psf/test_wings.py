@@ -8,6 +8,7 @@ from isethdr_optics import ApertureFlare, DiffractionLimitedLens, WavefrontLens
 from isethdr_optics.psf import kernel_sampling_error, phase_patterns, wings
 from isethdr_optics.psf.kernels import BandPlan, KernelRequest, computed
 from isethdr_optics.psf.kernels.lattices import shared_lattices
+from isethdr_optics.psf.wings import band_rings, lattice_size, patterns
 from isethdr_optics.pupil.sampled_pupil import amplitude, axis_mm, open_energy_mm2, with_wavefront
 
 from isethdr_core.errors import ConfigError
@@ -198,7 +199,7 @@ def test_wide_tiles_hold_many_speckles_and_take_coarse_lattices(monkeypatch):
         (11, 12),
     )
     found = computed(KernelRequest(*args))
-    monkeypatch.setattr(wings, "ENOUGH", 40)
+    monkeypatch.setattr(lattice_size, "ENOUGH", 40)
     finer = computed(KernelRequest(*args))
     stated, error = compared(found, finer)
     assert 2 * finer.speckle.max() < stated.max() <= 0.03  # six times as many samples
@@ -220,9 +221,12 @@ def test_where_memory_ends_finer_rings_take_the_place_of_coarse_ones_as_far_out_
     finer = computed(KernelRequest(*args))
     reaches = []
     ring = wings.ring
-    monkeypatch.setattr(wings, "OWN_SAMPLES", 5e5)
+    for module in (band_rings, patterns):
+        monkeypatch.setattr(module, "OWN_SAMPLES", 5e5)
     monkeypatch.setattr(
-        wings, "ring", lambda plan, reach, *rest: reaches.append(reach) or ring(plan, reach, *rest)
+        band_rings,
+        "ring",
+        lambda plan, reach, *rest: reaches.append(reach) or ring(plan, reach, *rest),
     )
     found = computed(KernelRequest(*args))
     assert sorted(reaches) == sorted([(90, 96), (64, 64)] * 2)  # of two bands, by two threads
@@ -264,7 +268,7 @@ def test_a_pupil_with_hardly_any_phase_has_the_kernel_of_one_without():
 @pytest.mark.slow
 def test_what_the_period_wraps_into_the_border_is_stated(monkeypatch):
     def ring(period):
-        monkeypatch.setattr(wings, "PERIOD", period)
+        monkeypatch.setattr(lattice_size, "PERIOD", period)
         return computed(
             KernelRequest(
                 WavefrontLens(zernike_um={4: 0.1, 8: 0.05}),
@@ -275,7 +279,7 @@ def test_what_the_period_wraps_into_the_border_is_stated(monkeypatch):
             )
         ).bands[0]
 
-    usual = ring(wings.PERIOD)
+    usual = ring(lattice_size.PERIOD)
     long = ring(8.0)
     border = np.ones(usual.shape, bool)
     border[4:-4, 4:-4] = False

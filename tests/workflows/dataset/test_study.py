@@ -6,9 +6,13 @@ import math
 
 import numpy as np
 import pytest
+from isethdr_workflows.dataset.generate import Generated
+from isethdr_workflows.dataset.record import Definition
 from isethdr_workflows.dataset.study.cameras import Imaged, Shot
-from isethdr_workflows.dataset.study.files import csv_text, summary_rows, tables_of
+from isethdr_workflows.dataset.study.files import csv_text, summary_rows
 from isethdr_workflows.dataset.study.intervals import mean_over_roads
+from isethdr_workflows.dataset.study.markdown import markdown_page
+from isethdr_workflows.dataset.study.tables import tables_of
 from scipy.stats import t
 
 
@@ -118,3 +122,17 @@ def test_objects_without_illuminance_have_a_row_of_their_own():
     rows = tuple({k: v for k, v in row.items() if k != "illuminance_lx"} for row in bare.objects)
     tables = tables_of(Imaged((Shot(0, "r", "k", bare.scores, rows, bare.weights),), ()))
     assert tables.objects["illuminance"][-1].name == "not known"
+
+
+def test_the_page_in_markdown_names_its_commands_and_has_a_row_for_each_class_that_was_seen():
+    imaged = Imaged((shot(0, (0.2, 0.4)), shot(1, (0.4, 0.8))), ())
+    definition = Definition("night", 3, 2, "roads", "", ("renderer.width=64",), {}, "")
+    text = markdown_page(Generated(definition, {}), imaged, tables_of(imaged), ["lens=ideal"])
+    commands = text.replace("\n", " ")
+    assert (
+        "isethdr dataset generate night recipe=roads count=2 seed=3 renderer.width=64" in commands
+    )
+    assert "isethdr dataset score night lens=ideal" in commands
+    assert "| car | 2 | 0.3 (0 to 1) | 0.6 (0 to 1) |" in text and "| bus |" not in text
+    # the difference of 0.2 and 0.4 has the half width 12.706 * 0.1
+    assert "| 0.3 (-0.971 to 1.57) |" in text

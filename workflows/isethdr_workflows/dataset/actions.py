@@ -25,7 +25,9 @@ from .record import DEFINITION, folder_of, read_dataset
 from .runtime_estimate import RuntimeEstimate, runtime_estimate
 from .splits import splits
 from .study.cameras import imaged
-from .study.files import tables_of, with_interval, write_files
+from .study.files import write_files
+from .study.markdown import with_interval
+from .study.tables import tables_of
 from .verify import verify
 from .workers import PROCESSES, Workers
 
@@ -115,7 +117,7 @@ def score(name: str, settings: list[str]) -> None:
     else:
         print("no object has a detection score")
     paths = write_files(dataset, found, overrides)
-    for title, path in zip(("page", "means", "objects"), paths, strict=True):
+    for title, path in zip(("page", "text", "means", "objects"), paths, strict=True):
         print_path(kept_here(title, path), path)
     if found.failed:
         print(f"{len(found.failed)} of {len(dataset.made)} scenes failed")

@@ -72,7 +72,7 @@ def card(dataset: Generated) -> str:
         f"{PACKED if packs else COMPUTED} Spectra of lamps are computed from tables of the CIE."
         " Light is simulated by path tracing, so it has the noise that is stated below.",
         "",
-        f"    {_command(dataset)}",
+        f"    {definition.command}",
         "",
         f"- begun: {definition.created}",
         f"- versions: {', '.join(f'{k} {v}' for k, v in sorted(definition.versions.items()))}",
@@ -105,17 +105,6 @@ def card(dataset: Generated) -> str:
         *packs,
     ]
     return "\n".join(lines)
-
-
-def _command(dataset: Generated) -> str:
-    definition = dataset.definition
-    return " ".join(
-        [
-            f"isethdr dataset generate {definition.name} recipe={definition.recipe_name}",
-            f"count={definition.count} seed={definition.seed}",
-            *definition.overrides,
-        ]
-    )
 
 
 def _noise(dataset: Generated) -> str:

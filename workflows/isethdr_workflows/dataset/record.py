@@ -43,6 +43,16 @@ class Definition:
         """The recipe as it was when the dataset was begun."""
         return parsed(self.recipe_text, self.recipe_name)
 
+    @property
+    def command(self) -> str:
+        """What makes the dataset."""
+        words = [
+            f"isethdr dataset generate {self.name} recipe={self.recipe_name}",
+            f"count={self.count} seed={self.seed}",
+            *self.overrides,
+        ]
+        return " ".join(words)
+
     def scenes(self) -> list[DrawnScene]:
         """Return all scenes, with the overrides of the dataset last."""
         recipe = self.recipe

@@ -19,6 +19,7 @@ from isethdr_core.storage.atomic_write import write_text
 from ..dataset.record import folder_of
 from ..dataset.study.files import colour_of, shown
 from ..dataset.study.intervals import Mean
+from ..markdown_table import markdown_table
 from .curve_picture import draw_curves
 from .levels import Crossing
 from .observer.channels import SCALE, count
@@ -193,7 +194,9 @@ def markdown(results: Results, tables: Sequence[Line]) -> str:
     """
     if results.curve and len(results.cameras) > MOST_ABREAST:
         both = (_crossing_table(results), _level_table(results))
-        return "\n".join([_markdown(*both[0]), counted_text(results), _markdown(*both[1])])
+        return "\n".join(
+            [markdown_table(*both[0]), counted_text(results), markdown_table(*both[1])]
+        )
     if results.curve:
         main = _curve_table(results, results.curve, results.crossings)
         beside = _curve_table(results, results.counted_curve, results.counted_crossings)
@@ -205,10 +208,10 @@ def markdown(results: Results, tables: Sequence[Line]) -> str:
         " road, of which the template, which knows other roads alone, gives the first the larger"
         " answer; 0.5 is guessing.\n"
     )
-    parts = [_markdown(*main), counted_text(results), told, _markdown(*beside)]
+    parts = [markdown_table(*main), counted_text(results), told, markdown_table(*beside)]
     if not results.curve:
         known = recalls(folder_of(results.dataset) / FILE, results.rows)
-        parts += [beside_text(known), _markdown(*_beside_table(results, tables, known))]
+        parts += [beside_text(known), markdown_table(*_beside_table(results, tables, known))]
     return "\n".join(parts)
 
 
@@ -369,12 +372,6 @@ def less_text(point: CurvePoint) -> str:
     low = point.difference_low
     high = point.difference_high
     return share_text(Mean(point.difference, low, high, point.objects, point.roads))
-
-
-def _markdown(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
-    out = ["| " + " | ".join(head) + " |", "|" + "---|" * len(head)]
-    out += ["| " + " | ".join(row) + " |" for row in rows]
-    return "\n".join(out) + "\n"
 
 
 def means_csv(results: Results, tables: Sequence[Line]) -> str:

@@ -15,7 +15,7 @@ from isethdr_core.runs.provenance import versions
 from isethdr_core.storage.atomic_write import write_text
 from isethdr_core.storage.home_folder import home
 
-from ..questions.tables import markdown
+from ..markdown_table import markdown_table
 from .records import folder, is_finished, read
 from .steps import STEPS
 
@@ -67,7 +67,7 @@ def table_of(text: str) -> str:
     head, *rows = csv.reader(io.StringIO(text))
     if "table" in head:
         rows = [row for row in rows if row[head.index("table")] == "all"]
-    return markdown(head, [[_shown(cell) for cell in row] for row in rows]).strip()
+    return markdown_table(head, [[_shown(cell) for cell in row] for row in rows]).strip()
 
 
 def _shown(cell: str) -> str:

@@ -19,9 +19,10 @@ from isethdr_core.storage.home_folder import home
 from ..dataset.pairs.request import PairRequest
 from ..dataset.pairs.sources import Source, families, sources
 from ..dataset.study.intervals import mean_over_roads
+from ..markdown_table import markdown_table
 from .radiance_versions import STORED, checked_version
 from .shares import ratio_over_roads, shares
-from .tables import checked_page, columns, markdown, shown, write_page
+from .tables import checked_page, columns, shown, write_page
 from .term_scores import SCORES, SUBSETS, TERMS, Values, checked_chain, key_of, term_scores
 
 OF_CONFIG = ("bayer", "split_pixel", "rgbw")  # cameras that the main config has
@@ -225,5 +226,5 @@ def text_of(rows: Sequence[dict[str, Any]], asked: Asked) -> str:
             for row in own
         ]
         head = ["score", "term", "loss, all terms", "first", "last", "Shapley", "share"]
-        lines += [markdown(head, table)]
+        lines += [markdown_table(head, table)]
     return "\n".join(lines)

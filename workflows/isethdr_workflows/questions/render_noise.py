@@ -12,9 +12,10 @@ import math
 from typing import Any
 
 from ..dataset.study.intervals import mean_over_roads
+from ..markdown_table import markdown_table
 from .dirt import Asked, asked_of, losses, scored
 from .radiance_versions import STORED
-from .tables import checked_page, columns, markdown, shown, write_page
+from .tables import checked_page, columns, shown, write_page
 from .term_scores import SCORES, TERMS, Values
 
 HALF_BUFFERS = ("half_a", "half_b")
@@ -60,7 +61,7 @@ def render_noise(
             ]
             for row in rows
         ]
-        write_page(page, markdown(head, table))
+        write_page(page, markdown_table(head, table))
     return rows
 
 

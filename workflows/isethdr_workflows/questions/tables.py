@@ -1,4 +1,4 @@
-"""Rows of a study as a table in Markdown, and means with their intervals as text."""
+"""Tables of a question: means with their intervals, and the page that holds them."""
 
 from __future__ import annotations
 
@@ -26,12 +26,6 @@ def shown(row: Mapping[str, Any], name: str) -> str:
     if math.isnan(row[f"{name}_low"]):
         return f"{value:.3g}"
     return f"{value:.3g} ({row[f'{name}_low']:.3g} to {row[f'{name}_high']:.3g})"
-
-
-def markdown(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
-    """Return a table."""
-    lines = [head, ["---"] * len(head), *rows]
-    return "\n".join("| " + " | ".join(line) + " |" for line in lines) + "\n"
 
 
 def checked_page(page: str) -> None:

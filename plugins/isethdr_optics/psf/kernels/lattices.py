@@ -94,12 +94,13 @@ def of_lattices(request: KernelRequest, name: str | None = None) -> Kernels:
         )
     speckle = np.array(speckle)
     wrap = (wings.WRAP_SHARED if lattices else wings.WRAP) if speckle.max() > 0 else 0.0
-    core_deviation = 0.0
-    if not exact_core.is_closed_form(lens, flares):
-        core_deviation = exact_core.CELLS_DEVIATION
-        at_border = exact_core.CELLS_AT_BORDER
-        of_cells = [exact_core.core_error_by_octave(at_border, reach) for reach in core]
-        speckle = np.maximum(speckle, of_cells)
+    at_border = exact_core.CELLS_AT_BORDER
+    core_deviation = exact_core.CELLS_DEVIATION
+    if exact_core.is_closed_form(lens, flares):  # the wavelengths of a band alone leave an error
+        at_border = exact_core.PATTERN_ERROR
+        core_deviation = exact_core.PATTERN_ERROR
+    of_core = [exact_core.core_error_by_octave(at_border, reach) for reach in core]
+    speckle = np.maximum(speckle, of_core)
     return Kernels(
         list(bands),
         np.array([1 - float(b.sum(dtype=float)) for b in bands]),

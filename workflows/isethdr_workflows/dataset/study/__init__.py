@@ -6,4 +6,5 @@
 | `intervals` | means with 95 % intervals over roads                                              |
 | `tables`    | scores by camera; objects by class, distance and illuminance                      |
 | `files`     | the page and the CSV files of a study                                             |
+| `markdown`  | the same tables in Markdown, and means with their intervals as text               |
 """

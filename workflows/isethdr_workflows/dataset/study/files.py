@@ -1,4 +1,4 @@
-"""The page of a study, one HTML document that needs no network, and its tables as CSV files."""
+"""The page of a study, one HTML document that needs no network; its tables in Markdown and CSV."""
 
 from __future__ import annotations
 
@@ -18,34 +18,16 @@ from ..generate import Generated
 from ..record import folder_of
 from .cameras import Imaged
 from .intervals import Mean
-from .tables import (
-    FrameRow,
-    Row,
-    Seen,
-    by_class,
-    by_distance,
-    by_illuminance,
-    cameras_of,
-    frame_rows,
-    seen_objects,
-)
+from .markdown import interval, markdown_page, shown
+from .tables import Row, Seen, Tables, tables_of
 
 PAGE = "scores.html"
+TEXT = "scores.md"
 TABLE = "scores.csv"
 OBJECTS = "objects.csv"
 TEMPLATES = Path(__file__).parents[1] / "templates"
 COLOURS = ("#2563eb", "#d97706", "#059669", "#9333ea", "#dc2626", "#0891b2")
 HEAD = ("table", "row", "camera", "value", "low", "high", "values", "roads")
-
-
-@dataclass(frozen=True)
-class Tables:
-    """All tables of a study."""
-
-    cameras: list[str]
-    frame: list[FrameRow]
-    objects: dict[str, list[Row]]  # {title: rows}
-    seen: list[Seen]
 
 
 @dataclass(frozen=True)
@@ -56,18 +38,6 @@ class Bar:
     value: float
     low: float
     width: float
-
-
-def tables_of(imaged: Imaged) -> Tables:
-    """Return all tables."""
-    cameras = cameras_of(imaged.shots)
-    seen = seen_objects(imaged.shots)
-    objects = {
-        "class": by_class(seen, cameras),
-        "distance": by_distance(seen, cameras),
-        "illuminance": by_illuminance(seen, cameras),
-    }
-    return Tables(cameras, frame_rows(imaged.shots, cameras), objects, seen)
 
 
 def write_files(dataset: Generated, imaged: Imaged, overrides: Sequence[str]) -> list[Path]:
@@ -83,6 +53,7 @@ def write_files(dataset: Generated, imaged: Imaged, overrides: Sequence[str]) ->
     tables = tables_of(imaged)
     written = {
         PAGE: page(dataset, imaged, tables, overrides),
+        TEXT: markdown_page(dataset, imaged, tables, overrides),
         TABLE: csv_text(HEAD, summary_rows(tables)),
         OBJECTS: csv_text(
             [field.name for field in fields(Seen)], (asdict(one).values() for one in tables.seen)
@@ -140,21 +111,6 @@ def bars(row: Row) -> list[Bar]:
 def colour_of(place: int) -> str:
     """Return the colour of a camera by its place."""
     return COLOURS[place % len(COLOURS)]
-
-
-def shown(mean: Mean) -> str:
-    """Return a value for people, three digits; a dash where it is not known."""
-    return "–" if math.isnan(mean.value) else f"{mean.value:.3g}"
-
-
-def interval(mean: Mean) -> str:
-    """Return an interval for people: `0.41 to 0.63`; "" where it is not known."""
-    return "" if math.isnan(mean.low) else f"{mean.low:.3g} to {mean.high:.3g}"
-
-
-def with_interval(mean: Mean) -> str:
-    """Return a value with its interval, if it is known: `0.52 (0.41 to 0.63)`."""
-    return f"{shown(mean)} ({interval(mean)})" if interval(mean) else shown(mean)
 
 
 def summary_rows(tables: Tables) -> list[tuple[object, ...]]:

@@ -14,7 +14,7 @@ from isethdr_core.data.quantities import LUMINANCE
 
 from ...export.labels.masks import is_thing
 from ..summary import DISTANCES_M, LUX, bounds, illuminance
-from .cameras import Shot
+from .cameras import Imaged, Shot
 from .intervals import Mean, mean_over_roads
 
 DETECTION = "contrast_detection"  # the score of an object that says whether it can be told, 0..1
@@ -57,6 +57,16 @@ class FrameRow:
     geometric: bool
     means: tuple[Mean, ...]  # by camera
     differences: tuple[Mean, ...]  # or ratios, to the first camera, of the same scenes
+
+
+@dataclass(frozen=True)
+class Tables:
+    """All tables of a study."""
+
+    cameras: list[str]
+    frame: list[FrameRow]
+    objects: dict[str, list[Row]]  # {title: rows}
+    seen: list[Seen]
 
 
 def cameras_of(shots: Sequence[Shot]) -> list[str]:
@@ -179,3 +189,15 @@ def exponential(mean: Mean) -> Mean:
     """Return the geometric mean of values of whose logarithms the mean is given."""
     ends = (math.exp(v) for v in (mean.value, mean.low, mean.high))
     return Mean(*ends, mean.count, mean.roads)
+
+
+def tables_of(imaged: Imaged) -> Tables:
+    """Return all tables."""
+    cameras = cameras_of(imaged.shots)
+    seen = seen_objects(imaged.shots)
+    objects = {
+        "class": by_class(seen, cameras),
+        "distance": by_distance(seen, cameras),
+        "illuminance": by_illuminance(seen, cameras),
+    }
+    return Tables(cameras, frame_rows(imaged.shots, cameras), objects, seen)

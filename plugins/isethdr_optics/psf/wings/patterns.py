@@ -1,0 +1,123 @@
+"""Patterns: the diffraction pattern of one wavelength on two lattices of points.
+
+Without phase, one pattern scales to all wavelengths: two lattices, offset by half a step, serve
+every band. With a wavefront or a third-party pupil, a pair of lattices serves a part of the band,
+in which the phase hardly changes.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from isethdr_core.physics.optics import lattice as lattices
+
+from ...pupil import sampled_pupil
+from .lattice_size import (
+    MOST_ACROSS,
+    MOST_ACROSS_PHASE,
+    OWN_SAMPLES,
+    REFERENCE_NM,
+    SHARED_SAMPLES,
+    Grid,
+    Size,
+    check_pupil,
+    chords_per_cell,
+    most_samples,
+    sampling,
+)
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from isethdr_core.plugins.protocols import Flare
+
+    from ...abilities import PupilOptics
+    from ..kernels import BandPlan
+
+DEFAULT_ERROR = 0.03  # error of lattices with the usual sampling
+
+
+@dataclass(frozen=True, eq=False)
+class Lattice:
+    """Samples of a pattern: values[i, j] is the fraction of the energy per sample at (index -
+    middle + offset) * step.
+    """
+
+    values: np.ndarray
+    # at `wavelength_nm`, as `sampled_pupil.scaled_nm`; without phase it scales with wavelength
+    step_um: tuple[float, float]
+    wavelength_nm: float
+    offset: tuple[float, float]
+
+
+def shared(
+    lens: PupilOptics, flares: Sequence[Flare], shortest_nm: float, grid: Grid
+) -> list[Lattice]:
+    """Return two lattices, shifted by half a step, of the pattern of a pupil without phase, for all
+    wavelengths of a frame.
+
+    Parameters
+    ----------
+    lens : a lens of this package.
+    flares : its flare components.
+    shortest_nm : shortest wavelength of the frame, nm.
+    grid : tiles of the kernel.
+    """
+    wave = min(shortest_nm, REFERENCE_NM)
+    fine = max(1.0, DEFAULT_ERROR / lens.speckle_error)
+    size = Size(most_samples(lens, wave, grid, SHARED_SAMPLES), fine=fine, shared=True)
+    step, far, period, cells = sampling(lens, wave, grid, size)
+    check_pupil(lens, wave, cells, MOST_ACROSS)
+    energy = sampled_pupil.open_energy_mm2(lens, flares, wave)
+    distance = sampled_pupil.distance_mm(lens)
+    out = []
+    for offset in ((0.0, 0.0), (0.5, 0.5)):
+        pupil = lattices.fold_shapes(
+            sampled_pupil.terms(lens, flares),
+            sampled_pupil.reach_mm(lens),
+            cells,
+            period,
+            offset,
+            chords_per_cell(lens, wave, grid),
+        )
+        samples = lattices.ImageSamples(wave, distance, (step, step), offset)
+        values = lattices.lattice_psf(pupil, samples, far, energy, lattices.spline_response)
+        out.append(Lattice(values, (step, step), wave, offset))
+    return out
+
+
+def own(
+    plan: BandPlan, reach: tuple[int, int], wave: float, stretch: float, energy: float, fine: float
+) -> list[Lattice]:
+    """Return two lattices, shifted by half a step, of the pattern at one wavelength, to be read up
+    to `stretch` times the frame.
+
+    Parameters
+    ----------
+    plan : `kernels.BandPlan` of the band.
+    reach : (y, x) parts of tiles from the axis to the border.
+    wave : wavelength, nm.
+    stretch : times the frame, up to which it is read.
+    energy : of the open pupil, mm2.
+    fine : times the usual number of samples.
+    """
+    lens = plan.lens
+    flares = plan.flares
+    grid = Grid(plan.split, plan.pitch, reach)
+    size = Size(most_samples(lens, wave, grid, OWN_SAMPLES), stretch, fine)
+    step, far, period, cells = sampling(lens, wave, grid, size)
+    check_pupil(lens, wave, cells, MOST_ACROSS_PHASE)
+    offsets = ((0.0, 0.0), (0.5, 0.5))
+    folded = sampled_pupil.folded(lens, flares, wave, cells, period, offsets)
+    out = []
+    scaled_nm = sampled_pupil.scaled_nm(lens, wave)
+    for offset in offsets:  # the first is let go of before the second is transformed
+        samples = lattices.ImageSamples(scaled_nm, plan.distance, (step, step), offset)
+        values = lattices.lattice_psf(
+            folded.pop(0), samples, far, energy, lattices.binomial_response
+        )
+        out.append(Lattice(values, (step, step), scaled_nm, offset))
+    return out
