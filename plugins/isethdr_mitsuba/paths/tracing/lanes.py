@@ -20,7 +20,7 @@ from ..camera_rays import ACROSS, ALONG, ASIDE, CHOICE, DOWN, TURN, UP, offsets,
 from ..work_items import MOST_LANES
 from .launch_tables import Items, Tables
 
-# 2^32 places along a ray in fog: what the candidates of one path take
+# of 2^32: how far the candidates of one path move on along a ray in fog
 OF_AIR = AIR_CANDIDATES * OF_PLACE & 0xFFFFFFFF
 
 
@@ -45,7 +45,14 @@ class Fixed:
     """
 
     def __init__(self, tables: Tables, items: Items, max_depth: int) -> None:
-        """Prepare the loop over `items` as `traced` does."""
+        """Prepare the loop.
+
+        Parameters
+        ----------
+        tables : scene on the device.
+        items : work items.
+        max_depth : largest number of segments of a path.
+        """
         lamps = tables.lamps
         self.tables = tables
         self.items = items
