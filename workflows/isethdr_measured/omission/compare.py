@@ -24,12 +24,9 @@ if TYPE_CHECKING:
     from omegaconf import DictConfig
 
 FLOAT32 = 2.0**-22  # relative: irradiance and what is made of it, each rounded to float32
-TURNS = {
-    True: 2,
-    False: 5,
-    # of both runs, rendered or not: the first grows the process's memory, and short ones scatter by
-    # a fifth
-}
+# of both runs, rendered or not: the first grows the process's memory, and short ones scatter by a
+# fifth
+TURNS = {True: 2, False: 5}
 NOISE_SD = "standard deviations of the sensor's noise"
 
 
@@ -47,9 +44,10 @@ def compared(name: str, case: Any, turns: int | None = None) -> dict:
     whole = compose([*case.overrides, "leave_out=false"])
     with empty_home():
         planned_rows, plan_s = measured(lambda: planned(config))
-    runs = [(fresh(config), fresh(whole)) for _ in range(turns or TURNS[case.rendered])]
-    few_s, every_s = (min(results[k][1] for results in runs) for k in (0, 1))
-    (few, _), (every, _) = runs[0]
+    pairs = [(fresh(config), fresh(whole)) for _ in range(turns or TURNS[case.rendered])]
+    few_s = min(spent_s for (_, spent_s), _ in pairs)
+    every_s = min(spent_s for _, (_, spent_s) in pairs)
+    (few, _), (every, _) = pairs[0]
     difference, bound = largest(few, every)
     return {
         "case": name,
