@@ -34,7 +34,6 @@ MAY_STAY = {
         "getattr(plugin, API_ASKED, 1)": LOADING,
         "hasattr(getattr(plugin, attribute), 'isethdr_impl')": LOADING,
     },
-    "plugins/isethdr_isp/readout/electrons.py": {"getattr(captures, 'variables', ())": DATA},
     "plugins/isethdr_optics/imaging/array_backend.py": {"hasattr(xp, 'Device')": LIBRARY},
     "plugins/isethdr_scenes/iset_exr_files.py": {
         "getattr(content.get('sceneMeta'), 'depthMap', None)": LIBRARY

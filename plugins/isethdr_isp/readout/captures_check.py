@@ -2,18 +2,14 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
+import xarray as xr
 
 from isethdr_core.errors import UnitError, did_you_mean
 
 from .electrons import PER_CAPTURE
 from .fixed_pattern import check_device_spread
 from .nonlinear_response import check_responses
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 # {variable: dimensions}
 ARRAYS = {
@@ -43,7 +39,7 @@ def check_captures(captures: xr.Dataset) -> None:
 
 def _check_contents(captures: xr.Dataset) -> None:
     """Refuse captures that lack a variable or an attribute, have other dimensions, or are empty."""
-    present = set(getattr(captures, "variables", ()))
+    present = set(captures.variables) if isinstance(captures, xr.Dataset) else set()
     for name in VARIABLES:
         if name not in present:
             raise UnitError(

@@ -6,8 +6,8 @@ The shadow rays of each group have their own random numbers. The light of a grou
 same, bit for bit, whether other groups are rendered or not. Directly visible lamps are left to
 `visible_lamps.py`.
 
-Compiled code (`tracing`) works on eight or sixteen tiles at a time. Several paths may share a camera
-ray: they continue from the same first surface with their own wavelengths and directions.
+Compiled code (`tracing`) works on eight or sixteen tiles at a time. Several paths may share a
+camera ray: they continue from the same first surface with their own wavelengths and directions.
 """
 
 from __future__ import annotations

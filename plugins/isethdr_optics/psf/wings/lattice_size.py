@@ -1,4 +1,4 @@
-"""Lattice size: how far and how finely a pattern is sampled, what that takes, and what is refused."""
+"""Lattice size: how far and how finely a pattern is sampled, and what that takes."""
 
 from __future__ import annotations
 
@@ -102,7 +102,14 @@ def very_wide(lens: PupilOptics, wave: float, grid: Grid) -> bool:
 
 
 def chords_per_cell(lens: PupilOptics, wave: float, grid: Grid) -> int:
-    """Return the chords of a cell of the pupil; parameters as of `very_wide`."""
+    """Return the chords of a cell of the pupil.
+
+    Parameters
+    ----------
+    lens : a lens of this package.
+    wave : wavelength, nm.
+    grid : tiles of the kernel.
+    """
     return WIDE_CHORDS if very_wide(lens, wave, grid) else lattices.CHORDS_PER_CELL
 
 
