@@ -360,15 +360,26 @@ def open_scene(path_or_id: str | os.PathLike[str]) -> xr.Dataset:
     """
     path = _scene_path(path_or_id)
     base = open_store(path)
-    recipe = base.attrs.get("recipe")
-    siblings = [
-        p
-        for p, attrs in _complete_stores(path.parent)
-        if recipe and p != path and attrs.get("recipe") == recipe
-    ]
+    siblings = _siblings(path, base.attrs.get("recipe"))
     from .join import join_scenes  # loads parts of xarray, which naming a folder does not need
 
-    return join_scenes([base, *(open_store(p) for p in siblings)])
+    return join_scenes([base, *map(open_store, siblings)])
+
+
+def _siblings(path: Path, recipe: str | None) -> list[Path]:
+    """Return the other complete stores of a recipe in the folder of a store.
+
+    Parameters
+    ----------
+    path : of the store.
+    recipe : hash of the recipe that made it; None for a store without.
+    """
+    if not recipe:
+        return []
+    # runs put the recipe first in the name: other stores, of which a dataset has many, are not read
+    names = f"{recipe}-*.zarr" if path.stem.startswith(f"{recipe}-") else "*.zarr"
+    complete = _complete_stores(path.parent, names)
+    return [p for p, attrs in complete if p != path and attrs.get("recipe") == recipe]
 
 
 def _scene_path(path_or_id: str | os.PathLike[str]) -> Path:
@@ -378,9 +389,12 @@ def _scene_path(path_or_id: str | os.PathLike[str]) -> Path:
     follow_home(home())
     folder = home() / "scenes"
     start_of_name = str(path_or_id)
+    named = folder / f"{start_of_name}.zarr"
+    if named.exists():
+        return named
     matches = {
         p: attrs.get("recipe") or p.name
-        for p, attrs in _complete_stores(folder)
+        for p, attrs in _complete_stores(folder, "*.zarr")
         if p.stem.startswith(start_of_name)
         or str(attrs.get("recipe", "")).startswith(start_of_name)
     }
@@ -396,9 +410,16 @@ def _scene_path(path_or_id: str | os.PathLike[str]) -> Path:
     return min(matches)
 
 
-def _complete_stores(folder: Path) -> list[tuple[Path, dict[str, Any]]]:
+def _complete_stores(folder: Path, names: str) -> list[tuple[Path, dict[str, Any]]]:
+    """Return the complete stores of a folder with their root attributes.
+
+    Parameters
+    ----------
+    folder : of the stores.
+    names : pattern of their names.
+    """
     stores = []
-    for path in sorted(folder.glob("*.zarr")):
+    for path in sorted(folder.glob(names)):
         try:
             stores.append((path, read_attrs(path)))
         except (

@@ -307,6 +307,21 @@ def test_siblings_are_joined_and_only_what_is_used_is_read(tmp_path, monkeypatch
         store.open_scene("zzz")
 
 
+def test_a_scene_is_opened_without_reading_those_of_other_recipes(tmp_path, monkeypatch):
+    """By its whole name: a dataset of a thousand scenes opens each of them several times."""
+    monkeypatch.setenv("ISETHDR_HOME", str(tmp_path))
+    folder = tmp_path / "scenes"
+    parts = {"r1-a": scene(("sky",)), "r1-b": scene(("street",)), "r2-a": scene(("sky",))}
+    for name, ds in parts.items():
+        store.write_store(folder, name, {"": ds}, {"recipe": name[:2]})
+    read = set()
+    real = store.read_attrs
+    monkeypatch.setattr(store, "read_attrs", lambda path: read.add(path.stem) or real(path))
+    joined = store.open_scene("r1-a")
+    assert sorted(joined.light_group.values) == ["sky", "street"]
+    assert read == {"r1-a", "r1-b"}
+
+
 def stored_scenes(folder, **parts):
     """Store each part under its name, all of the recipe r1."""
     for name, ds in parts.items():
