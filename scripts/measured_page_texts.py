@@ -275,7 +275,7 @@ PAGES = {
         "Cameras over 60 streets",
         "",  # the file of the home says what the tables are
         ("isethdr dataset score streets60 engine=processes workers=2",),
-        "40 minutes, after the two to three hours of the dataset, in the user's own home",
+        "45 minutes, after the two to three hours of the dataset, in the user's own home",
         makes="datasets/streets60/scores.md",
     ),
     "isp": Page(

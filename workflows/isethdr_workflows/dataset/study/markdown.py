@@ -36,7 +36,10 @@ def markdown_page(
         f"{len(imaged.shots)} scenes of {roads} roads, made by `{dataset.definition.command}`"
         f" and scored by `{' '.join(['isethdr dataset score', name, *overrides])}`. In brackets:"
         " the 95 % interval of the mean for new roads of the same recipe; scenes of one road count"
-        " together. Each scene has one noise realisation unless the command says otherwise."
+        " together. Each scene has one noise realisation unless the command says otherwise. The"
+        " detection probability of an object, 0 to 1, is how likely the measured contrast between"
+        " the object and its surround is within half of the true contrast (the score"
+        " `contrast_detection`), the median over its pairs of pixels."
     )
     parts = [f"# Scores of dataset {name}", textwrap.fill(about, COLUMNS)]
     for title, rows in tables.objects.items():
