@@ -24,7 +24,10 @@ from isethdr_workflows.dataset.verify import verify
 from isethdr_workflows.dataset.workers import lines_about
 
 from isethdr_core.config.composition import compose
+from isethdr_core.data.quantities import tristimulus
+from isethdr_core.display import display_view
 from isethdr_core.errors import CatalogError, ConfigError
+from isethdr_core.quantities import centres, scene_radiance
 from isethdr_core.runs.radiance_cache import recipe as recipes
 from isethdr_core.runs.run import run
 from isethdr_core.storage import store
@@ -249,6 +252,23 @@ def test_page_and_card_tell_what_there_is(recipe, isethdr_home):
     text = card(dataset)
     assert f"| car | {made} | {made} |" in text
     assert "seed=3" in text
+
+
+def test_light_that_few_paths_find_is_not_shown_by_day():
+    """In most of the tiles, light and noise are 0, or the noise is half of the light and more."""
+    radiance = np.ones((2, 3, 4, 6)) * 1e-3
+    radiance[1, :, :, :2] = 0.0
+    bands_nm = np.array([450.0, 550.0, 650.0])
+    scene = scene_radiance(radiance, ["lamps", "sky"], bands_nm, centres(6, 0.6), centres(4, 0.4))
+    level = display_view.luminance(tristimulus(scene.radiance.sel(light_group="lamps")))[0, 0]
+    noise = np.zeros((2, 3, 4, 6))
+    noise[:, :, :, 2:] = 0.4 * level
+    dims = ("light_group", "xyz_channel", "y", "x")
+    assert not summary.mostly_noise(scene.assign(xyz_noise=(dims, noise)), "sky")
+    noise[1, :, :, 2:4] = 0.6 * level
+    noisy = scene.assign(xyz_noise=(dims, noise))
+    assert summary.mostly_noise(noisy, "sky") and not summary.mostly_noise(noisy, "lamps")
+    assert not summary.mostly_noise(noisy, "moon") and not summary.mostly_noise(scene, "sky")
 
 
 def test_who_images_the_scenes_is_no_override_and_a_seed_is_one():

@@ -45,7 +45,7 @@ class Thumbnail:
     number: int
     caption: str
     own: str  # data address
-    day: str
+    day: str  # data address; "" where there is none to show
 
 
 def write_page(dataset: Generated) -> Path:
@@ -131,7 +131,7 @@ def _thumbnail(look: Look) -> Thumbnail:
         record.number,
         f"{record.number + 1} {record.family}, {_luminance(look.mean_cd_m2)} cd/m²",
         pictures.embedded_small(look.own),
-        pictures.embedded_small(look.day),
+        "" if look.day is None else pictures.embedded_small(look.day),
     )
 
 

@@ -27,6 +27,8 @@ DISTANCES_M = (15.0, 30.0, 60.0)
 HEIGHTS = (16.0, 32.0, 64.0)
 LUX = (0.1, 1.0, 10.0, 100.0, 1000.0)  # limits of the classes of illuminance
 DAY = ("lighting=day",)
+SKY = "sky"  # the light group that lights a scene by day
+NOISY = 0.5  # noise of a tile over its light, above which it is not worth showing
 THUMBNAIL = 240  # pixels wide
 # decades of luminance of a histogram, cd/m2: from a moonless sky to a lamp
 DECADES = np.arange(-6.0, 8.0)
@@ -53,7 +55,7 @@ class Look:
 
     record: SceneRecord
     own: np.ndarray  # uint8 (y, x, 3), under the lighting of its recipe
-    day: np.ndarray
+    day: np.ndarray | None  # None where the light of the sky is mostly noise, as in a tunnel
     weights: dict[str, float]  # of the light groups, under the lighting of its recipe
     histograms: dict[str, np.ndarray]  # {light group: tiles in each decade}, weight 1
     mean_cd_m2: float  # under the lighting of its recipe
@@ -141,7 +143,10 @@ def look(record: SceneRecord, view: Callable[[object], np.ndarray]) -> Look:
     scene = inside(store.open_scene(record.stores[0]))
     mixed = chain(compose(record.overrides), rendered=True).lighting(scene)
     own = tristimulus(mixed)
-    day = tristimulus(chain(compose([*record.overrides, *DAY]), rendered=True).lighting(scene))
+    day = None
+    if not mostly_noise(scene, SKY):
+        lighting = chain(compose([*record.overrides, *DAY]), rendered=True).lighting
+        day = view(thumbnail(tristimulus(lighting(scene)).xyz.values))
     histograms = {}
     for group in scene.light_group.values:
         luminance = display_view.luminance(tristimulus(scene.radiance.sel(light_group=group)))
@@ -149,11 +154,27 @@ def look(record: SceneRecord, view: Callable[[object], np.ndarray]) -> Look:
     return Look(
         record,
         view(thumbnail(own.xyz.values)),
-        view(thumbnail(day.xyz.values)),
+        day,
         dict(mixed.attrs["weights"]),
         histograms,
         float(display_view.luminance(own).mean()),
     )
+
+
+def mostly_noise(scene: xr.Dataset, group: str) -> bool:
+    """Return whether a picture of one light group would show noise: in most tiles, paths found none
+    of its light, or the noise is more than `NOISY` of it.
+
+    Parameters
+    ----------
+    scene : stored scene radiance.
+    group : name of the light group. A scene that lacks it, or states no noise, has none.
+    """
+    if "xyz_noise" not in scene or group not in scene.light_group.values:
+        return False
+    light = display_view.luminance(tristimulus(scene.radiance.sel(light_group=group)))
+    noise = scene["xyz_noise"].sel(light_group=group).isel(xyz_channel=1).values
+    return bool((noise >= NOISY * light).mean() > 0.5)
 
 
 def by_decade(luminance: np.ndarray) -> np.ndarray:
