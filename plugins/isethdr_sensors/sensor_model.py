@@ -130,7 +130,7 @@ class Limit(NamedTuple):
     fields: tuple[str, ...]
     allowed: Callable[[float], bool]  # false for NaN
     expected: str
-    known_as: str = ""  # the field of the sensors that users set; "": the same
+    known_as: str = ""  # name of the field that users set; "": the same name
 
 
 OF_MODEL = (

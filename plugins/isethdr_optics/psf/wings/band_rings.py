@@ -120,8 +120,12 @@ def _errors(plan: BandPlan, kernel: np.ndarray, wrong: np.ndarray) -> np.ndarray
 
 
 def _whole_turns(fine: np.ndarray, split: int) -> Any:
-    """Return the slices of a function sampled `split` times per tile that hold whole tiles, one in
-    the middle.
+    """Return slices that cut a function to whole tiles, with one tile in the middle.
+
+    Parameters
+    ----------
+    fine : (y, x) the function.
+    split : its samples per tile, along each axis.
     """
     reach = [(n // 2 - (split - 1)) // split * split + split - 1 for n in fine.shape]
     return tuple(slice(n // 2 - r, n // 2 + r + 1) for n, r in zip(fine.shape, reach))

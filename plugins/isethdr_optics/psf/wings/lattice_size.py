@@ -48,7 +48,8 @@ FARTHEST = 4  # wavelengths x f-number between samples
 # samples per wavelength x f-number, at most: between them a line is right to 3 % of the finest
 # detail
 SMOOTH = 12
-STRETCHED = 1.15  # times the frame, that lattices at knots are read over
+# extent of a lattice over that of the frame, where neighbouring wavelengths read it stretched
+STRETCHED = 1.15
 # cells across a pupil: a minute where it is shapes alone; twenty, cell by cell, with phase
 MOST_ACROSS = 3e5
 MOST_ACROSS_PHASE = 8e4
