@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
     from isethdr_core import *  # noqa: F403
 
-OF_CATALOG = {  # public name: its module of the catalog
+OF_CATALOG = {  # public name: the module of `isethdr_catalog` that defines it
     "PictureDataset": "dataset",
     "compare": "python_calls",
     "find": "python_calls",

@@ -5,11 +5,11 @@
 | `commands`       | the commands `isethdr run`, `plan`, `plugins`, `doctor` and those of plugins |
 | `completion`     | tab completion: what may follow on the command line                          |
 | `vocabulary`     | the words of tab completion, from commands, components and presets           |
-| `completion_scripts/` | what bash, zsh and fish read at their start                             |
+| `completion_scripts/` | completion scripts that bash, zsh and fish read when they start         |
 | `deferred_libraries` | large libraries that the command line loads when they are first used |
 | `home_option`    | `--home PATH` of every command                                               |
 | `new_plugin`     | packages for the components of plugin authors                                |
-| `plugin_template/` | the files of such a package, as a template of copier                       |
+| `plugin_template/` | copier template of the package that `new_plugin` writes                    |
 | `progress`       | which stage is running, for how long, and how long it still takes            |
 | `plan_summary`   | what a run would compute, what is stored, and what is left out               |
 | `plugin_list`    | components and presets, and the fields of each                               |

@@ -35,7 +35,7 @@ app = typer.Typer(
     help="Simulate cameras in high dynamic range driving scenes, in physical units.",
 )
 PASS_OVERRIDES = {"allow_extra_args": True, "ignore_unknown_options": True}
-COMPLETE = ["complete", "--"]  # how the scripts of tab completion call
+COMPLETE = ["complete", "--"]  # first arguments of a call from a completion script
 PASS = PASS_OVERRIDES | {"help_option_names": []}
 
 
@@ -56,7 +56,7 @@ def options(
         " several times for queries.",
     ),
 ) -> None:
-    """Answer the options that stand before any command; `main` has taken `--home` out."""
+    """Handle the options before the command name; `main` has already removed `--home`."""
 
 
 @app.command(
@@ -98,7 +98,7 @@ def plugins(
     name: str = typer.Argument("", help="all fields of this one, for example bayer"),
     strict: bool = typer.Option(False, help="exit with an error when a plugin is broken"),
 ) -> None:
-    """Print names by kind, or all fields of one; broken plugins come last, in red."""
+    """Print names by kind, or all fields of one component; broken plugins come last, in red."""
     from .plugin_list import print_plugins
 
     if print_plugins(kind, name) and strict:
@@ -119,7 +119,7 @@ def new_plugin(
 
 @app.command(help="Print the script of tab completion for bash, zsh or fish.")
 def completion(shell: str = typer.Argument(help="bash, zsh or fish")) -> None:
-    """Print what a shell reads at its start."""
+    """Print the completion script that a shell reads when it starts."""
     if shell not in SHELLS:
         raise ConfigError(
             f"no script for the shell {shell!r}{did_you_mean(shell, SHELLS)}; type for example"
@@ -130,16 +130,14 @@ def completion(shell: str = typer.Argument(help="bash, zsh or fish")) -> None:
 
 @cache
 def _with_plugins(manager: PluginManager) -> Any:
-    """Return the command line with the commands of all plugins, which are added to it once."""
+    """Return the command line with the commands of all plugins. They are added only once."""
     manager.hook.isethdr_commands(app=app)
     return get_command(app)
 
 
 def main() -> None:
-    """Entry point of the `isethdr` command: a user's mistake is one clear line, never a
-    traceback.
-    """
-    if sys.argv[1:3] == COMPLETE:  # at each press of Tab: no plugin is imported
+    """Run the `isethdr` command. A user's mistake prints one line, without a traceback."""
+    if sys.argv[1:3] == COMPLETE:  # called at each press of Tab, so no plugin is imported
         print("\n".join(complete(app, sys.argv[3:])))
         return
     defer()

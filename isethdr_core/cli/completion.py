@@ -24,7 +24,7 @@ from ..storage.home_folder import home
 SCRIPTS = Path(__file__).parent / "completion_scripts"
 SHELLS = {"bash": "isethdr.bash", "zsh": "isethdr.zsh", "fish": "isethdr.fish"}
 COMPOSING = ("run", "plan")  # commands that take overrides
-OF_RUNS = ("show", "compare", "score", "rm")  # of `catalog`: they take the key of a store
+OF_RUNS = ("show", "compare", "score", "rm")  # subcommands of `catalog` that take a store's key
 KINDS_ONLY = "plugins"
 NEW_PLUGIN = "new-plugin"
 
@@ -33,23 +33,24 @@ NEW_PLUGIN = "new-plugin"
 class Vocabulary:
     """All words that can be offered."""
 
-    commands: dict[str, list[str]] = field(default_factory=dict)  # with their subcommands
+    commands: dict[str, list[str]] = field(default_factory=dict)  # {command: its subcommands}
     options: dict[str, list[str]] = field(default_factory=dict)  # by `command subcommand`
-    # of each kind: components and presets, with the choices of each of their fields
+    # {kind: {component or preset: {field: its choices}}}
     names: dict[str, dict[str, dict[str, list[str]]]] = field(default_factory=dict)
     experiments: list[str] = field(default_factory=list)
     settings: list[str] = field(default_factory=list)
-    chosen: dict[str, str] = field(default_factory=dict)  # by the main config: `lens`, `flare.dirt`
-    kind_of: dict[str, str] = field(default_factory=dict)  # of these: `cameras.rgbw` is a sensor
+    # choices of the main config, by place: `lens`, `flare.dirt`
+    chosen: dict[str, str] = field(default_factory=dict)
+    kind_of: dict[str, str] = field(default_factory=dict)  # by place: `cameras.rgbw` is a sensor
 
 
 def complete(app: typer.Typer, words: list[str]) -> list[str]:
-    """Return what the last word may become.
+    """Return the completions of the last word.
 
     Parameters
     ----------
     app : the command line.
-    words : what was typed behind `isethdr`, up to the cursor; the last one may be empty.
+    words : words typed after `isethdr`, up to the cursor; the last one may be empty.
     """
     known_words = vocabulary(app)
     *before, current = words or [""]
@@ -78,7 +79,7 @@ def complete(app: typer.Typer, words: list[str]) -> list[str]:
 
 
 def script(shell: str) -> str:
-    """Return the text that a shell reads at its start."""
+    """Return the completion script that a shell reads when it starts."""
     return (SCRIPTS / SHELLS[shell]).read_text(encoding="utf-8")
 
 
@@ -146,7 +147,7 @@ def _values(
 
 
 def vocabulary(app: typer.Typer) -> Vocabulary:
-    """Return all words that can be offered; kept ones where nothing has changed."""
+    """Return all words that can be offered; the stored words if no package has changed."""
     path = cache_file()
     with suppress(OSError, ValueError, TypeError, KeyError):
         stored = json.loads(path.read_text(encoding="utf-8"))
@@ -165,14 +166,14 @@ def vocabulary(app: typer.Typer) -> Vocabulary:
 
 
 def cache_file() -> Path:
-    """Return where the words are kept: beside the descriptions of components."""
+    """Return the path of the stored words, in the folder of the component descriptions."""
     own = os.environ.get("ISETHDR_CACHE")
     folder = os.environ.get("XDG_CACHE_HOME") or str(Path.home() / ".cache")
     return (Path(own) if own else Path(folder) / "isethdr") / "completion.json"
 
 
 def _state(packages: list[str]) -> str:
-    """Return a name of the plugins that are installed, and of the files of their packages."""
+    """Return a digest of the installed plugins and of the files of their packages."""
     digest = hashlib.sha256(os.environ.get("ISETHDR_PLUGINS", "all").encode())
     for entry in sorted(f"{e.name}={e.value}" for e in metadata.entry_points(group="isethdr")):
         digest.update(entry.encode())

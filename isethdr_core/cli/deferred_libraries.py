@@ -1,8 +1,9 @@
 """Deferred libraries: large libraries that the command line loads when they are first used.
 
-A config is composed from the fields of the components, so that their modules are imported. Most of
-them import xarray, which imports pandas: together half of the time to compose. An error in a
-config, or `isethdr run --cfg job`, needs neither. Programs that import isethdr are not affected.
+A config is composed from the fields of the components, so their modules are imported. Most of them
+import xarray, which imports pandas. Both imports together take half of the time to compose. An
+error in a config, or `isethdr run --cfg job`, needs neither. Programs that import isethdr are not
+affected.
 """
 
 from __future__ import annotations

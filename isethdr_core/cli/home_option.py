@@ -1,5 +1,5 @@
-"""The option `--home PATH` of every command: it stands for ISETHDR_HOME, also in the processes that
-a sweep starts. Commands that only read the catalog take it several times.
+"""The option `--home PATH` of every command. It sets ISETHDR_HOME, also for the processes that a
+sweep starts. Commands that only read the catalog accept it several times.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from ..storage.object_home.calls import prepare_writing
 OPTION = "--home"
 # commands that write into a home, and make it where it is missing
 MAKES_HOMES = ("run", "sequence", "study", "dataset", "train", "experiments", "import-iset")
-READS_SEVERAL = ("catalog", "export", "reproduce")  # commands of which some read several homes
+READS_SEVERAL = ("catalog", "export", "reproduce")  # some of their subcommands read several homes
 
 
 def without_homes(arguments: list[str]) -> tuple[list[str], list[str]]:
@@ -54,8 +54,8 @@ def use_homes(paths: Sequence[str], command: str) -> None:
 
     Raises
     ------
-    ConfigError : several paths for a command that works in one home; else as `use_home`.
-    CatalogError : one of several paths is no home; else as `use_home`.
+    ConfigError : several paths for a command that works in one home; also as `use_home`.
+    CatalogError : one of several paths is no home; also as `use_home`.
     """
     if not paths:
         return

@@ -32,7 +32,7 @@ SUFFIX = ".jinja"  # copier's default
 
 @dataclass(frozen=True)
 class NewPlugin:
-    """A package before it is written: the two answers that it is made of."""
+    """Kind and name of a new package. All of its files are computed from them."""
 
     kind: str
     name: str
@@ -65,7 +65,7 @@ class NewPlugin:
         return _render(validator, {"name": self.name}).strip()
 
     def _names(self) -> dict[str, Any]:
-        """Return the answers, and what copier.yml computes of them, in its order."""
+        """Return kind and name, and the names that copier.yml computes from them, in its order."""
         names: dict[str, Any] = {"kind": self.kind, "name": self.name}
         for key, question in _config().items():
             if not key.startswith("_") and key not in names:
@@ -83,7 +83,7 @@ def _config() -> dict[str, Any]:
 @cache
 def _environment() -> jinja2.Environment:
     """Return Jinja2 with the options of copier.yml."""
-    # nothing is escaped: Python, YAML and Markdown, of names that were checked
+    # no escaping: the files are Python, YAML and Markdown, and the names were checked
     options = _config()["_envops"] | {"undefined": jinja2.StrictUndefined, "autoescape": False}
     return jinja2.Environment(loader=jinja2.FileSystemLoader(TEMPLATE), **options)
 

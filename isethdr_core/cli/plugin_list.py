@@ -15,7 +15,7 @@ from ..plugins.presets import Preset, component_of, presets
 from .terminal import console as open_console
 from .terminal import print_text
 
-# what precedes a name, and what is said of it
+# indents of a name, and of the text about it
 FIELD = "  "
 MORE = "      "
 
@@ -30,7 +30,7 @@ def print_plugins(kind: str = "", name: str = "") -> int:
 
     Returns
     -------
-    int : how many plugins are broken; each is printed last.
+    int : number of broken plugins; they are printed last.
 
     Raises
     ------

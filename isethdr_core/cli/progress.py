@@ -19,14 +19,14 @@ from .terminal import console
 if TYPE_CHECKING:
     from rich.progress import Progress
 
-SHOWN_AFTER_S = 2.0
+SHOWN_AFTER_S = 2.0  # shorter tasks are not shown
 _is_hidden = ContextVar("is_hidden", default=False)
 _starting = Lock()  # stages of several cameras may begin and end at the same time
 
 
 @contextmanager
 def hidden() -> Iterator[None]:
-    """Show nothing of the stages in the block: the jobs of a sweep have one line together."""
+    """Hide the progress of stages in the block: all jobs of a sweep share one progress line."""
     before = _is_hidden.set(True)
     try:
         yield

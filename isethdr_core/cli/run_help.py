@@ -55,7 +55,7 @@ def print_run_help() -> None:
     chosen = default_choices()
     for kind in KINDS:
         names = [name for group, name in chosen.items() if group.partition("@")[0] == kind]
-        if kind == "lighting":  # the others are versions that the report shows
+        if kind == "lighting":  # the other lightings are versions that the report shows
             names = names[:1]
         print_text(f"{kind:<10} {', '.join(names)}", "  ", 13 * " ")
     print("\nSettings, with their defaults")

@@ -155,8 +155,8 @@ def title_of(stage: str) -> str:
 
 
 def together(expected: dict) -> dict[str, float | None]:
-    """Return the expected seconds of every displayed row; None where those of one of its stages are
-    not known.
+    """Return the expected seconds of every displayed row; None if the seconds of one of its stages
+    are not known.
     """
     by_title: dict[str, float | None] = {}
     for stage, seconds in expected.items():
@@ -177,7 +177,7 @@ def runtime_estimate_table(expected: dict, threads: int = 1) -> Table:
     Parameters
     ----------
     expected : {stage: seconds, or None where they are not known}.
-    threads : that work on the cameras.
+    threads : number of threads that compute the cameras.
     """
     table = Table("stage", title="will be computed", title_justify="left")
     table.add_column("expected s", justify="right")
@@ -202,7 +202,7 @@ def runtime_estimate_table(expected: dict, threads: int = 1) -> Table:
 
 
 def memory_text(peak: Expected) -> str:
-    """Return the expected peak memory of a run, with its parts from the largest on.
+    """Return the expected peak memory of a run as text, with its parts, the largest first.
 
     Parameters
     ----------
@@ -219,8 +219,8 @@ def memory_text(peak: Expected) -> str:
 
 
 def worst_text(notes: Sequence[Any]) -> str:
-    """Return the largest error that is comparable with the first one, and how many more there
-    are.
+    """Return the largest error that is comparable with the first one, and the number of other
+    errors.
     """
     if not notes:
         return ""
@@ -290,7 +290,7 @@ def broken(name: str, width: int) -> str:
 def merged(orders: Iterable[list[Key]]) -> list[Key]:
     """Return the keys of several lists in one list.
 
-    A key that an earlier list lacks stands behind its neighbour in the later one. So the
+    A key that the earlier lists lack is placed after its predecessor in the later list. So the
     signal-to-noise ratios of all luminances stay together, although a saturated camera has fewer.
     """
     keys: list[Key] = []
@@ -304,7 +304,7 @@ def merged(orders: Iterable[list[Key]]) -> list[Key]:
 
 
 def score_text(score: dict) -> str:
-    """Return the value with half of its 95 % interval where it has one."""
+    """Return the value, with half the width of its 95 % interval if it has one."""
     low = score["low"]
     high = score["high"]
     if low is None or high is None:

@@ -17,9 +17,10 @@ from dataclasses import dataclass, field
 from ..sweeps.record import Job, Sweep, job_files, read_job, seconds_left
 from .terminal import console, duration
 
-POLL_S = 1.0  # between two looks at the folder
-FIRST_LINE_S = 30.0  # where there is no terminal: no line before, and none sooner after another
-SHARE_OF_TIME = 0.05  # lines become rarer: at least this share of the time that has passed
+POLL_S = 1.0  # time between two reads of the sweep's folder
+# shortest times without a terminal, before the first line and between two lines
+FIRST_LINE_S = 30.0
+SHARE_OF_TIME = 0.05  # as a share of the time since the start, so that lines become rarer
 
 
 @dataclass
@@ -56,8 +57,8 @@ def is_due(passed_s: float, since_last_s: float) -> bool:
 
     Parameters
     ----------
-    passed_s : since the sweep started.
-    since_last_s : since the last line, or since the start.
+    passed_s : time since the sweep started.
+    since_last_s : time since the last line, or since the start if there is none.
     """
     return since_last_s >= max(FIRST_LINE_S, SHARE_OF_TIME * passed_s)
 

@@ -26,9 +26,9 @@ from ..sweeps.table import (
 )
 from .terminal import console, number_of, print_path, text_width
 
-MOST_ROWS = 20  # of the table on a terminal; page and CSV hold all
-MOST_BEST = 12
-LINES = 2  # between columns
+MOST_ROWS = 20  # largest number of table rows on a terminal; page and CSV hold all
+MOST_BEST = 12  # largest number of scores in the table of best jobs
+LINES = 2  # spaces between columns
 
 
 def finish(sweep: Sweep) -> SweepTable:
@@ -64,7 +64,7 @@ def print_sweep(table: SweepTable) -> None:
 
 
 def scored_text(score: Scored | None) -> str:
-    """Return a value with half of its 95 % interval, "" for none."""
+    """Return a value with half the width of its 95 % interval; "" if there is no value."""
     if score is None or math.isnan(score.value):
         return ""
     half = (score.high - score.low) / 2
@@ -99,7 +99,7 @@ def _width(head: str, cells: Sequence[str]) -> int:
 
 
 def _fitting(table: SweepTable) -> list[str]:
-    """Return the scores, most telling first, whose columns fit the terminal beside the others."""
+    """Return the scores with columns that fit the terminal, most telling first; at least one."""
     rows = table.rows[:MOST_ROWS]
     leads = [_lead(table, row) for row in rows]
     columns = zip(_heads(table), zip(*leads, strict=True), strict=True)

@@ -1,8 +1,8 @@
 """Terminal: the one console that prints for people. It shows every text as it is.
 
-Names come from users and from other people's plugins. Rich would read `[red]` in them as a style
-and
-`:car:` as a picture, so markup, emoji codes and highlighting are off. A style is given by argument.
+Names come from users and from other people's plugins. Rich would read `[red]` in them as a style,
+and `:car:` as a picture, so markup, emoji codes and highlighting are off. A style is given by
+argument.
 """
 
 from __future__ import annotations
@@ -23,10 +23,10 @@ WIDEST_TEXT = 100  # columns of running text
 WIDTH_OF_FILES = 200  # columns of tables that go to a file or a pipe: results are never cut
 DIGITS = 5  # significant digits of a number with a fraction
 LARGEST_WHOLE = 1e15  # whole numbers below this one are shown completely
-LINED = 3  # columns that each cell of a table with lines needs beside its text
-UNLINED = 2
-NARROWEST_TEXT = 16  # columns of a cell that is broken between words
-MOST_LINES = 6  # of such a cell
+LINED = 3  # columns that a cell needs in addition to its text, in a table with lines
+UNLINED = 2  # the same in a table without lines
+NARROWEST_TEXT = 16  # fewest columns of a cell that is broken between words
+MOST_LINES = 6  # largest number of lines of such a cell
 INDENT = "    "
 UNBROKEN = "\0"  # stands for a space at which no line ends
 BETWEEN = f"{UNBROKEN}| "
@@ -70,8 +70,8 @@ def _wrapped(text: str, indent: str, hanging: str) -> list[str]:
 
 
 def text_width() -> int:
-    """Return the columns of the terminal, at most 100, for longer lines read badly; 80 in a
-    pipe.
+    """Return the columns of the terminal, at most 100 because longer lines are hard to read; 80 in
+    a pipe.
     """
     return min(shutil.get_terminal_size((80, 24)).columns, WIDEST_TEXT)
 
@@ -81,9 +81,9 @@ def number_of(number: int, one: str, several: str = "") -> str:
 
     Parameters
     ----------
-    number : how many.
-    one : what is counted, in the singular.
-    several : its plural; "" for the singular with an s.
+    number : the number of things.
+    one : the noun in the singular.
+    several : the noun in the plural; "" for the singular with an s.
     """
     return f"{number} {one if number == 1 else several or f'{one}s'}"
 
@@ -119,8 +119,8 @@ def print_table(
     columns, rows : the names, and a cell for each of them in every row; None is an empty cell.
         Floating-point numbers are shown with five significant digits, whole ones completely.
     title : above a table with lines; without a title there are no lines.
-    whole : names of the columns whose cells are typed again, such as keys and paths; each of these
-        cells stands on one line.
+    whole : names of the columns with text that users copy, such as keys and paths; the cells of
+        these columns are never broken into lines.
     """
     names = [str(column) for column in columns]
     cells = [[_cell_text(cell) for cell in row] for row in rows]

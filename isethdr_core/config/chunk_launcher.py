@@ -27,13 +27,13 @@ from omegaconf import DictConfig, open_dict
 from ..errors import ConfigError
 from ..storage.home_folder import HOME
 
-# Hydra takes launchers of this prefix only; the class stays where it is
+# Hydra accepts only launchers with this prefix; the class itself stays in this module
 TARGET = "hydra_plugins.isethdr.ChunkLauncher"
 LIBRARY = "submitit"
 SLURM = "slurm"
 LOCAL = "local"
-OUTPUT = ".chunks"  # folder of submitit's files, in that of the sweep
-HOURS = 12.0
+OUTPUT = ".chunks"  # folder of submitit's files, within the folder of the sweep
+HOURS = 12.0  # default time limit of a chunk
 
 
 class ChunksEndedError(Exception):
@@ -45,11 +45,11 @@ class ChunkSettings:
     """The fields below `hydra.launcher`."""
 
     _target_: str = TARGET
-    engine: str = SLURM  # or local
-    workers: int = 10  # chunks
+    engine: str = SLURM  # slurm or local
+    workers: int = 10  # number of chunks
     hours: float = HOURS  # time limit of a chunk
-    partition: str = ""  # of the cluster; "": its default
-    cpus: int = 1  # of a chunk
+    partition: str = ""  # partition of the cluster; "": the default partition
+    cpus: int = 1  # cores of a chunk
 
 
 @dataclass(frozen=True)
@@ -60,7 +60,7 @@ class Batch:
     task_function: TaskFunction
     config: DictConfig
     singletons: dict[Any, Any]
-    home: str  # on a disk that all processes see, or an address
+    home: str  # home folder on a disk that all processes see, or address of an object home
 
 
 class ChunkLauncher(Launcher):
@@ -75,7 +75,7 @@ class ChunkLauncher(Launcher):
     def setup(
         self, *, hydra_context: HydraContext, task_function: TaskFunction, config: DictConfig
     ) -> None:
-        """Keep what the jobs need.
+        """Store what the jobs need.
 
         Parameters
         ----------
@@ -99,7 +99,7 @@ class ChunkLauncher(Launcher):
 
         Raises
         ------
-        ChunksEndedError : a chunk was killed, by a limit, a node that fails, or somebody.
+        ChunksEndedError : a chunk was killed, by a limit, by a failure of its node, or by somebody.
         """
         if self.hydra_context is None or self.task_function is None or self.config is None:
             raise RuntimeError("setup() was not called")
@@ -140,7 +140,7 @@ def check(settings: ChunkSettings) -> None:
 
     Raises
     ------
-    ConfigError : an engine, number or time that cannot be, or submitit is not installed.
+    ConfigError : an engine, number or time is impossible, or submitit is not installed.
     """
     if settings.engine not in (SLURM, LOCAL):
         raise ConfigError(
@@ -161,8 +161,8 @@ def check(settings: ChunkSettings) -> None:
 
 
 def chunks(jobs: Sequence[Any], count: int) -> list[list[Any]]:
-    """Share jobs between at most `count` chunks; neighbours often take equally long, so
-    they go to different chunks.
+    """Share jobs among at most `count` chunks. Neighbouring jobs often take equally long, so they
+    are put into different chunks.
     """
     return [list(jobs[first::count]) for first in range(min(count, len(jobs)))]
 
@@ -186,8 +186,8 @@ def executor(settings: ChunkSettings, folder: Path) -> Any:
 
 
 def run_chunk(batch: Batch, jobs: Sequence[tuple[int, list[str]]]) -> list[tuple[int, JobReturn]]:
-    """Run jobs one after the other in a process that may have started elsewhere; one that fails
-    does not stop the others.
+    """Run jobs one after the other, in a process that may run on another machine. A failed job does
+    not stop the others.
 
     Parameters
     ----------
@@ -195,7 +195,7 @@ def run_chunk(batch: Batch, jobs: Sequence[tuple[int, list[str]]]) -> list[tuple
 
     Returns
     -------
-    list : number, and what Hydra returns.
+    list : number of each job, and what Hydra returns for it.
     """
     if batch.home:
         os.environ[HOME] = batch.home

@@ -63,7 +63,7 @@ def compose(overrides: Sequence[str] = (), config_name: str = "config") -> DictC
 
 
 def check_choices(overrides: Iterable[Override]) -> None:
-    """Refuse a choice that is no name: Hydra fails there without a message for people.
+    """Refuse a choice that is not a name. Hydra fails on it without a helpful message.
 
     Parameters
     ----------
@@ -94,7 +94,7 @@ def check_choices(overrides: Iterable[Override]) -> None:
 def user_mistakes() -> Iterator[None]:
     """Turn what Hydra and OmegaConf raise about a config into ConfigError.
 
-    Hydra 1.3 checks some values not at all, so that any error may come of them: ValueError for
+    Hydra 1.3 does not check some values, so any error may follow from them: ValueError for
     `renderer=null`, TypeError for `scene=[1]`, AssertionError for `+lighting=${seed}`.
     """
     try:
@@ -120,7 +120,7 @@ def resolved(config: DictConfig) -> DictConfig:
 
     Raises
     ------
-    ConfigError : one names a key, a variable or a resolver that does not exist.
+    ConfigError : an interpolation names a key, a variable or a resolver that does not exist.
     """
     try:
         OmegaConf.to_container(config, resolve=True)
@@ -135,8 +135,8 @@ def resolved(config: DictConfig) -> DictConfig:
 
 
 def with_choices(config: DictConfig, choices: DictConfig) -> DictConfig:
-    """Return the config without Hydra's node, with the chosen presets by group under `choices`:
-    names for people.
+    """Return the config without Hydra's node. Its new key `choices` holds the names of the chosen
+    presets by group, for people to read.
     """
     chosen = OmegaConf.to_container(choices)
     assert isinstance(chosen, dict)
@@ -147,8 +147,8 @@ def with_choices(config: DictConfig, choices: DictConfig) -> DictConfig:
 
 
 def explain(err: BaseException) -> str:
-    """Return Hydra's or OmegaConf's complaint in our form: what was wrong, the nearest valid name,
-    what to type.
+    """Return the message of Hydra or OmegaConf in the form of isethdr's errors: what was wrong, the
+    nearest valid name, what to type.
     """
     if isinstance(err, MissingConfigException) and err.options and err.missing_cfg_file:
         group, _, name = str(err.missing_cfg_file).rpartition("/")
@@ -182,9 +182,9 @@ def _no_such_key(missing: Any, overridden: bool, text: str) -> str:
 
     Parameters
     ----------
-    missing : OmegaConf's error, whose fields decide.
-    overridden : an override asked for the key.
-    text : Hydra's message: it alone quotes the override.
+    missing : OmegaConf's error. Its fields decide the message.
+    overridden : whether an override names the key.
+    text : Hydra's message, the only one that quotes the override.
     """
     key = str(missing.key)
     owner = missing.object_type
@@ -249,9 +249,9 @@ def hydra_type(annotation: Any, f: Field[Any] | None = None) -> Any:
     if _by_number(annotation):
         return Any
     if annotation is bool:
-        return Any  # OmegaConf takes any number for true; pydantic takes 0 and 1 alone
+        return Any  # OmegaConf accepts any number as true; pydantic accepts only 0 and 1
     if annotation in (int, float, str) and f is not None and isinstance(f.default, annotation):
-        # surely understood: to try each takes a quarter of a second at every start
+        # OmegaConf certainly understands these; to try all takes a quarter of a second per start
         return annotation
     default = (
         field(default_factory=f.default_factory)
@@ -270,8 +270,8 @@ def hydra_type(annotation: Any, f: Field[Any] | None = None) -> Any:
 
 
 def _by_number(annotation: Any) -> bool:
-    """Return whether a table's keys are any numbers: OmegaConf would refuse 450 for a float and
-    take 450.0 alone.
+    """Return whether the keys of a table are of type float. As such a key, OmegaConf would accept
+    450.0 and refuse 450.
     """
     return get_origin(annotation) is dict and get_args(annotation)[0] is float
 

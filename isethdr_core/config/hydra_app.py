@@ -1,5 +1,5 @@
-"""Hydra application: single runs, sweeps (`-m`) and launchers. A failure is one line with an exit
-code for its kind.
+"""Hydra application: single runs, sweeps (`-m`) and launchers. A failure prints one line and sets
+an exit code for its kind.
 
 A config is composed without xarray and SciPy, so that a mistake is reported quickly. The modules of
 a run (`job`) and of a sweep (`sweeps`) are imported later.
@@ -37,7 +37,7 @@ from .composition import (
 from .kept_choices import CONFIG_MODULE
 from .trust import check_arguments
 
-# exit codes: the user's to fix, a component's, Ctrl-C (128 + SIGINT)
+# exit codes: an error that the user can mend, a crash of a component, Ctrl-C (128 + SIGINT)
 MISTAKE = 2
 CRASH = 1
 INTERRUPTED = 130
@@ -62,7 +62,7 @@ def run_with_hydra(arguments: list[str]) -> None:
             check_choices(OverridesParser.create().parse_overrides(arguments))
     sweep = None
     if {"-m", "--multirun"} & set(arguments):
-        from .sweeps import finish, prepared, watched  # as heavy as a run
+        from .sweeps import finish, prepared, watched  # imports as much as a run does
 
         ready = prepared(arguments)
         arguments = ready.arguments
@@ -71,10 +71,10 @@ def run_with_hydra(arguments: list[str]) -> None:
     if sweep is not None:
         begin(sweep)
         watching = watched(sweep)
-        for logger in OF_HYDRA:  # one line says how many jobs are done
+        for logger in OF_HYDRA:  # the progress line replaces their line for each job
             logging.getLogger(logger).setLevel(logging.WARNING)
     sys.argv = ["isethdr run", *arguments]
-    os.environ["HYDRA_FULL_ERROR"] = "1"  # Hydra raises errors as they are, and we explain them
+    os.environ["HYDRA_FULL_ERROR"] = "1"  # Hydra raises errors unchanged; `explain` words them
     exit_on_sigterm()
     try:
         with user_mistakes(), watching:
@@ -92,7 +92,7 @@ def run_with_hydra(arguments: list[str]) -> None:
 
 
 def with_list_of_tags(arguments: list[str]) -> list[str]:
-    """Return the arguments with `tags=night,wet` as a list, which it is also in a sweep."""
+    """Return the arguments with `tags=night,wet` as a list, which Hydra does not sweep over."""
     return [
         f"tags=[{a.removeprefix('tags=')}]" if a.startswith("tags=") and "[" not in a else a
         for a in arguments
@@ -102,7 +102,7 @@ def with_list_of_tags(arguments: list[str]) -> list[str]:
 def _start_hydra(sweeping: bool) -> int:
     """Let Hydra start the jobs, and return the exit code.
 
-    A launcher raises errors of its own where a process of a job was killed, or no cluster answers.
+    A launcher raises errors of its own if the process of a job was killed, or no cluster answers.
     """
     try:
         hydra.main(version_base="1.3", config_path=f"pkg://{CONFIG_MODULE}", config_name="config")(
@@ -127,7 +127,7 @@ def _start_hydra(sweeping: bool) -> int:
 
 
 def task(config: DictConfig) -> None:
-    """Compute one run of a composed config and print its summary; a failure is one line.
+    """Compute one run of a composed config and print its summary; a failure prints one line.
 
     In a sweep the other jobs continue, and `JobsFailed` is raised after them.
     """
@@ -142,13 +142,13 @@ def task(config: DictConfig) -> None:
     overrides = tuple(map(str, typed or ()))
     try:
         config = with_choices(config.copy(), hydra_config.runtime.choices)
-        from . import job  # the chain with all its libraries
+        from . import job  # imports the chain with all its libraries
 
         if sweeping:
             job.run_in_sweep(config, folder, number, overrides)
         else:
             job.run_and_print(config)
-    except Exception as err:  # a plugin's code: anything may happen
+    except Exception as err:  # the code of a plugin may raise anything
         keep_traceback(err)
         text, code = complaint(err)
         if sweeping:
@@ -167,11 +167,12 @@ def task(config: DictConfig) -> None:
 
 
 def keep_traceback(err: Exception) -> None:
-    """Write the traceback of a crash outside the stages of a run, and note where it is.
+    """Write the traceback of a crash outside the stages of a run, and add a note with its path.
 
     Parameters
     ----------
-    err : exception. A mistake of the user needs no traceback, and a stage has kept its own.
+    err : the exception. Nothing is written for a mistake of the user, nor for the crash of a stage,
+        which has a traceback already.
     """
     if isinstance(err, IsetHdrError) or getattr(err, "__notes__", []):
         return
@@ -183,8 +184,8 @@ def keep_traceback(err: Exception) -> None:
 
 
 def complaint(err: Exception) -> tuple[str, int]:
-    """Return one line about a failure, and the exit code: a component's crash names the stage and
-    where the traceback is.
+    """Return one line about a failure, and the exit code. If a component crashed, the line names
+    the stage and the path of the traceback.
     """
     if isinstance(err, IsetHdrError):
         return str(err), MISTAKE

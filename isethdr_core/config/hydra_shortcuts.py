@@ -4,7 +4,7 @@
   interpolations such as `sensor: ${sensor}_night` in the file's defaults list. The tables take a
   quarter of the time of composing, and few lists have an interpolation.
 - Before a run or a sweep, Hydra composes the whole config to learn `hydra.mode`, and composes it
-  again for the job. The mode is set by an override or a config file, and hardly ever.
+  again for the job. Only an override or a config file can set the mode, and few do.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from omegaconf import DictConfig, OmegaConf
 
 from ..plugins.presets import preset_folders
 
-# what a sweep of ours sets: its folder
+# override that isethdr itself adds to a sweep: it sets the folder, not the mode
 NO_MODE = "hydra.sweep.dir="
 SETS_MODE = re.compile(r"\bmode['\"]?\s*:")
 _table_of_choices = defaults_list._create_interpolation_map

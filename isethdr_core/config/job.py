@@ -20,8 +20,8 @@ def run_and_print(config: DictConfig) -> None:
 
 
 def run_in_sweep(config: DictConfig, folder: Path, number: int, overrides: tuple[str, ...]) -> None:
-    """Compute one job of a sweep and say so in its folder. The command that started the sweep shows
-    how many are done.
+    """Compute one job of a sweep and record it in the folder of the sweep. The command that started
+    the sweep shows how many jobs are done.
 
     Parameters
     ----------

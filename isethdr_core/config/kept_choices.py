@@ -25,7 +25,7 @@ from .packed import Packed
 from .trust import own_folder
 
 CONFIG_MODULE = "isethdr_core.config.conf"
-MOST = 256  # kept configs; one takes about 40 kB
+MOST = 256  # largest number of kept configs; one takes about 40 kB
 
 
 @dataclass(frozen=True)
@@ -53,7 +53,7 @@ def composed(overrides: Sequence[Override], config_name: str) -> Composed:
     """
     choices = [o for o in overrides if not _is_value(o)]
     values = [o for o in overrides if _is_value(o)]
-    # what Hydra treats in a way of its own goes to Hydra as a whole
+    # if Hydra has special rules for one override, Hydra composes the whole config
     if own_folder().is_dir() or any(map(_needs_hydra, overrides)):
         return _by_hydra(overrides, config_name)
     key = (config_name, *(o.input_line for o in choices), *_sources())
@@ -86,8 +86,8 @@ def _is_value(override: Override) -> bool:
 
 
 def _needs_hydra(override: Override) -> bool:
-    """Return whether an override is no plain choice or value: a sweep, a table in place of a
-    choice, which Hydra applies among the values, or a setting of Hydra.
+    """Return whether an override is neither a plain choice nor a plain value. It may be a sweep, a
+    setting of Hydra, or a table in place of a choice, which Hydra applies among the values.
     """
     if override.is_sweep_override():
         return True

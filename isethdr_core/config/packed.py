@@ -12,8 +12,8 @@ from omegaconf import DictConfig
 class Packed:
     """A config as bytes, from which copies are made.
 
-    The bytes stay in this process. The classes of fields are kept beside the bytes: pickle finds
-    classes by name, and the classes of components are made at run time, without a name.
+    The bytes stay in this process. The classes of fields are kept separately: pickle finds classes
+    by name, and the classes of components are made at run time, without a name.
     """
 
     def __init__(self, config: DictConfig) -> None:

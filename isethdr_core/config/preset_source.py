@@ -2,7 +2,7 @@
 process, and again when it has changed.
 
 Hydra's own source parses all files of a config for each config that it composes, and looks up the
-package for each question. With it a config takes a quarter more time.
+package at each call. With it, composing a config takes a quarter more time.
 """
 
 from __future__ import annotations
@@ -19,10 +19,10 @@ from omegaconf import OmegaConf
 from .packed import Packed
 
 SCHEME = "isethdr-presets"
-PACKAGE = "pkg://"  # of Hydra's own source
-HEADER = 512  # characters in which Hydra looks for lines such as `# @package _global_`
+PACKAGE = "pkg://"  # scheme of Hydra's own source
+HEADER = 512  # number of characters in which Hydra looks for lines like `# @package _global_`
 ENDING = ".yaml"
-MOST = 1024  # parsed files; one takes about 2 kB
+MOST = 1024  # largest number of parsed files that are kept; one takes about 2 kB
 
 _parsed: LRUCache[tuple[str, int, int], tuple[Packed, dict[str, str | None]]] = LRUCache(MOST)
 

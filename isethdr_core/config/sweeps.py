@@ -1,5 +1,5 @@
-"""Sweeps (`-m`): their mistakes found before the first job, and fields of a swept kind that Hydra
-would refuse.
+"""Sweeps (`-m`): mistakes are found before the first job. Fields of a swept kind are rewritten,
+because Hydra would refuse them.
 """
 
 from __future__ import annotations
@@ -32,17 +32,17 @@ NAME = "name"  # setting with the name of a sweep or a run
 class Prepared:
     """A sweep whose values have all been tried."""
 
-    arguments: list[str]  # as Hydra wants them
+    arguments: list[str]  # in the form that Hydra needs
     sweep: Sweep | None  # None where Hydra only shows something, for example with `--cfg job`
 
 
 def prepared(arguments: list[str]) -> Prepared:
-    """Return a sweep as Hydra wants it, after every value of it has been tried.
+    """Return a sweep in the form that Hydra needs, after each of its values has been tried.
 
-    Hydra composes once without the swept kinds, where `sensor.exposure_s=0.008` of
-    `sensor=bayer,rgbw` has no owner yet: such a field becomes a sweep of one choice. Each swept
-    value is composed and built once, not each combination. The name of the sweep is taken out of
-    the jobs, which it does not change, and becomes their folder.
+    Hydra first composes once without the swept kinds. In `sensor=bayer,rgbw
+    sensor.exposure_s=0.008` the field has no owner then, so it is rewritten as a sweep of one
+    choice. Each swept value is composed and built once, not each combination. The name of the sweep
+    does not change the jobs. It is removed from them and becomes the name of their folder.
 
     Raises
     ------

@@ -31,7 +31,7 @@ def own_folder() -> Path:
 
 
 def trusted_folders() -> list[Path]:
-    """Return the folders whose config files may run, beside those of installed packages."""
+    """Return the folders from which config files are accepted, apart from installed packages."""
     named = [Path(text) for text in os.environ.get(VARIABLE, "").split(os.pathsep) if text]
     return [own_folder().resolve(), *(folder.resolve() for folder in named)]
 
@@ -82,8 +82,7 @@ def check_arguments(arguments: Sequence[str]) -> None:
     Raises
     ------
     ConfigError : as `check_overrides`; also for `--config-dir`, `--config-path`, `--config-name`
-        and a
-        pickled config of `--experimental-rerun`, which is code as well.
+        and a pickled config of `--experimental-rerun`, which is code as well.
     """
     args, other_arguments = get_args_parser().parse_known_args(list(arguments))
     if args.config_dir is not None:

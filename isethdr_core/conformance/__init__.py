@@ -6,9 +6,9 @@
 | `flare`        | promises of a flare: an aperture removes light, scatter keeps energy    |
 | `inputs`       | small inputs for the conformance kit, made from formulas                |
 | `isp`          | promises of an isp: absolute luminance, unclipped estimates             |
-| `isp_readings` | whether an isp interprets captures as stated, keeps places and colours  |
+| `isp_readings` | whether an isp reads captures as stated, and keeps places and colours   |
 | `lazy`         | arrays that must not be read, and arrays that are read piece by piece   |
-| `lens`         | promises of a lens: linear, bands apart, no light added, orientation    |
+| `lens`         | promises of a lens: linear, independent bands, no gain, orientation     |
 | `lighting`     | promises of a lighting: the mix is the weighted sum of the groups       |
 | `metric`       | promises of a metric: finite scores from the labels it asked for        |
 | `promise`      | how a promise is stated and checked                                     |

@@ -15,7 +15,7 @@ from ..plugins.protocols import Sensor
 from ..runs.seeds import generator
 from .promise import close, holds, keeps
 
-BORDER = 4  # pixels: crosstalk mirrors at the border of the sensor
+BORDER = 4  # pixels that are left out at each edge, because crosstalk is mirrored there
 OF_LIGHT = ("f_number", "focal_length_mm", "throughput_sr", "falloff")
 DEVICE = {"device": "K", "scene": "kit"}
 
@@ -71,7 +71,7 @@ def check_electrons(
         per_channel = electrons_of_captures[(slice(None), *inner)][:, filters == channel].mean(
             axis=1
         )
-        # 1 %: pixels of one channel with unlike neighbours get unlike shares of stray light
+        # 1 %: pixels of one channel with different neighbours get different shares of stray light
         promise = (
             "expected electrons are irradiance x photons per joule x quantum_efficiency x area_m2"
             f" x exposure_s of the captures, filter {name!r}"
@@ -133,11 +133,11 @@ def check_scatter(
     light: xr.DataArray,
     read_back: Callable[[xr.Dataset], np.ndarray],
 ) -> None:
-    """Check that shots with other keys scatter as the captures state: shot noise, read noise and
-    the steps of the converter.
+    """Check that shots with different seeds scatter as the captures state: shot noise, read noise
+    and the steps of the converter.
 
-    In darkness and in dim light. Half the variance of the difference of two shots of one device:
-    its fixed pattern cancels.
+    This is checked in darkness and in dim light. The variance of one shot is taken as half the
+    variance of the difference of two shots of one device, so that its fixed pattern cancels.
 
     Parameters
     ----------
@@ -160,8 +160,8 @@ def check_scatter(
             noise_e2 = float(mean[k][use].mean()) + float(first["read_noise_e"][k]) ** 2
             stated_e2 = noise_e2 + step**2 / 12
             found_e2, error = _half_mean_square(difference[k], use)
-            # six standard errors; rounding to steps wider than two deviations adds anything up to
-            # step^2 / 4
+            # six standard errors; where a step is wider than two standard deviations of the noise,
+            # rounding can add up to step^2 / 4
             allowed = 6 * max(np.sqrt(2 / use.sum()) * stated_e2, error) + (
                 step**2 / 4 if 4 * noise_e2 < step**2 else 0.0
             )
