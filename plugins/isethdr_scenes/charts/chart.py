@@ -28,7 +28,9 @@ if TYPE_CHECKING:
     import xarray as xr
     from colour import SpectralDistribution
 
-STEPS = 20  # of the midpoint rule in a band: 2e-6 for tungsten light in bands of 10 nm
+# Number of steps of the midpoint rule in a band; the error is 2e-6 for tungsten light in bands of
+# 10 nm
+STEPS = 20
 
 
 @dataclass(frozen=True)
@@ -84,7 +86,9 @@ class Chart:
         return camera_field(self.horizontal_field_deg, self.width / self.height, self.projection)
 
     def tile_counts(self, margin: bool) -> tuple[int, int]:
-        """Return (rows, columns) of tiles; a chart has none beyond its field."""
+        """Return (rows, columns) of tiles. A chart has no tiles beyond its field, so `margin` has
+        no effect.
+        """
         return self.height, self.width
 
     def bands_nm(self) -> np.ndarray:
@@ -93,8 +97,7 @@ class Chart:
         return self.first_nm + self.step_nm * np.arange(count)
 
     def white(self) -> np.ndarray:
-        """Return the illuminant's radiance per cd/m2, (wavelength,) W m-2 sr-1 nm-1: its luminance
-        is 1.
+        """Return the radiance (wavelength,), W m-2 sr-1 nm-1, of the illuminant at 1 cd/m2.
 
         Raises
         ------
@@ -158,10 +161,9 @@ class Chart:
 def band_means(
     spectrum: Callable[..., Any], bands_nm: np.ndarray, steps: int = STEPS
 ) -> np.ndarray:
-    """Return the means of `spectrum(wavelength_nm)` over the bands whose borders lie half way
-    between `bands_nm`.
+    """Return the means of `spectrum(wavelength_nm)` over bands, by the midpoint rule.
 
-    Midpoint rule of `steps` in a band.
+    The border between two bands lies half way between their middles.
 
     Parameters
     ----------
@@ -184,14 +186,14 @@ def table(distribution: SpectralDistribution) -> Callable[..., Any]:
 def chart_object(
     instance: int, name: str, left: float, top: float, width: float, height: float
 ) -> dict:
-    """Return a row of the objects table for a part of a chart; the box in tiles.
+    """Return a row of the objects table for a part of a chart.
 
     Parameters
     ----------
     instance : number of the part, from 1.
-    name : of the part.
+    name : name of the part.
     left, top : first column and row of its box, in tiles; fractions are allowed.
-    width, height : of its box, in tiles.
+    width, height : size of its box, in tiles.
     """
     return {
         "instance": instance,

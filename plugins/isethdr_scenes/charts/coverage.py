@@ -8,18 +8,18 @@ import numpy as np
 def disc(
     x: np.ndarray, y: np.ndarray, pitch: float, centre_x: float, centre_y: float, radius: float
 ) -> np.ndarray:
-    """Return the fraction (y, x) of each tile that a disc covers; all lengths in one unit.
+    """Return the fraction (y, x) of each tile that a disc covers. All lengths have the same unit.
 
-    The area of the disc between its centre and each tile corner is known in closed form; the tile's
-    own is the second difference of it, exact to rounding whatever the size of the disc against the
-    tile.
+    The area of the disc between its centre and each tile corner has a closed form. The covered area
+    of a tile is the second difference of these areas. It is exact to rounding for any ratio of disc
+    to tile size.
 
     Parameters
     ----------
     x, y : (column,), (row,) middles of the tiles.
     pitch : side of a tile.
     centre_x, centre_y : middle of the disc.
-    radius : of the disc.
+    radius : radius of the disc.
     """
     edges_x = (np.append(x - pitch / 2, x[-1] + pitch / 2) - centre_x) / radius
     edges_y = (np.append(y - pitch / 2, y[-1] + pitch / 2) - centre_y) / radius
@@ -29,8 +29,7 @@ def disc(
 
 
 def half_plane(x: np.ndarray, y: np.ndarray, pitch: float, angle_deg: float) -> np.ndarray:
-    """Return the fraction (y, x) of each tile right of a line through the origin, `angle_deg`
-    clockwise from upright.
+    """Return the fraction (y, x) of each tile that lies right of a line through the origin.
 
     Parameters
     ----------
@@ -44,11 +43,13 @@ def half_plane(x: np.ndarray, y: np.ndarray, pitch: float, angle_deg: float) -> 
     distance = (normal[0] * x[None, :] + normal[1] * y[:, None]) / pitch
     a, b = sorted(abs(n) for n in normal)
     reach = distance + (a + b) / 2
-    # along the tiles: the general form would divide by zero; the difference is below 1e-7
+    # The line is parallel to tile edges. The general form would divide by zero. The difference is
+    # below 1e-7.
     if a < 1e-7:
         return np.clip(reach / b, 0.0, 1.0)
     ramp = lambda t: np.square(np.maximum(t, 0.0)) / 2
-    # far inside, four large squares would cancel: beyond the tile the answer is 1
+    # Far inside the half plane the result is 1. Limiting the reach to one tile avoids the
+    # cancellation of four large squares.
     inside = np.minimum(reach, a + b)
     return np.clip(
         (ramp(inside) - ramp(inside - a) - ramp(inside - b) + ramp(inside - a - b)) / (a * b),
@@ -58,8 +59,9 @@ def half_plane(x: np.ndarray, y: np.ndarray, pitch: float, angle_deg: float) -> 
 
 
 def _disc_corner(right: np.ndarray, bottom: np.ndarray) -> np.ndarray:
-    """Return the area of the unit disc within 0..right and 0..bottom, odd in both: the integral of
-    min(bottom, sqrt(1 - x^2)).
+    """Return the area of the unit disc within x = 0..right and y = 0..bottom, which is odd in both.
+
+    The area is the integral of min(bottom, sqrt(1 - x^2)) over x.
     """
     right = np.clip(right, -1, 1)
     bottom = np.clip(bottom, -1, 1)

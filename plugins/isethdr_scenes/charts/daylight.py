@@ -1,5 +1,6 @@
-"""Daylight: the CIE daylight illuminants from three tabulated functions, without importing
-colour-science, which takes a second.
+"""Daylight: the CIE daylight illuminants from three tabulated functions.
+
+This module does not import colour-science, because that import takes a second.
 """
 
 from __future__ import annotations
@@ -19,8 +20,9 @@ DAYLIGHT_K = {
 
 
 def daylight(temperature_k: float) -> Callable[..., Any]:
-    """Return a function of the wavelength in nm: daylight of a correlated colour temperature of
-    4000 to 25,000 K, 100 at 560 nm.
+    """Return the relative spectrum of daylight, 100 at 560 nm, as a function of wavelength in nm.
+
+    The correlated colour temperature is 4000 to 25,000 K.
 
     CIE 15:2018, eq. 4.6 to 4.11, with linear interpolation between tabulated wavelengths and
     constant values beyond them. M1 and M2 are rounded to three decimals, as the CIE does for its

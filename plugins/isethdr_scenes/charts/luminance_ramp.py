@@ -23,8 +23,8 @@ class LuminanceRamp(Chart):
     decades: Decades = 8.0
 
     def __call__(self) -> xr.Dataset:
-        """Return scene radiance with the single group `sky`; first and last column hold the end
-        values exactly.
+        """Return scene radiance with the single group `sky`. The first and the last column have the
+        end values exactly.
         """
         level = self.luminance_cd_m2 * np.logspace(-self.decades, 0.0, self.width)
         return self.dataset({"sky": self.white()[:, None, None] * level})

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 ROWS = 4
 COLUMNS = 6
-FRAME_REFLECTANCE = 0.03  # of the black cardboard between the patches
+FRAME_REFLECTANCE = 0.03  # reflectance of the black cardboard between the patches
 
 
 @dataclass(frozen=True)
@@ -27,10 +27,10 @@ class Macbeth(Chart):
     gap: Gap = 0.1  # width of the black frame between two patches / spacing of the patches
 
     def reflectances(self) -> tuple[list[str], np.ndarray]:
-        """Return the names and the band means of the reflectance, (24, wavelength), left to right,
-        top to bottom.
+        """Return the names of the patches and the band means of their reflectance (24, wavelength).
 
-        Measured values of colour-science, `SDS_COLOURCHECKERS["ColorChecker N Ohta"]` (Ohta 1997).
+        The order is left to right, top to bottom. The reflectances are the measured values of
+        colour-science, `SDS_COLOURCHECKERS["ColorChecker N Ohta"]` (Ohta 1997).
         """
         with needed("the chart macbeth", extra="colour"):
             import colour
@@ -42,8 +42,8 @@ class Macbeth(Chart):
     def __call__(self) -> xr.Dataset:
         """Return scene radiance with the single group `sky`, and each patch as an object."""
         names, reflectance = self.reflectances()
-        # in tiles: (6, width) and (4, height), the fraction of each tile that a column or row of
-        # patches covers
+        # fraction of each tile column that each column of patches covers, (6, width); the same for
+        # rows, (4, height)
         across = _bars(self.width, COLUMNS, self.gap)
         down = _bars(self.height, ROWS, self.gap)
         cover = np.einsum("ry,cx->rcyx", down, across).reshape(
@@ -73,9 +73,7 @@ class Macbeth(Chart):
 
 
 def _bars(tiles: int, bars: int, gap: float) -> np.ndarray:
-    """Return (bars, tiles): the fraction of each tile that each of `bars` equal bars covers,
-    exactly.
-    """
+    """Return the exact share (bars, tiles) of each tile that each of `bars` equal bars covers."""
     left = (np.arange(bars) + gap / 2)[:, None] * tiles / bars
     right = (np.arange(bars) + 1 - gap / 2)[:, None] * tiles / bars
     tile = np.arange(tiles)

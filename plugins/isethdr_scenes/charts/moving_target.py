@@ -27,12 +27,13 @@ Place = Annotated[float, Range(-74, 74)]  # degrees
 class MovingTarget(Chart):
     """An upright bar across the whole height and a lamp beside it, both moving to the right.
 
-    For motion blur, the skew of a rolling shutter, and ghosts of combined captures. Positions are
-    exact at any time, and tiles are covered exactly. The speed is in tiles, which are pixels where
-    the sensor has as many.
+    This chart serves to measure motion blur, the skew of a rolling shutter, and ghosts of combined
+    captures. Positions are exact at any time, and so is the coverage of tiles. The unit of the
+    speed is tiles per second. A tile is as large as a pixel where the sensor has as many pixels as
+    the chart has tiles.
     """
 
-    speed_tiles_per_s: Speed = 600.0  # of bar and lamp, to the right
+    speed_tiles_per_s: Speed = 600.0  # speed of bar and lamp to the right
     lamp_luminance_cd_m2: Luminance = 1e5  # luminance of the lamp
     lamp_diameter_deg: Diameter = 0.5  # diameter of the lamp
     bar_width_deg: Diameter = 1.7  # width of the bar
@@ -48,7 +49,7 @@ class MovingTarget(Chart):
         return ("sky", "headlights")
 
     def __call__(self) -> xr.Dataset:
-        """Return scene radiance: group `headlights` holds the lamp, `sky` the bar and the
+        """Return scene radiance. Group `headlights` holds the lamp; `sky` holds the bar and the
         ground.
         """
         x, y, pitch = self.tiles()

@@ -50,7 +50,7 @@ class PointLights(Chart):
         return [self.luminance_cd_m2 * self.step**-k for k in range(self.discs)]
 
     def __call__(self) -> xr.Dataset:
-        """Return scene radiance: group `headlights` holds the discs, `sky` the ground around
+        """Return scene radiance. Group `headlights` holds the discs; `sky` holds the ground around
         them.
         """
         x, y, pitch = self.tiles()
@@ -96,5 +96,5 @@ class PointLights(Chart):
         return math.tan(math.radians(self.disc_diameter_deg) / 2)
 
     def _row_width(self) -> float:
-        """Return the width of the field, as the difference of two tangents of field angles."""
+        """Return the width of the field, in the projection's unit."""
         return self.tiles()[2] * self.width

@@ -21,7 +21,7 @@ class SlantedEdge(Chart):
     contrast_ratio: Contrast = 10.0  # luminance of the bright side / luminance of the dark side
 
     def __call__(self) -> xr.Dataset:
-        """Return scene radiance with the single group `sky`; the bright side has
+        """Return scene radiance with the single group `sky`. The luminance of the bright side is
         `luminance_cd_m2`.
         """
         bright = half_plane(*self.tiles(), self.angle_deg)

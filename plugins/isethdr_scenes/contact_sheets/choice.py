@@ -22,14 +22,15 @@ def print_groups() -> None:
 
 
 def chosen(what: str, count: int, seed: int, shuffled: bool) -> list[Thing]:
-    """Return `count` things of the groups or collections `what`, family after family in turn; of a
-    folder with an asset pack, all its things.
+    """Return `count` things that are drawn from groups or collections, or all things of a pack.
+
+    Things of a group are spread evenly over its families.
 
     Parameters
     ----------
     what : groups or collections, separated by commas, or the folder of an asset pack.
-    count : number of things; a pack is shown whole.
-    seed : of the draw.
+    count : number of things; it has no effect on a pack.
+    seed : seed of the draw.
     shuffled : whether families are mixed.
 
     Raises

@@ -1,6 +1,6 @@
 """`isethdr things`: list the families of things, and draw contact sheets of them.
 
-Imports nothing that takes time: every command line loads this file.
+This module imports nothing slow, because every command line loads it.
 """
 
 from __future__ import annotations

@@ -22,7 +22,7 @@ from .view import ASPECT, scene_of
 
 DAY = {"sky": 1.0}
 NIGHT = {"sky": 1e-4, "headlights": 1.0, "other": 1.0, "streetlights": 1.0}
-# shown as white: luminance over that of the sky by day
+# luminance that is shown as white, relative to the luminance of the sky by day
 DAY_WHITE = 0.65
 NIGHT_WHITE = 3e-3
 BANDS_NM = {"first_nm": 430.0, "last_nm": 670.0, "step_nm": 60.0}
@@ -32,10 +32,10 @@ CAPTION_PX = 13
 
 @dataclass(frozen=True)
 class Look:
-    """How the tiles look."""
+    """Size, quality and appearance of the tiles."""
 
-    width: int = 160  # of a tile, pixels
-    samples: int = 24  # paths per pixel
+    width: int = 160  # width of a tile, pixels
+    samples: int = 24  # samples per pixel
     night: bool = False
     quiz: bool = False  # numbers in place of names
 
@@ -46,18 +46,18 @@ class Look:
 
 
 def write(things: Sequence[Thing], look: Look, out: str) -> None:
-    """Render things, and write the sheet and its key, a table of number, family and variant.
+    """Render things, and write the sheet and its key, a table of number, group, family and variant.
 
     Parameters
     ----------
-    things : one for each tile.
-    look : size of a tile, paths per pixel, night, and whether names are hidden.
-    out : picture to write, .png or .jpg; the key lies beside it as <name>_key.csv.
+    things : one thing for each tile.
+    look : size of a tile, samples per pixel, night, and whether names are hidden.
+    out : picture to write, .png or .jpg; the key is written to the same folder as <name>_key.csv.
 
     Raises
     ------
     ConfigError
-        If there is nothing to show, or `out` is no picture's name.
+        If there is nothing to show, or `out` is not the name of a picture.
     """
     path = Path(out)
     if path.suffix.lower() not in (".png", ".jpg"):
@@ -96,7 +96,8 @@ def picture(thing: Thing, look: Look) -> np.ndarray:
     weight = np.array([weights[group] for group in groups])
     radiance = np.tensordot(weight, light.radiance.values, 1)
     bands = light.wavelength.values
-    # few bands shift colours; what is as grey as the sky is shown grey
+    # A few wide bands shift colours. Dividing by the colour of the sky shows a neutral surface as
+    # grey.
     sky = linear_srgb(xyz(scene.sky.at(bands), bands))
     linear = linear_srgb(xyz(radiance, bands)) / sky / white
     code = srgb_encode(np.clip(linear, 0, 1))
@@ -104,7 +105,7 @@ def picture(thing: Thing, look: Look) -> np.ndarray:
 
 
 def tiled(tiles: Sequence[np.ndarray], captions: Sequence[str]) -> Image.Image:
-    """Return tiles row by row, each over its caption."""
+    """Return a picture of the tiles, row by row, each above its caption."""
     height, width = tiles[0].shape[:2]
     columns = min(COLUMNS, len(tiles))
     rows = -(-len(tiles) // columns)

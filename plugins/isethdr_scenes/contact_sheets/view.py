@@ -1,4 +1,4 @@
-"""The scene of one thing on asphalt under an even sky, seen from ahead and aside."""
+"""The scene of one thing on asphalt under a uniform sky, seen obliquely from the front."""
 
 from __future__ import annotations
 
@@ -22,15 +22,15 @@ if TYPE_CHECKING:
 SKY_CD_M2 = 4000.0
 FIELD_DEG = 34.0
 ASPECT = 4 / 3
-ASIDE_DEG = 38.0  # of the camera, from straight ahead of the thing
-FILLED = 0.94  # of the field, by the box around the thing
+ASIDE_DEG = 38.0  # angle of the camera from straight ahead of the thing
+FILLED = 0.94  # largest share of the field that the box around the thing fills
 GROUND_M = 150.0
 OFF = ("brake", "brake_high", "reverse", "indicator_front", "indicator_rear")
 
 
 def scene_of(thing: Thing) -> SceneDescription:
-    """Return the scene of a thing; the camera's own headlamps, in the group `headlights`, light it
-    by night.
+    """Return the scene of a thing. Headlamps at the camera, in the group `headlights`, light it by
+    night.
     """
     camera = _camera(thing)
     plane = np.array([[(x, y, 0.0) for y in (-GROUND_M, GROUND_M)] for x in (-GROUND_M, GROUND_M)])
@@ -53,7 +53,7 @@ def scene_of(thing: Thing) -> SceneDescription:
 
 
 def _lit(model: Model) -> Model:
-    """Return the model with the lamps of driving on."""
+    """Return the model with only those lamps that are on while driving."""
 
     def switched(part: Part) -> Part:
         return replace(part, lamp=None) if part.lamp and part.lamp.kind in OFF else part
@@ -62,7 +62,7 @@ def _lit(model: Model) -> Model:
 
 
 def _camera(thing: Thing) -> Camera:
-    """Return the camera, as near as the box of the thing allows."""
+    """Return the nearest camera that sees the whole box of the thing."""
     size = np.array(thing.size_m)
     target = np.array([0.0, 0.0, 0.5 * size[2]])
     aside = np.radians(ASIDE_DEG)
