@@ -18,10 +18,10 @@ from .shapes import ROOF_UNIT_M, Bus
 
 JOINT_M = 1.0  # length of the bellows
 DOOR_M = 1.2
-DECK_M = 1.95  # between the windows of two decks
-POST_M = 0.10  # between windows
+DECK_M = 1.95  # height from the windows of one deck to those of the next
+POST_M = 0.10  # width of a post between windows
 SKIRT_M = 0.32  # clearance
-STEP_M = 0.10  # between the sections of a body; more where there are two
+STEP_M = 0.10  # spacing of the cross sections of a body; 1.5 times as much if the bus has a joint
 
 
 def build(c: Bus, name: str = "bus") -> Assembly:
@@ -99,7 +99,7 @@ def _section(c: Bus, length: float, has_front: bool, has_rear: bool) -> Body:
 
 
 def _face(b: Body, c: Bus) -> None:
-    """Windscreen, sign and lamps of the front."""
+    """Cut windscreen, sign and lamps of the front."""
     low = 1.0 if c.coach else 1.22
     sign_at = c.height - 0.40 if c.decks == 1 else c.belt + 1.30
     top = c.height - 0.30 if c.coach else sign_at - 0.18
@@ -169,7 +169,7 @@ def _doors(b: Body, c: Bus, doors: list[float]) -> None:
 
 
 def _windows(b: Body, c: Bus, doors: list[float], length: float, has_front: bool) -> None:
-    """Side windows of every deck, the driver's window among them."""
+    """Cut the side windows of every deck, including the driver's window."""
     start = 0.55 + 0.5 * c.rake if has_front else 0.35
     count = max(2, round((length - start - 0.5) / c.panes))
     edges = np.linspace(start, length - 0.5, count + 1)
@@ -196,7 +196,7 @@ def _windows(b: Body, c: Bus, doors: list[float], length: float, has_front: bool
 
 
 def _back(b: Body, c: Bus, length: float) -> None:
-    """Rear windows, engine grille and lamps."""
+    """Cut rear windows, engine grille and lamps."""
     wide = c.width / 2
     for deck in range(c.decks):
         low = max(c.belt, 1.55) + deck * DECK_M
@@ -264,7 +264,7 @@ def _bellows(m: Assembly, c: Bus, x: float) -> None:
 
 
 def _inside(m: Assembly, c: Bus, front: float) -> None:
-    """Add floors, seats and the driver's place, as seen through the windows."""
+    """Add what is seen through the windows: floors, seats and dashboard; add the wipers."""
     for deck in range(c.decks):
         z = 0.45 + deck * DECK_M
         m.add(box((0, 0, z), (c.length - 0.9, c.width - 0.2, 0.06), "floor", "underbody"))

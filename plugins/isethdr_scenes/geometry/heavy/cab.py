@@ -15,9 +15,9 @@ from ..vehicles.shell import Shell
 from ..vehicles.wheels import plate
 from .shapes import LampShape, Truck
 
-RAKE_M = 0.34  # of the windscreen
-BUMPER_M = (0.38, 0.82)  # lower and upper edge
-AXLE_M = 1.36  # front axle, from the front
+RAKE_M = 0.34  # distance of the windscreen's top behind the front end
+BUMPER_M = (0.38, 0.82)  # heights of its lower and upper edge
+AXLE_M = 1.36  # distance of the front axle behind the front end
 
 
 def cab(c: Truck) -> Assembly:
@@ -145,17 +145,16 @@ def _grille(b: Body, c: Truck) -> None:
 
 
 def front_lamps(b: Body, part: Piece | None, shape: LampShape, half: float) -> None:
-    """Cut the lamps of the front out of `part`, or of the paint where None.
+    """Cut the front lamps of a truck or bus out of its body.
 
-    Dipped beam, daytime running lamp, position lamp and indicator of each side, from the middle
-    outwards.
+    Each side gets a dipped beam, a daytime running lamp, a position lamp and an indicator.
 
     Parameters
     ----------
-    b : body of the cab; its paint and parts are changed.
+    b : body of the cab or bus; its paint and parts are changed.
     part : piece that the lamps are cut out of; None: the paint.
     shape : `round`, `square` or `strip`.
-    half : half the width of the cab, m.
+    half : half the width of the vehicle, m.
     """
     z0 = 0.64
     rest = part
@@ -201,12 +200,12 @@ def _pane_lamp(
 
 
 def side_lamp(at: np.ndarray, side: float, kind: str, name: str) -> list[Piece]:
-    """Return a small amber lamp on a side: a marker or a repeater of the indicator.
+    """Return a small amber lamp on a side, either a marker or a repeater of the indicator.
 
     Parameters
     ----------
     at : (3,) middle of the lamp, m.
-    side : 1 to the left, -1 to the right: where it shines to.
+    side : direction in which it shines: 1 to the left, -1 to the right.
     kind : kind of lamp of `isethdr_scenes.lamps`.
     name : name of the emitting piece.
     """

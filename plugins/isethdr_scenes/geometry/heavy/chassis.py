@@ -1,4 +1,4 @@
-"""What carries a load: frame, wheels, guards, rear lamps and plate."""
+"""Chassis of trucks and trailers: frame, wheels, guards, markers, rear lamps and plate."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ AXLE_STEP_M = 1.31
 
 
 def axle(m: Assembly, x: float, half: float, tyre: float, twin: bool, name: str) -> None:
-    """Add the wheels of an axle: one on each side, or two.
+    """Add the wheels of an axle, one or two on each side.
 
     Parameters
     ----------

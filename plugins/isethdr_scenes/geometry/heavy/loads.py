@@ -14,7 +14,9 @@ from .shapes import Load
 
 @dataclass(frozen=True)
 class Place:
-    """Where a load is: front and rear end, floor and top, half width, m; its paint."""
+    """Place and paint of a load: x of its front and rear end, z of its floor and top, half its
+    width, all in m.
+    """
 
     x0: float
     x1: float
@@ -26,12 +28,12 @@ class Place:
 
     @property
     def middle(self) -> float:
-        """Middle of the length."""
+        """Return x of the middle, m."""
         return (self.x0 + self.x1) / 2
 
     @property
     def length(self) -> float:
-        """Length."""
+        """Return the length, m."""
         return self.x0 - self.x1
 
 
@@ -48,7 +50,7 @@ def add_load(m: Assembly, load: Load, place: Place) -> None:
 
 
 def _box(m: Assembly, p: Place) -> None:
-    """A box with ribs, rails, posts and two doors at its rear."""
+    """Add a box with ribs, rails and two rear doors with their bars."""
     tall = p.z1 - p.z0
     zc = (p.z0 + p.z1) / 2
     m.add(box((p.middle, 0, zc), (p.length, 2 * p.half - 0.02, tall), "cargo", p.paint, 0.02))
@@ -69,7 +71,7 @@ def _box(m: Assembly, p: Place) -> None:
 
 
 def _curtain(m: Assembly, p: Place) -> None:
-    """Curtain sides with straps between a front wall, a roof and rear doors."""
+    """Add curtain sides with straps, a roof, a sill, posts at the corners and rear doors."""
     tall = p.z1 - p.z0
     zc = (p.z0 + p.z1) / 2
     inside = (p.length - 0.02, 2 * p.half - 0.06, tall - 0.02)
@@ -90,7 +92,7 @@ def _curtain(m: Assembly, p: Place) -> None:
 
 
 def _tank(m: Assembly, p: Place) -> None:
-    """An elliptical tank with hoops, a gangway and hatches on it, a ladder at its rear."""
+    """Add an elliptical tank with hoops, a gangway and hatches on top, and a ladder at its rear."""
     gangway = 0.10
     tall = p.z1 - p.z0 - gangway
     zc = p.z0 + tall / 2
@@ -119,7 +121,7 @@ def _tank(m: Assembly, p: Place) -> None:
 
 
 def _tipper(m: Assembly, p: Place) -> None:
-    """A trough with ribbed walls, a canopy over the cab, and a heap of gravel."""
+    """Add a trough with ribbed walls, a canopy over the cab, and a heap of gravel."""
     tall = p.z1 - p.z0
     wall = p.z0 + 0.80 * tall
     top = p.half - 0.01
@@ -156,7 +158,7 @@ def _tipper(m: Assembly, p: Place) -> None:
 
 
 def _flatbed(m: Assembly, p: Place) -> None:
-    """A flatbed with low side boards, a headboard and crates."""
+    """Add a flatbed with low side boards, a headboard and crates."""
     rng = np.random.default_rng(p.seed)
     m.add(box((p.middle, 0, p.z0 + 0.06), (p.length, 2 * p.half - 0.02, 0.12), "bed", "wood"))
     head = (p.x0 - 0.04, 0, (p.z0 + p.z1) / 2)

@@ -10,17 +10,17 @@ from .loads import Place, add_load
 from .shapes import Truck
 
 TRACTOR_M = 3.6  # wheelbase of a tractor
-SADDLE_M = 1.12  # height of the floor of a semi-trailer, at least
+SADDLE_M = 1.12  # least height of the floor of a semi-trailer
 
 
 def build(c: Truck, name: str = "truck", seed: int = 0) -> Assembly:
-    """Return the mesh; `seed` draws what lies on a flatbed and in a trough.
+    """Return the mesh of a truck, with its trailer if it has one.
 
     Parameters
     ----------
     c : measures and paints of the truck.
     name : name of the assembly.
-    seed : draws what lies on a flatbed and in a trough.
+    seed : seed of the crates on a flatbed and of the gravel in a trough.
     """
     front = c.length / 2
     half = c.width / 2
@@ -92,7 +92,7 @@ def _carried(m: Assembly, c: Truck, place: Place) -> None:
 
 
 def _axles(m: Assembly, c: Truck, x: float, half: float, count: int) -> None:
-    """Add axles from the rearmost one at x forwards; a trailer's have one wheel on each side."""
+    """Add `count` axles; the rearmost is at x. Three axles have single wheels, fewer have twins."""
     for k in range(count):
         at = x + k * chassis.AXLE_STEP_M * c.tyre / 0.5
         chassis.axle(m, at, half, c.tyre, count < 3, f"wheel.{x:.1f}.{k}")

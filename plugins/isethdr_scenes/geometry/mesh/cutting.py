@@ -1,5 +1,6 @@
-"""Cutting: split a sheet exactly along the zero line of a scalar field, and the outlines to cut
-along.
+"""Cutting: split a sheet exactly along the zero line of a scalar field.
+
+Functions such as `polygon` return fields whose zero lines are the outlines of cuts.
 """
 
 from __future__ import annotations
@@ -15,19 +16,29 @@ from .piece import Piece, face_sizes, flat, unit
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
-REACH_M = 1.0  # twice the longest face that is cut
-BLOCK = 16384  # points whose distance is computed at a time
-EDGES = 8  # edges of a polygon that are passed over at once where they are too far away
-ROUNDING = 1 + 1e-9  # no squared distance is off by more
-SLACK_M = 1e-9  # no point where an edge is crossed is off by more
-TURNS = np.array([[0, 1, 2], [1, 2, 0], [2, 0, 1]])  # corners of a face from each of them on
+REACH_M = 1.0  # twice the length of the longest face that is cut
+BLOCK = 16384  # number of points whose distances are computed at a time
+# Number of edges in a group of a polygon. Points that are far from a group skip all its edges.
+EDGES = 8
+ROUNDING = 1 + 1e-9  # factor that exceeds the rounding error of any squared distance
+SLACK_M = 1e-9  # length that exceeds the rounding error of any point where an edge is crossed
+# corners of a face in order, starting from its first, second and third corner
+TURNS = np.array([[0, 1, 2], [1, 2, 0], [2, 0, 1]])
 
 
 def cut(part: Piece, value: np.ndarray) -> tuple[Piece, Piece, np.ndarray]:
-    """Split along value = 0 (one value per vertex) -> (negative side, positive side, seam).
+    """Split a piece along the line where `value` is 0. A vertex that no face uses stays on its
+    side.
 
-    The seam is (k, 2, 2, 3): segments of the cut line, each end with position and normal. A vertex
-    that no face uses stays on its side.
+    Parameters
+    ----------
+    part : piece with normals.
+    value : (vertices,) values that change sign at the cut.
+
+    Returns
+    -------
+    The piece where `value` is negative, the piece where it is positive, and the seam (k, 2, 2, 3):
+    both ends of each segment of the cut line, each end as position, m, and normal.
     """
     value = np.where(np.abs(value) < 1e-7, 1e-7, value)
     below = value < 0
@@ -38,12 +49,13 @@ def cut(part: Piece, value: np.ndarray) -> tuple[Piece, Piece, np.ndarray]:
     count = neg[:, 0] + neg[:, 1] + neg[:, 2]
     mixed = np.flatnonzero((count == 1) | (count == 2))
     tip_neg = count.take(mixed) == 1
-    alone = neg.take(mixed, 0) == tip_neg[:, None]  # the corner on the other side than both others
+    # true for the corner that lies alone on its side of the cut
+    alone = neg.take(mixed, 0) == tip_neg[:, None]
     lone = alone[:, 1] + 2 * alone[:, 2]
     k = len(mixed)
     row = np.arange(k)
     a, b, c = f.take(mixed[:, None] * 3 + TURNS.take(lone, 0)).T
-    # both ends of the line in each face: on the side from a to b, and on that from a to c
+    # both ends of the cut in each face: the first on the edge a-b, the second on the edge a-c
     p = np.concatenate([a, a])
     q = np.concatenate([b, c])
     value_p = value.take(p)
@@ -81,8 +93,7 @@ def cut(part: Piece, value: np.ndarray) -> tuple[Piece, Piece, np.ndarray]:
 
 
 def hem(seam: np.ndarray, shift: float | np.ndarray, name: str, material: str) -> Piece:
-    """Return the strip from a seam to its copy moved by `shift`: a vector, or a distance along the
-    normals, m.
+    """Return the strip between a seam and a shifted copy of the seam.
 
     Parameters
     ----------
@@ -97,16 +108,22 @@ def hem(seam: np.ndarray, shift: float | np.ndarray, name: str, material: str) -
     v = np.stack([p[:, 0], p[:, 1], q[:, 1], q[:, 0]], 1).reshape(-1, 3)
     k = 4 * np.arange(len(p))[:, None]
     strip = Piece(name, v, np.concatenate([k + [0, 1, 2], k + [0, 2, 3]]), material)
-    # a segment along `shift` sweeps nothing
+    # a segment that is parallel to `shift` sweeps no area
     solid = face_sizes(strip) > 1e-12
     return flat(replace(strip, faces=strip.faces[solid]))
 
 
 def polygon(points: ArrayLike, r: float = 0.0) -> Callable[..., Any]:
-    """Signed distance (negative inside) to a closed 2-D polygon grown by r with round corners, m.
+    """Return the signed distance, m, to a grown 2-D polygon, as a function of two coordinates.
 
-    Further than `REACH_M` from the polygon's box the distance is that reach: a line where it is 0
-    is cut the same, as no face is so long.
+    The distance is negative inside. Points further than `REACH_M` from the box around the grown
+    polygon get the value `REACH_M`. This does not change a cut along the zero line, because no face
+    is that long.
+
+    Parameters
+    ----------
+    points : (n, 2) corners of the closed polygon, m.
+    r : distance by which it is grown, with round corners, m.
     """
     a = np.asarray(points, float)
     b = np.roll(a, -1, 0)
@@ -118,7 +135,7 @@ def polygon(points: ArrayLike, r: float = 0.0) -> Callable[..., Any]:
         x, y = (np.asarray(c, float).ravel() for c in (p, q))
         d = np.full(x.shape, reach)
         near = np.flatnonzero((x > low[0]) & (x < high[0]) & (y > low[1]) & (y < high[1]))
-        for first in range(0, len(near), BLOCK):  # few numbers at a time, which stay in the cache
+        for first in range(0, len(near), BLOCK):  # blocks small enough for the processor's cache
             some = near[first : first + BLOCK]
             d[some] = _signed_distance(a, b, x.take(some), y.take(some))
         return d.reshape(np.shape(p)) - r
@@ -149,7 +166,7 @@ def _signed_distance(a: np.ndarray, b: np.ndarray, x: np.ndarray, y: np.ndarray)
         ends = group.reshape(-1, 2)
         left, low = ends.min(0)
         right, high = ends.max(0)
-        # how far a point is outside the box around these edges
+        # distances of the points outside the box around these edges, along both axes
         dx = np.maximum(np.maximum(left - x, x - right), 0)
         dy = np.maximum(np.maximum(low - y, y - high), 0)
         near = np.flatnonzero(dx * dx + dy * dy <= bound2)
@@ -177,7 +194,7 @@ def _squared_distance(edges: np.ndarray, x: np.ndarray, y: np.ndarray) -> np.nda
         ey = by - ay
         np.subtract(x, ax, out=wx)
         np.subtract(y, ay, out=wy)
-        # share of the edge at which it is nearest
+        # place of the nearest point on the edge, from 0 to 1
         np.multiply(wx, ex, out=k)
         k += np.multiply(wy, ey, out=d2)
         k /= max(ex * ex + ey * ey, 1e-12)
@@ -206,13 +223,20 @@ def _is_odd(edges: np.ndarray, x: np.ndarray, y: np.ndarray) -> np.ndarray:
     odd = np.zeros(x.shape, bool)
     for ax, ay, bx, by in edges.tolist():
         if ay != by:
-            level = np.flatnonzero((ay > y) != (by > y))  # points as high as the edge
+            level = np.flatnonzero((ay > y) != (by > y))  # points between the heights of both ends
             odd[level] ^= x.take(level) < ax + (y.take(level) - ay) / (by - ay) * (bx - ax)
     return odd
 
 
 def curve(points: Sequence[tuple[float, float]], sigma: float = 0.0) -> Callable[..., Any]:
-    """Function through (x, y) points, corners rounded by a Gaussian of width sigma."""
+    """Return a function that interpolates (x, y) points, with rounded corners.
+
+    Parameters
+    ----------
+    points : (x, y), with x increasing.
+    sigma : standard deviation of the Gaussian that rounds the corners, in the unit of x; 0: sharp
+        corners.
+    """
     from scipy.ndimage import gaussian_filter1d
 
     x, y = np.asarray(points, float).T

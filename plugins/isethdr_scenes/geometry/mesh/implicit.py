@@ -11,10 +11,10 @@ from isethdr_core.extras import needed
 
 from .piece import Piece, squared_length, unit
 
-BLOCK = 16384  # points whose field is computed at a time
+BLOCK = 16384  # number of points whose field is computed at a time
 YXZ = [1, 0, 2]
 
-Values = Callable[[np.ndarray], np.ndarray]  # of points (n, 3), m: (n,)
+Values = Callable[[np.ndarray], np.ndarray]  # maps points (n, 3), m, to values (n,)
 
 
 @dataclass(frozen=True, eq=False)
@@ -24,21 +24,22 @@ class Field:
     values: Values
     lo: np.ndarray  # (3,) corners of a box around the surface, m
     hi: np.ndarray
-    # centre (3,) and radius, m: nowhere is the field less than the distance to this ball
+    # centre (3,) and radius of a ball, m; the field is nowhere less than the distance to the ball
     ball: tuple[np.ndarray, float] | None = None
-    plain: Values | None = None  # the field without folds, which are slow; None: it has none
-    folds_m: float = 0.0  # most by which folds change it
+    # the field without its folds, which are slow to compute; None: the field has no folds
+    plain: Values | None = None
+    folds_m: float = 0.0  # largest change of the field by its folds
 
     def __call__(self, points: np.ndarray) -> np.ndarray:
         """Return the values (n,), m, at points (n, 3)."""
         return self.values(points)
 
     def without_folds(self, points: np.ndarray) -> np.ndarray:
-        """Return the values (n,), m, off by at most `folds_m`."""
+        """Return the values (n,), m, with an error of at most `folds_m`."""
         return (self.plain or self.values)(points)
 
     def within(self, other: Values) -> Field:
-        """Return the field of what is inside this one and where `other` is negative."""
+        """Return the field of the part of this body where `other` is negative."""
         outside = lambda p: other(np.ascontiguousarray(p))
         both = lambda p: np.maximum(self(p), outside(p))
         plain = lambda p: np.maximum(self.without_folds(p), outside(p))
@@ -59,14 +60,14 @@ def cone(a: np.ndarray, b: np.ndarray, ra: float, rb: float) -> Field:
     b = np.asarray(b, float)
 
     along = b - a
-    # two equal rows, and y before x: this product of matrices rounds as `w @ along` of a C-ordered
-    # array does, in half the time
+    # Two equal rows, with y before x: this matrix product has the same rounding as `w @ along` of a
+    # C-ordered array, and takes half the time.
     rows = np.stack([along, along])[:, YXZ]
     size2 = max(((b - a) ** 2).sum(), 1e-12)
 
     def distance(p: np.ndarray) -> np.ndarray:
         w = p - a
-        t = (rows @ w.T[YXZ])[0]  # share of the axis at which it is nearest
+        t = (rows @ w.T[YXZ])[0]  # place of the nearest point on the axis, from 0 to 1
         t /= size2
         np.maximum(t, 0, out=t)
         np.minimum(t, 1, out=t)
@@ -88,18 +89,14 @@ def cone(a: np.ndarray, b: np.ndarray, ra: float, rb: float) -> Field:
 
 
 def blend(fields: Sequence[Field], k: float = 0.03, folds: float = 0.0, seed: int = 0) -> Field:
-    """Return the smooth union of `fields`; they melt together where they differ by less than `k`
-    metres.
-
-    The union is the quadratic smooth minimum. `folds` adds cloth-like waves of that height, m,
-    drawn from `seed`.
+    """Return the smooth union of `fields`: their quadratic smooth minimum.
 
     Parameters
     ----------
-    fields : fields to unite, as those of `cone`.
-    k : difference below which fields melt together, m.
-    folds : height of cloth-like waves, m.
-    seed : of the waves.
+    fields : fields to unite, such as those of `cone`.
+    k : difference of two fields below which they melt together, m.
+    folds : height of cloth-like waves that are added, m.
+    seed : seed of the waves.
     """
     lo = np.min([f.lo for f in fields], 0)
     hi = np.max([f.hi for f in fields], 0)
@@ -130,13 +127,14 @@ def _united(
     k: float,
     points: np.ndarray,
 ) -> np.ndarray:
-    """Return the smooth minimum (n,) of fields, m. Each is computed only at points that it may
-    change.
+    """Return the smooth minimum (n,) of fields, m.
+
+    Each field is computed only at the points where it may change the result.
 
     Parameters
     ----------
     fields : distances to unite.
-    balls : centre and radius, m, around each; None: it is computed everywhere.
+    balls : centre and radius, m, of the ball of each field; None: it is computed everywhere.
     k : difference below which they melt together, m.
     points : (n, 3) m.
     """
@@ -146,7 +144,7 @@ def _united(
         if ball is None:
             out = _melted(out, field(points), k)
             continue
-        # a field is at least the distance to its ball: further points stay as they are
+        # a field is at least the distance to its ball, so it does not change points further away
         centre, radius = ball
         reach = np.maximum(out + (radius + k + 1e-6), 0)
         reach *= reach
@@ -164,7 +162,7 @@ def _melted(a: np.ndarray, b: np.ndarray, k: float) -> np.ndarray:
     Parameters
     ----------
     a : (n,) distance, m.
-    b : (n,) the other one, m.
+    b : (n,) the other distance, m.
     k : difference below which they melt together, m.
     """
     difference = np.abs(a - b)
@@ -176,12 +174,11 @@ def _melted(a: np.ndarray, b: np.ndarray, k: float) -> np.ndarray:
 
 
 def skin_of(field: Field, step: float, name: str, material: str) -> Piece:
-    """Return the zero surface of a field, sampled every `step` metres; normals are the field's own
-    gradient.
+    """Return the zero surface of a field as a mesh. Its normals are the gradient of the field.
 
     Parameters
     ----------
-    field : field whose zero surface is taken, with its bounds `lo` and `hi`, m.
+    field : field, with its bounds `lo` and `hi`, m.
     step : spacing of the samples, m.
     name : name of the piece.
     material : name of the material.
@@ -203,11 +200,11 @@ def skin_of(field: Field, step: float, name: str, material: str) -> Piece:
 
 
 def _sampled(field: Field, axes: Sequence[np.ndarray], step: float) -> np.ndarray:
-    """Return the field on a grid: exact near its surface, elsewhere the value in the middle of a
-    block of 4 x 4 x 4.
+    """Return the field on a grid.
 
-    No field here is steeper than 1.5, so a block whose middle is further away than 1.5 half
-    diagonals has no surface.
+    Values near the surface are exact. Elsewhere all points of a block of 4 x 4 x 4 get the value in
+    its middle. The gradient of these fields is at most 1.5. So a block holds no surface if the
+    value in its middle exceeds 1.5 times half its diagonal.
     """
     block = 4
     middles = [a[np.minimum(np.arange(0, len(a), block) + block // 2, len(a) - 1)] for a in axes]
@@ -221,7 +218,7 @@ def _sampled(field: Field, axes: Sequence[np.ndarray], step: float) -> np.ndarra
     points = np.stack([axes[0].take(i), axes[1].take(j), axes[2].take(k)], 1)
     found = _in_blocks(field.without_folds, points)
     if field.folds_m:
-        # a cell with surface in it has no corner further away than 1.5 diagonals
+        # at the corners of a cell that holds surface, the field is at most 1.5 diagonals
         crossed = np.abs(found) < 1.5 * np.sqrt(3) * step + field.folds_m
         exact = np.flatnonzero(crossed)
         found[exact] = _in_blocks(field.values, points.take(exact, 0))
@@ -230,9 +227,10 @@ def _sampled(field: Field, axes: Sequence[np.ndarray], step: float) -> np.ndarra
 
 
 def _in_blocks(values: Values, points: np.ndarray) -> np.ndarray:
-    """Return a field (n,), m, at points (n, 3): few at a time, which stay in the cache.
+    """Return a field (n,), m, at points (n, 3), in blocks that fit the processor's cache.
 
-    The field is given each coordinate contiguous in memory, as it works coordinate by coordinate.
+    Each coordinate of a block is contiguous in memory, because fields compute coordinate by
+    coordinate.
     """
     out = np.empty(len(points))
     for first in range(0, len(points), BLOCK):

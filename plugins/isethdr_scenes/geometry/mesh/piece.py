@@ -1,5 +1,4 @@
-"""Pieces: parts that can be moved, renamed and joined. An assembly collects them and becomes a
-Model.
+"""Pieces: parts that can be moved, renamed and joined. An assembly collects pieces for a `Model`.
 
 Units are metres. Models stand on z = 0, look along +x, and have +y on their left.
 """
@@ -22,17 +21,16 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class Piece(Part):
-    """A part under construction: the same data as a `Part`, and the ways to move and rename it."""
+    """A part under construction: a `Part` with methods that move and rename it."""
 
     material: str = "plastic_black"
 
     def moved(self, matrix: np.ndarray) -> Piece:
-        """Return the piece moved by a (4, 4) matrix. Faces point outward also after a mirroring."""
+        """Return the piece moved by a (4, 4) matrix. Faces point outward even after mirroring."""
         m = np.asarray(matrix, float)
         turn = m[:3, :3]
         vertices = self.vertices @ turn.T + m[:3, 3]
-        # normals follow the inverse transpose, so that a stretched ball keeps normals across its
-        # surface
+        # Normals need the inverse transpose. It keeps them perpendicular to a stretched surface.
         normals = None if self.normals is None else unit(self.normals @ np.linalg.inv(turn))
         faces = self.faces if np.linalg.det(turn) > 0 else self.faces[:, ::-1]
         lit = self.lamp and replace(
@@ -73,11 +71,10 @@ class Assembly:
         return Assembly(name or self.name, [p.moved(matrix) for p in self.parts])
 
     def model(self, name: str | None = None) -> Model:
-        """Return the finished model: one part per material and one part per lamp. Left and right
-        lamps stay two parts.
+        """Return the finished model, with one part per material and one part per lamp.
 
-        Fewer parts mean fewer shapes for the renderer. A lamp stays a part of its own because its
-        intensity is that of the whole part.
+        Fewer parts mean fewer shapes for the renderer. A lamp is a part of its own because its
+        intensity is that of the whole part. Left and right lamps stay two parts.
         """
         groups: dict[tuple, list[Piece]] = {}
         for p in self.parts:
@@ -98,7 +95,7 @@ def unit(v: np.ndarray) -> np.ndarray:
 def squared_length(v: np.ndarray) -> np.ndarray:
     """Return the sum of squares of `v` (..., 3) along its last axis.
 
-    Column by column: numpy's own sum along an axis of 3 takes four times as long.
+    It adds column by column, because numpy's sum along an axis of 3 takes four times as long.
     """
     total = v[..., 0] * v[..., 0]
     for k in range(1, v.shape[-1]):
@@ -113,7 +110,7 @@ def pose(
     yaw: float = 0.0,
     scale: tuple[int, int, int] = (1, 1, 1),
 ) -> np.ndarray:
-    """Return the (4, 4) matrix: scale, then turn by `yaw` degrees about z, then shift.
+    """Return the (4, 4) matrix that scales, then turns about z, then shifts.
 
     Parameters
     ----------
@@ -121,7 +118,7 @@ def pose(
     y : shift to the left, m.
     z : shift upwards, m.
     yaw : turn to the left about z, degrees.
-    scale : (3,) factors along x, y and z; negative ones mirror.
+    scale : (3,) factors along x, y and z; negative factors mirror.
     """
     c = np.cos(np.radians(yaw))
     s = np.sin(np.radians(yaw))
@@ -136,9 +133,9 @@ def shift(x: float, y: float, z: float) -> np.ndarray:
 
     Parameters
     ----------
-    x : ahead, m.
-    y : to the left, m.
-    z : upwards, m.
+    x : shift ahead, m.
+    y : shift to the left, m.
+    z : shift upwards, m.
     """
     m = np.eye(4)
     m[:3, 3] = x, y, z
@@ -153,7 +150,7 @@ def mirrored(piece: Piece, name: str | None = None) -> Piece:
 
 
 def join(pieces: Sequence[Piece], name: str) -> Piece:
-    """Return pieces as one, with the material and lamp of the first."""
+    """Return pieces joined into one, with the material and lamp of the first piece."""
     first = np.cumsum([0] + [len(p.vertices) for p in pieces])
     normals = None if pieces[0].normals is None else np.concatenate([p.normals for p in pieces])
     return replace(
@@ -166,7 +163,7 @@ def join(pieces: Sequence[Piece], name: str) -> Piece:
 
 
 def face_areas(part: Part) -> np.ndarray:
-    """Return the vector area of each face, m2 (m, 3). Its direction is that of the outward normal,
+    """Return the vector area (m, 3) of each face, m2. The vector points along the outward normal;
     its length is the area.
     """
     v = part.vertices
@@ -175,20 +172,20 @@ def face_areas(part: Part) -> np.ndarray:
 
 
 def face_sizes(part: Part) -> np.ndarray:
-    """Return the area of each face, m2 (m,)."""
+    """Return the area (m,) of each face, m2."""
     return np.sqrt(squared_length(face_areas(part)))
 
 
 def vertex_normals(
     vertices: np.ndarray, faces: np.ndarray, ids: np.ndarray | None = None
 ) -> np.ndarray:
-    """Return area-weighted normals (n, 3); vertices at the same place share one normal.
+    """Return area-weighted normals (n, 3). Vertices at the same place share one normal.
 
     Parameters
     ----------
     vertices : (n, 3) m.
-    faces : (m, 3) into these vertices.
-    ids : (n,) number of the place of each vertex, from 0; None: vertices within 5 um share one.
+    faces : (m, 3) indices of the corners of each face.
+    ids : (n,) number of the place of each vertex, from 0; None: as from `places_of`.
     """
     face = _cross(vertices, faces)
     if ids is None:
@@ -201,23 +198,25 @@ def vertex_normals(
 
 
 def places_of(vertices: np.ndarray, mesh: np.ndarray | None = None) -> np.ndarray:
-    """Return the number of the place of each vertex (n,), from 0; those within 5 um share one.
+    """Return the number of the place of each vertex (n,), from 0.
+
+    Vertices that round to the same point of a grid of 10 um share a place.
 
     Parameters
     ----------
     vertices : (n, 3) m.
-    mesh : (n,) number of the mesh of each vertex, from 0: only vertices of one mesh share a place;
-        None: all are of one.
+    mesh : (n,) number of the mesh of each vertex, from 0. Only vertices of the same mesh share a
+        place. None: all vertices are of one mesh.
     """
     position = np.round(vertices * 1e5).astype(np.int64)
     position -= position.min(0)
     span = position.max(0) + 1
-    if mesh is not None:  # meshes stand side by side
+    if mesh is not None:  # shift the meshes apart along x
         position[:, 0] += mesh * span[0]
         span[0] *= mesh.max() + 1
     ids = np.empty(len(position), np.intp)
-    # number the distinct places: a sorted vertex begins a new one if it differs from the last
-    if float(span[0]) * float(span[1]) * float(span[2]) < 2.0**62:  # one number for each place
+    # number the distinct places: a vertex begins a new place if it differs from the last in order
+    if float(span[0]) * float(span[1]) * float(span[2]) < 2.0**62:  # an int64 can encode a place
         key = (position[:, 0] * span[1] + position[:, 1]) * span[2] + position[:, 2]
         order = np.argsort(key)
         new = key.take(order[1:]) != key.take(order[:-1])
@@ -229,16 +228,17 @@ def places_of(vertices: np.ndarray, mesh: np.ndarray | None = None) -> np.ndarra
 
 
 def _cross(v: np.ndarray, f: np.ndarray) -> np.ndarray:
-    """Return the cross product (m, 3) of two sides of each face. Its direction is that of the
-    outward normal, its length is twice the area.
+    """Return the cross product (m, 3) of two sides of each face. It points along the outward
+    normal; its length is twice the area.
     """
     a = v.take(f[:, 0], 0)  # much faster than v[...] for rows
     return cross(v.take(f[:, 1], 0) - a, v.take(f[:, 2], 0) - a)
 
 
 def cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    """Return the cross product of vectors (..., 3) with vectors (..., 3) or one vector (3,): equal
-    to `numpy.cross`, and much faster for few vectors.
+    """Return the cross product of vectors (..., 3) with vectors (..., 3) or one vector (3,).
+
+    The result equals that of `numpy.cross`. This function is much faster for few vectors.
     """
     ax, ay, az = a.T
     bx, by, bz = b.T
@@ -276,7 +276,7 @@ def compact(piece: Piece) -> Piece:
 
 
 def lit(piece: Piece, kind: str, axis: tuple[float, float, float]) -> list[Piece]:
-    """Return [emitting piece, housing]: only the faces within 60 degrees of `axis` emit.
+    """Return an emitting piece and its housing. Faces within 60 degrees of `axis` emit.
 
     Parameters
     ----------

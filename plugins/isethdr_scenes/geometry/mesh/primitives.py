@@ -14,7 +14,7 @@ from .piece import Piece, cross, flat, places_of, unit, vertex_normals
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
-# directions that a tube's sides are drawn from: the second where a path runs along the first
+# Reference directions for the rings of a tube. The second serves paths that run along the first.
 SIDEWAYS = np.array([0.31, 0.17, 0.94])
 OTHERWISE = np.array([0.9, 0.4, 0.17])
 END_M = 1e-5  # radius to which closed tubes narrow at their ends
@@ -35,12 +35,12 @@ def grid(
 
     Parameters
     ----------
-    points : (n, m, 3), m; u runs along the first axis, v along the second, and outward is d/du x
-        d/dv
-    close_u, close_v : join the last row or column to the first
-    smooth : one normal per vertex, else one per face
+    points : (n, m, 3), m. u runs along the first axis and v along the second. The outward direction
+        is d/du x d/dv.
     name : name of the piece.
     material : name of the material.
+    close_u, close_v : whether the last row or column is joined to the first.
+    smooth : whether there is one normal per vertex; else one per face.
     """
     p = np.asarray(points, float)
     v = p.reshape(-1, 3)
@@ -51,14 +51,14 @@ def grid(
 
 @lru_cache(maxsize=512)  # 50 kB each; a car has 90 different ones
 def _grid_faces(n: int, m: int, close_u: bool, close_v: bool) -> np.ndarray:
-    """Return the triangles (k, 3) of a grid of n x m points; nobody may write into them.
+    """Return the triangles (k, 3) of a grid of n x m points. The array is cached and read-only.
 
     Parameters
     ----------
-    n : rows of points, along u.
-    m : columns of points, along v.
-    close_u : join the last row to the first.
-    close_v : join the last column to the first.
+    n : number of rows of points, along u.
+    m : number of columns of points, along v.
+    close_u : whether the last row is joined to the first.
+    close_v : whether the last column is joined to the first.
     """
     i, j = np.meshgrid(np.arange(n - (not close_u)), np.arange(m - (not close_v)), indexing="ij")
     k = lambda a, b: ((a % n) * m + b % m).ravel()
@@ -78,7 +78,7 @@ def ball(
     material: str = "plastic_black",
     n: int = 12,
 ) -> Piece:
-    """Return an ellipsoid of `n` rings.
+    """Return an ellipsoid.
 
     Parameters
     ----------
@@ -102,7 +102,7 @@ def box(
     r: float = 0.0,
     n: int = 3,
 ) -> Piece:
-    """Return a box whose edges are rounded by radius `r`, m, in `n` steps.
+    """Return a box with sharp or rounded edges.
 
     Parameters
     ----------
@@ -125,7 +125,7 @@ def box(
 @lru_cache(maxsize=16)
 def _rounded(n: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return the directions (k, 3) of the vertices of a rounded box, their signs (k, 3), and the
-    faces (m, 3); nobody may write into them.
+    faces (m, 3). The arrays are cached and read-only.
 
     Parameters
     ----------
@@ -166,26 +166,26 @@ def sharp_boxes(centres: np.ndarray, sizes: np.ndarray, name: str, material: str
 def flat_grids(
     points: np.ndarray, name: str, material: str, close_u: bool = False, close_v: bool = False
 ) -> Piece:
-    """Return grids of quads, one normal per face, as one piece: equal to joined flat grids.
+    """Return grids of quads, one normal per face, as one piece. It equals joined flat grids.
 
     Parameters
     ----------
-    points : (k, n, m, 3) of k grids, m; as of `grid`.
+    points : (k, n, m, 3) points of k grids, m, ordered as in `grid`.
     name : name of the piece.
     material : name of the material.
-    close_u, close_v : join the last row or column to the first.
+    close_u, close_v : whether the last row or column of each grid is joined to the first.
     """
     faces = _grid_faces(*points.shape[1:3], close_u, close_v)
     return _flat_alike(points.reshape(len(points), -1, 3), faces, name, material)
 
 
 def _flat_alike(vertices: np.ndarray, faces: np.ndarray, name: str, material: str) -> Piece:
-    """Return meshes of the same faces (m, 3), shaded flat, as one piece.
+    """Return meshes with equal faces, shaded flat, as one piece.
 
     Parameters
     ----------
-    vertices : (k, n, 3) of k meshes, m.
-    faces : (m, 3) of each of them.
+    vertices : (k, n, 3) vertices of k meshes, m.
+    faces : (m, 3) indices of the corners of the faces, equal in all meshes.
     name : name of the piece.
     material : name of the material.
     """
@@ -204,10 +204,10 @@ def lathe(
     axis: str = "y",
     turn: tuple[float, float] = (0, 2 * np.pi),
 ) -> Piece:
-    """Return a profile of (radius, height) turned about an axis through `turn`, radians.
+    """Return the surface of a profile that turns about an axis.
 
-    The outside is right when the profile goes up along the axis; a disc that looks along the axis
-    runs from rim to centre.
+    Faces point outward if the profile rises along the axis. A disc faces along the axis if its
+    profile runs from rim to centre.
 
     Parameters
     ----------
@@ -216,7 +216,7 @@ def lathe(
     material : name of the material.
     n : number of stations around the axis.
     axis : `x`, `y` or `z`.
-    turn : first and last angle, radians; a whole turn is closed.
+    turn : first and last angle, radians; the surface of a whole turn is closed.
     """
     r, h = np.asarray(profile, float).T
     full = abs(turn[1] - turn[0]) > 6.28
@@ -236,7 +236,7 @@ def tube(
     sides: int = 8,
     caps: bool = True,
 ) -> Piece:
-    """Return a round tube along a polyline (k, 3); `radius` is a number or one per point, m.
+    """Return a round tube along a polyline.
 
     Parameters
     ----------
@@ -260,15 +260,15 @@ class Stem(NamedTuple):
 
     path: ArrayLike  # (k, 3) points of the middle line, m
     radius: ArrayLike  # one number, or one for each point, m
-    sides: int  # of the section
+    sides: int  # number of sides of the section
 
 
 def tubes(stems: Sequence[Stem], name: str = "tubes", material: str = "plastic_black") -> Piece:
-    """Return open tubes as one piece: equal to joined tubes, in a fraction of the time.
+    """Return open tubes as one piece. It equals joined tubes and takes a fraction of the time.
 
     Parameters
     ----------
-    stems : of the tubes, in the order of their vertices and faces.
+    stems : tubes, in the order of their vertices and faces in the piece.
     name : name of the piece.
     material : name of the material.
     """
@@ -290,17 +290,19 @@ def tubes(stems: Sequence[Stem], name: str = "tubes", material: str = "plastic_b
             len(rows), -1, 3
         )
         faces[first_face.take(rows)[:, None] + np.arange(len(own))] = own + start[..., None]
-    apart = np.arange(len(vertices))  # an open tube has no two vertices at one place
+    apart = np.arange(len(vertices))  # no two vertices of an open tube are at the same place
     return Piece(name, vertices, faces, material, vertex_normals(vertices, faces, apart))
 
 
 def closed_tubes(paths: np.ndarray, radii: np.ndarray, sides: int) -> Piece:
-    """Return tubes with closed ends as one piece: equal to joined tubes, in a fraction of the time.
+    """Return tubes with closed ends as one piece.
+
+    The piece equals joined tubes and takes a fraction of the time.
 
     Parameters
     ----------
     paths : (k, n, 3) points of the middle lines of k tubes, m.
-    radii : (k, n) m.
+    radii : (k, n) radii at these points, m.
     sides : number of sides of the sections.
     """
     paths = np.concatenate([paths[:, :1], paths, paths[:, -1:]], 1)
@@ -322,7 +324,7 @@ def _rings(path: np.ndarray, radius: np.ndarray, sides: int) -> np.ndarray:
     Parameters
     ----------
     path : (..., k, 3) points of the middle lines, m.
-    radius : (..., k) m.
+    radius : (..., k) radii at these points, m.
     sides : number of points of each ring.
     """
     t = unit(np.gradient(path, axis=-2) + 1e-12)
