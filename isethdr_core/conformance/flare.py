@@ -21,7 +21,7 @@ from ..plugins.protocols.by_kind import FLARES
 from .inputs import damaged_planes, mixed, some
 from .promise import close, holds, keeps, refuses, repeatable, same
 
-# a small field of three bands: kernels of a lens with a new flare take most of the time
+# a small field of three bands, because kernels of a lens with a new flare take most of the time
 field = partial(mixed, height=12, width=16, bands=3)
 
 
@@ -116,7 +116,7 @@ def check_scatter(subject: str, flare: ScattersLight) -> None:
 
 
 def check_added(subject: str, flare: AddsLight) -> None:
-    """Check light that a flare adds: irradiance of the lens's grid, linear, never negative."""
+    """Check light that a flare adds: irradiance on the lens's grid, linear, never negative."""
     lens = _lens()
     added = repeatable(subject, lambda m: flare.irradiance(lens, m), field)
     with keeps(subject, "irradiance(lens, mixed) returns irradiance"):
@@ -135,8 +135,8 @@ def check_added(subject: str, flare: AddsLight) -> None:
 
 
 def check_redirected(subject: str, flare: RedirectsLight) -> None:
-    """Check light that a flare in front of the lens leaves: radiance of the same tiles, linear,
-    and of even light no more.
+    """Check the light behind a flare that lies in front of the lens: radiance on the same tiles,
+    linear in the scene, and no brighter than a uniform scene.
     """
     lens = _lens()
     left = repeatable(subject, lambda m: flare.redirected(lens, m), field)

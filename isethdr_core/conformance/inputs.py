@@ -29,8 +29,8 @@ def bands_nm(count: int = 7) -> np.ndarray:
 
 
 def pattern(shape: tuple[int, ...]) -> np.ndarray:
-    """Return an array of positive values from 0.05 to 1 that repeats nowhere, float64; a fixed
-    formula, no random numbers.
+    """Return an array of positive float64 values from 0.05 to 1 that never repeat; from a fixed
+    formula, without random numbers.
     """
     n = np.arange(np.prod(shape), dtype=float)
     return (0.05 + 0.95 * (n * 0.6180339887498949 % 1.0)).reshape(shape)
@@ -228,7 +228,7 @@ def some(kind: str, *preferred: str, **fields: Any) -> Any:
     """Return an installed component of `kind`, the first available of `preferred`, for tests of
     another kind.
 
-    `fields` : of the preferred ones; another component is built as it comes.
+    `fields` set fields of a preferred component. Any other component is built with its defaults.
     """
     components_of_kind: dict[str, Component] = {
         n: c for (k, n), c in components().items() if k == kind

@@ -40,8 +40,8 @@ def check(subject: str, isp: Isp) -> None:
     same_from_store(subject, isp, grey, picture)
     y = picture["xyz"].values[..., 1]
     holds(subject, "unsaturated pixels are valid", picture["valid"].values.all())
-    # 5 %: a colour matrix may weigh noise against colour, and assume another white than this
-    # equal-energy one
+    # 5 %: a colour matrix may trade accurate colour for less noise, and may assume another white
+    # than this equal-energy light
     close(subject, "a grey field of 100 cd/m2 comes back as 100 cd/m2", y, GREY_CD_M2, 0.05)
     half = captures(layout, exposure_s=0.005)
     safe_in_threads(subject, isp, [partial(isp, grey), partial(isp, half)])
@@ -220,7 +220,7 @@ def _check_picture(subject: str, picture: xr.Dataset, grey: xr.Dataset) -> None:
 def _check_dark(subject: str, isp: Isp, layout: str) -> None:
     dark = captures(layout, level=0.0)
     shape = dark["raw"].shape
-    # DN around the black level, mean 0
+    # deviations from the black level in DN, with the mean 0
     swing = np.where(pattern(shape) > np.median(pattern(shape)), 8, -8)
     picture = isp(
         dark.assign(

@@ -17,19 +17,20 @@ from .inputs import bands_nm
 from .promise import close, holds
 
 SHOTS = 4
-INNER = slice(2, -2)  # pixels: demosaic has fewer neighbours at the border
+INNER = slice(2, -2)  # without 2 pixels at each edge, where demosaicing has fewer neighbours
 
 
 class MakesCaptures(Protocol):
-    """Captures of light of a spectrum (31,), any scale, through filters with the responses of X, Y
-    and Z.
+    """A function that returns captures of light with a spectrum (31,) of any scale, through filters
+    with the responses of X, Y and Z.
     """
 
     def __call__(self, layout: str, *, spectrum: npt.ArrayLike) -> xr.Dataset: ...
 
 
 def check_readings(subject: str, isp: Isp, grey: xr.Dataset, luminance_cd_m2: np.ndarray) -> None:
-    """Check that captures of the same light in other numbers give the same luminance.
+    """Check that the same light gives the same luminance if the captures state another gain, black
+    level, area, throughput or quantum efficiency.
 
     Parameters
     ----------
@@ -94,7 +95,7 @@ def check_place(subject: str, isp: Isp, grey: xr.Dataset) -> None:
     light = picture["xyz"].values[..., 1]
     inside = (picture["x"].values > 0.0) & (picture["y"].values[:, None] < 0.0)
     ratio = float(light[~inside].mean() / light[inside].mean())
-    # 0.1, and a little for what demosaic and denoising spread over the border
+    # the exact ratio is 0.1; demosaicing and denoising spread some light over the border
     holds(
         subject,
         "light up and to the right stays there (x right, y down)",
@@ -120,7 +121,7 @@ def check_colour(subject: str, isp: Isp, layout: str, make: MakesCaptures) -> No
         want = xyz_bar(nm) @ spectrum
         picture = isp(make(layout, spectrum=spectrum))["xyz"].values
         mean_xyz = picture.reshape(-1, 3).mean(axis=0)
-        # 10 %: a colour matrix may weigh noise against colour
+        # 10 %: a colour matrix may trade accurate colour for less noise
         close(
             subject,
             f"{name} light has its X and Z beside Y (xyz_channel in this order)",
@@ -131,8 +132,8 @@ def check_colour(subject: str, isp: Isp, layout: str, make: MakesCaptures) -> No
 
 
 def check_variance(subject: str, isp: Isp, grey: xr.Dataset) -> None:
-    """Check the stated variance against that of pictures of some shots, each with noise of its
-    own.
+    """Check the stated variance against the variance between pictures of several shots with
+    independent noise.
 
     Parameters
     ----------

@@ -36,8 +36,8 @@ def sealed(data: Data, *names: str) -> Data:
     """Return a DataArray, or a Dataset with its variables `names`, whose values cannot be read;
     dims, coordinates and units stay.
 
-    Bad input of this kind has to be refused by its form alone: before the minutes that reading and
-    computing take.
+    Input with a mistake in its form must be refused before its values are read: reading and
+    computing can take minutes.
     """
     if isinstance(data, xr.DataArray):
         return data.copy(data=indexing.LazilyIndexedArray(_Sealed(data.shape, data.dtype)))

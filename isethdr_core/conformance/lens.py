@@ -24,10 +24,11 @@ from .inputs import damaged_planes, in_components, mixed
 from .lazy import same_from_store
 from .promise import close, holds, keeps, refuses, repeatable, same, stated
 
-# of the largest value: float32 results of Fourier transforms of this size carry 1e-6 of it
+# error allowed as a fraction of the largest value; float32 results of Fourier transforms of this
+# size have an error of 1e-6 of it
 ROUNDING = 1e-5
-# attributes have one number for all bands, but the sizes of pupil and image depend on wavelength:
-# 0.4 % in a double Gauss, mean of 400 to 700 nm
+# relative error allowed: attributes have one number for all bands, but the sizes of pupil and image
+# depend on wavelength, by 0.4 % in a double Gauss (mean of 400 to 700 nm)
 COLOURS = 1e-2
 AREA_EXPOSURE_M2_S = 3e-6**2 * 0.016  # a pixel of 3 um, 16 ms
 
@@ -177,8 +178,8 @@ def _check_linear(subject: str, lens: Lens, scene: xr.DataArray, light: xr.DataA
         4 * ROUNDING * peak,
     )
     holds(subject, "no light in, no light out", float(lens(mixed(0.0)).max()) == 0.0)
-    # neighbours in a row: a band reaches half way to its neighbours, so leaving out every other one
-    # would widen it
+    # adjacent bands: a band reaches half way to its neighbours, so it would become wider if every
+    # other band were left out
     part = lens(scene.isel(wavelength=slice(1, 4))).values
     close(
         subject,
@@ -197,8 +198,8 @@ def _check_energy(subject: str, lens: Lens) -> None:
         y=slice(uniform.sizes["y"] // 2 - 1, uniform.sizes["y"] // 2 + 1),
         x=slice(uniform.sizes["x"] // 2 - 1, uniform.sizes["x"] // 2 + 1),
     ).mean("wavelength")
-    # 2 %: light that a wide point spread function takes from beyond the field is missing in the
-    # middle
+    # 2 %: a wide point spread function collects light from beyond the field, which is missing here
+    # even in the middle
     close(
         subject,
         "a uniform field gives throughput_sr times radiance in the middle",

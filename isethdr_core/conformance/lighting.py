@@ -50,15 +50,15 @@ def check(subject: str, lighting: Lighting) -> None:
     total = np.tensordot(
         [weights[g] for g in groups], radiance["radiance"].values.astype(float), axes=1
     )
-    # the sum in float64, rounded once to float32: half a unit in the last place is 6e-8; twice that
-    # for other orders
+    # the sum is computed in float64 and rounded once to float32: half a unit in the last place is
+    # 6e-8; twice that is allowed, for sums in another order
     close(
         subject, "the mix is the sum of weight times radiance", mixed.values, total, 1.2e-7, 1e-30
     )
     turned = time_mean(
         stated(subject, lambda: lighting(fortran(radiance.isel(light_group=slice(None, None, -1)))))
     )
-    # solved weights move in their last digits when the groups come in another order
+    # solved weights change in their last digits if the groups have another order
     close(
         subject,
         "the order of the light groups does not matter",

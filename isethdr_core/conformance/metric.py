@@ -86,7 +86,7 @@ def check(subject: str, metric: Metric) -> None:
 
 
 def true_picture() -> xr.Dataset:
-    """Return the truth of the kit's mixed radiance on 48 x 72 pixels."""
+    """Return the reference picture of the kit's mixed radiance on 48 x 72 pixels."""
     height, width = SIZE
     light = mixed(height=16, width=24)
     f_m = FOCAL_LENGTH_MM * 1e-3
@@ -117,8 +117,8 @@ def labels_asked_for(metric: Metric) -> xr.Dataset | None:
 
 
 def noisy_picture(reference: xr.Dataset) -> xr.Dataset:
-    """Return a picture that is off the truth by 1 to 10 % of its mean, with that variance, and two
-    saturated pixels.
+    """Return a picture that differs from the reference picture by up to 4.75 % of its mean, states
+    a standard deviation of 5 % of the mean, and has two saturated pixels.
     """
     sigma = 0.05 * float(reference["xyz"].mean())
     off = sigma * (2 * pattern(reference["xyz"].shape) - 1.05)
@@ -136,8 +136,8 @@ def noisy_picture(reference: xr.Dataset) -> xr.Dataset:
 
 
 def _check_depends(subject: str, metric: Metric, pictures: Pictures, scores: list[Score]) -> None:
-    """A metric is of the picture: a worse, a darker, a less valid one, or one with a softer edge,
-    has another score.
+    """Check that at least one of these changes the scores: larger errors, a darker picture, fewer
+    valid pixels, a softer edge.
     """
     noisy, reference, labels = pictures
     worse = reference["xyz"].values + 5 * (noisy["xyz"].values - reference["xyz"].values)

@@ -30,7 +30,7 @@ Data = TypeVar("Data", xr.DataArray, xr.Dataset)
 Input = TypeVar("Input", bound=xr.DataArray | xr.Dataset)
 Result = TypeVar("Result")
 
-SWITCH_S = 1e-5  # between two threads: calls on small inputs overlap, too
+SWITCH_S = 1e-5  # time between switches of threads, so short that calls on small inputs overlap
 EXPECTATION = re.compile("expected|needs|lack|one of")  # a message has at least one of these words
 
 
@@ -155,7 +155,7 @@ def refuses(subject: str, fault: str, call: Callable[[], object]) -> None:
 
 
 def stated(subject: str, call: Callable[[], Result]) -> Result:
-    """Return `call()` after checking that it stated in the ledger how wrong it may be."""
+    """Return `call()` after checking that it stated the error of its result in the ledger."""
     rows = Ledger()
     with stage(rows, subject):
         result = call()
@@ -169,8 +169,8 @@ def stated(subject: str, call: Callable[[], Result]) -> Result:
 def repeatable(
     subject: str, call: Callable[[Input], Result], make_input: Callable[[], Input]
 ) -> Result:
-    """Return `call(input)` after checking that it leaves its input alone and depends on its values
-    only.
+    """Return `call(input)` after checking that it does not change its input, and that the result
+    depends only on the values of the input.
 
     Parameters
     ----------
@@ -249,7 +249,7 @@ def alike(subject: str, promise: str, values: object, want: object) -> None:
 
 
 def fortran(data: Input) -> Input:
-    """Return a copy of a DataArray or Dataset whose arrays lie in memory the other way round."""
+    """Return a copy of a DataArray or Dataset with its arrays in Fortran order."""
     if isinstance(data, xr.Dataset):
         return data.assign(
             {k: v.copy(data=np.asfortranarray(v.values)) for k, v in data.data_vars.items()}
@@ -351,7 +351,7 @@ def _check_narrow(subject: str, component: NarrowsDemand) -> None:
 
 
 def _plain(demand: Demand) -> object:
-    """Return a demand as comparable values, the sensor's response as its numbers."""
+    """Return a demand as values that can be compared: numbers replace the sensor's response."""
     if demand.response is None:
         return demand
     return (

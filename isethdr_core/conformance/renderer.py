@@ -1,8 +1,8 @@
 """Promises of a renderer: the requested data, a uniform sky, lamps of the stated candela, and light
 linear in the lamps.
 
-Pass fields that make it quick, for example `check("renderer", "mitsuba", width=32, height=18,
-samples=16)`.
+Pass fields that make the renderer quick, for example `check("renderer", "mitsuba", width=32,
+height=18, samples=16)`.
 """
 
 from __future__ import annotations
@@ -129,8 +129,8 @@ def _check_lamp(subject: str, renderer: Renderer) -> None:
             * _cos_solid_angle(lamp)
         )
     )
-    # 3 %: the lamp's border falls across few tiles, sampled by few paths; bands of a coarse grid
-    # bend V(lambda)
+    # 3 %: the lamp's border crosses few tiles, which have few samples; a coarse grid of bands
+    # distorts V(lambda)
     close(
         subject,
         "a lamp of I cd at d m on the axis gives I / d^2 lux",
@@ -186,7 +186,7 @@ def _check_demanded(subject: str, renderer: Renderer, full_scene: xr.Dataset) ->
     few = renderer(world(), replace(Demand(), wavelength_nm=middle))
     holds(subject, "the bands asked for come", set(middle) <= set(few.wavelength.values.tolist()))
     picked = full_scene["radiance"].sel(wavelength=middle[0])
-    # 5 %: as below
+    # 5 %: for the reason below
     close(
         subject,
         "a band looks the same whatever else is asked for",
@@ -194,7 +194,8 @@ def _check_demanded(subject: str, renderer: Renderer, full_scene: xr.Dataset) ->
         picked.mean(),
         0.05,
     )
-    # 5 %: a renderer may draw other paths for another demand; the mean over the frame hardly moves
+    # 5 %: for another demand a renderer may trace other random paths; this hardly changes the mean
+    # over the frame
     close(
         subject,
         "a group looks the same whatever else is asked for",
@@ -226,7 +227,7 @@ def _check_labels(subject: str, full_scene: xr.Dataset) -> None:
         "objects are labelled 1, 2, ... in their order: the road is 1",
         np.all(bottom["instance"].values == 1),
     )
-    # a camera 1.5 m above a flat road looks at it at this depth, y down
+    # depth at which a camera 1.5 m above a flat road sees the road in this row; y points down
     depth = 1.5 / full_scene.y.values[-1]
     # 1e-3: rays are traced in float32
     close(subject, "depth is measured along the optical axis", bottom["depth"].values, depth, 1e-3)

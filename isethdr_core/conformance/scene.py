@@ -37,7 +37,9 @@ def check(subject: str, scene: Scene) -> None:
 
 
 def check_description(subject: str, description: SceneDescription) -> None:
-    """Check that names resolve, meshes are sound, and lamps, spectra and reflectances can exist."""
+    """Check that names resolve, meshes are sound, and lamps, spectra and reflectances are
+    physically possible.
+    """
     holds(subject, "has a light: a sky or a lamp", description.light_groups())
     unique = [o.name for o in description.objects]
     holds(subject, "object names are unique", len(set(unique)) == len(unique))

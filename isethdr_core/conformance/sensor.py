@@ -35,7 +35,7 @@ DIMS = {
     "charge": 1,
     "quantum_efficiency": 3,
 }
-# optional: differences between devices
+# optional variables: differences between devices
 SPREADS = (
     "prnu",
     "dark_spread_e",
@@ -137,8 +137,8 @@ def check_captures(subject: str, shot: xr.Dataset) -> None:
 
 
 def dim_light(subject: str, sensor: Sensor) -> xr.DataArray:
-    """Return a patterned field, as wide as 24 x 32 pixels or the sensor's own, that makes at most
-    `SIGNAL_E` electrons.
+    """Return patterned light on 24 x 32 pixels, or on all pixels of a sensor with a fixed number of
+    them, that makes at most `SIGNAL_E` electrons in a pixel.
     """
     pitch_m = 1e-6 * float(sensor.pitch_um if isinstance(sensor, HasPixelPitch) else 3.0)
     rows, columns = (
@@ -268,8 +268,8 @@ def _check_noise(subject: str, sensor: Sensor, light: xr.DataArray, shot: xr.Dat
         + shot["quantisation_e"].values ** 2 / 12
     )
     mean_residual = residual.sum(axis=(1, 2)) / count
-    # 6 standard errors never happen by chance; 2 % for fixed patterns, whose mean over so few
-    # pixels is not 0
+    # 6 standard errors never happen by chance; 2 % for fixed patterns, because their mean over so
+    # few pixels is not 0
     bound = (
         6 * np.sqrt(variance / count)
         + 0.02 * np.abs(mean).mean(axis=(1, 2))

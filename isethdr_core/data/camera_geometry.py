@@ -35,7 +35,7 @@ PLACES = (
     "projection",
     "distortion",
 )
-# and how bright a uniform scene is there: the sensor hands all of them on
+# the same attributes and the relative illumination: the sensor passes all of them on
 CARRIED = (
     *PLACES,
     "falloff",
@@ -46,8 +46,9 @@ MODELS = {
     "kannala_brandt": maps.KannalaBrandt,
     "table": maps.AngleTable,
 }
-LARGEST_NUMBER = 1000.0  # of a distortion model: coefficients, degrees, focal lengths
-EDGE_POINTS = 65  # along each side of a box
+# largest number in a distortion model: coefficients, degrees, focal lengths
+LARGEST_NUMBER = 1000.0
+EDGE_POINTS = 65  # number of points along each side of a box
 
 
 @dataclass(frozen=True)
@@ -68,8 +69,8 @@ class Identity:
 
 
 def projection_of(data: xr.DataArray | xr.Dataset) -> str:
-    """Return the projection of a field, by its attribute; 'tangent' where none is stated. UnitError
-    for an unknown one.
+    """Return the projection that the attributes of a field state; 'tangent' if they state none.
+    Raise UnitError for an unknown projection.
     """
     projection = data.attrs.get("projection", "tangent")
     if projection not in projections.PROJECTIONS:
@@ -129,7 +130,7 @@ def _map(text: str, projection: str) -> Any:
 
 
 def _numbers(model: str, key: str, value: float | list[float]) -> float | tuple[float, ...]:
-    """Return a number, or the tuple of a list of numbers, as a distortion model takes it."""
+    """Return a number as a float, or a list of numbers as a tuple of floats."""
     for number in value if isinstance(value, list) else [value]:
         plain = isinstance(number, (int, float)) and not isinstance(number, bool)
         if not (plain and abs(number) <= LARGEST_NUMBER):  # false for NaN
@@ -154,8 +155,8 @@ def relative_illumination(
     """Return the irradiance of a uniform scene over throughput x radiance, at sensor positions in
     focal lengths (broadcast).
 
-    The falloff of the field angle that lands there, times field area per sensor area; a table
-    already holds both.
+    This is the falloff at the field angle that is imaged there, times the field area per sensor
+    area. A table already contains both.
 
     Parameters
     ----------
@@ -176,8 +177,8 @@ def relative_illumination(
 
 
 def table_values(table: dict[str, list[float]], angle_deg: np.ndarray) -> np.ndarray:
-    """Return values of {angle_deg, relative} at angles: monotone cubic in the angle; ConfigError
-    beyond the table's end.
+    """Return values of {angle_deg, relative} at angles, by monotone cubic interpolation. Raise
+    ConfigError for an angle beyond the table's end.
     """
     from scipy.interpolate import PchipInterpolator
 
@@ -282,8 +283,8 @@ def _widened(
     x_out: np.ndarray,
     y_out: np.ndarray,
 ) -> tuple[tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray], int]:
-    """Return the borders with as many tiles more on every side of the field as the sensor's tiles
-    reach beyond it, and how many that are.
+    """Extend the field on every side by as many tiles as the sensor's tiles reach beyond it. Return
+    all borders, and the number of tiles added on one side.
     """
     field_points = lens.inverse(*np.meshgrid(x_out, y_out))
     more = 0

@@ -1,4 +1,4 @@
-"""Category names and numbers: COCO's where COCO has the class, ours from 1000."""
+"""Category names and numbers: COCO's numbers for COCO's classes, numbers from 1000 for others."""
 
 CATEGORIES = {
     "none": 0,

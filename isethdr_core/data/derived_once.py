@@ -25,11 +25,11 @@ class _Scope:
 
     sources: tuple[Any, ...]
     results: dict[Hashable, Any] = field(default_factory=dict)
-    # of each result: a second thread waits while the first computes it
+    # lock of each result: a second thread waits while the first computes the result
     locks: dict[Hashable, Lock] = field(default_factory=dict)
 
     def knows(self, source: Any) -> bool:
-        """Return whether this object stays as it is: a source, or a result that is kept."""
+        """Return whether this object cannot change: it is a source, or a kept result."""
         return any(source is known for known in (*self.sources, *tuple(self.results.values())))
 
 
@@ -59,9 +59,9 @@ def once(key: Hashable, sources: tuple[Any, ...], compute: Callable[[], T]) -> T
 
     Parameters
     ----------
-    key : names the computation and all its parameters. Without a hash, nothing is kept.
-    sources : the objects that the result depends on, compared by identity: those of `shared` and
-        earlier results. An empty list: none.
+    key : names the computation and all its parameters. If it cannot be hashed, nothing is kept.
+    sources : the objects that the result depends on, compared by identity. Each must be a source of
+        `shared`, an earlier result or None; otherwise nothing is kept.
     compute : function without arguments that states nothing in the ledger. Its result must not be
         changed.
     """

@@ -14,8 +14,8 @@ Key = TypeVar("Key")
 
 @dataclass(frozen=True)
 class Cost:
-    """CPU seconds as a power law: seconds x value^-power. With `power` 0: `seconds` for every
-    factor e by which the value is smaller.
+    """CPU seconds as a power law: seconds x value^-power. With `power` 0, each reduction of the
+    value by a factor e costs `seconds`.
 
     Parameters
     ----------
@@ -43,11 +43,11 @@ USUAL = 0.1
 
 
 def divided(allowed: float, costs: Mapping[Key, Cost]) -> dict[Key, float]:
-    """Return the errors, `allowed` in all, that cost least.
+    """Return the errors with the sum `allowed` that together cost least.
 
-    Lagrange: at the least total every stage gains as much from a little more error, -cost'(e) =
-    rate, so that e = (seconds x power / rate)^(1 / (1 + power)), or seconds / rate. The sum falls
-    with the rate.
+    At the least total cost, a small increase of any one error saves the same time (Lagrange):
+    -cost'(e) = rate. So e = (seconds x power / rate)^(1 / (1 + power)), or seconds / rate for
+    `power` 0. The sum of the errors decreases as the rate increases.
     """
 
     def errors(log_rate: float) -> dict[Key, float]:
@@ -56,7 +56,7 @@ def divided(allowed: float, costs: Mapping[Key, Cost]) -> dict[Key, float]:
             for k, c in costs.items()
         }
 
-    # by halving: SciPy's root finders would add 0.2 s to every command that only plans
+    # by bisection: importing SciPy's root finders would add 0.2 s to every command that only plans
     low = -700.0
     high = 700.0
     for _ in range(80):

@@ -17,14 +17,14 @@ from ..errors import ConfigError
 
 CONTRAST = 0.05  # threshold of the meteorological optical range (CIE, WMO)
 REFERENCE_NM = 550.0
-SHARES_SUM_TO = 1e-6
+SHARES_SUM_TO = 1e-6  # largest deviation from 1 of the sum of the shares of all lobes
 
 
 @dataclass(frozen=True)
 class PhaseLobe:
     """One lobe of Henyey and Greenstein (1941) of a phase function."""
 
-    share: float  # of the scattered light
+    share: float  # share of the scattered light
     asymmetry: float  # g, the mean cosine: 1 forward, -1 backward
 
     def phase(self, cosine: npt.ArrayLike) -> np.ndarray:
@@ -46,14 +46,14 @@ class Fog:
 
     Raises
     ------
-    ConfigError : a number that no medium has.
+    ConfigError : a number is impossible for a medium.
     """
 
-    extinction_per_m: float  # at 550 nm: what is lost per metre by scattering and absorption
+    extinction_per_m: float  # extinction coefficient at 550 nm: scattering plus absorption
     spectral_slope: float = 0.0  # extinction goes with the power -slope of the wavelength
     albedo: float = 1.0  # share of the lost light that is scattered, not absorbed
     lobes: tuple[PhaseLobe, ...] = FOG_DROPLETS
-    # from the camera up to the end of the fog, above which the sky begins; it is as deep below
+    # height above the camera at which the fog ends and the sky begins; it is as deep below
     above_camera_m: float = 50.0
 
     def __post_init__(self) -> None:
@@ -134,7 +134,9 @@ def fog_of(visibility_m: float | None) -> Fog | None:
 
 
 def spectral_slope_of(visibility_m: float) -> float:
-    """Return by which power of the wavelength extinction falls (Kim, McArthur, Korevaar 2001)."""
+    """Return the power of the wavelength with which extinction falls (Kim, McArthur and Korevaar
+    2001).
+    """
     km = visibility_m / 1000
     if km > 50:
         return 1.6

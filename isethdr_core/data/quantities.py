@@ -63,11 +63,11 @@ def scene_radiance(  # noqa: PLR0913 - plugins call it with these arguments
     x, y : tile centres as tangents of the field angle (x right, y down, 0 on the axis), or as
         `projection` says.
     field : (width, height), the camera's full field in the unit of x and y; tiles beyond it are
-        margin, rendered so that lamps just outside the frame can flare into it. None: all of it.
-    projection : tangent or equidistant (`physics.projection`).
+        overscan, rendered so that lamps just outside the frame can flare into it. None: all tiles.
+    projection : tangent or equidistant (`physics.optics.projection`).
     labels : any of depth (m), distance (m), instance, category (y, x), normal (y, x, xyz), and
-        motion (y, x, uv), by which what a tile shows moves until the next frame, in the unit of x
-        and y.
+        motion (y, x, uv): the displacement of a tile's content until the next frame, in the unit of
+        x and y.
 
     Raises
     ------
@@ -192,8 +192,8 @@ def bands_nm(light: xr.DataArray) -> np.ndarray:
 
 
 def tristimulus(mixed: xr.DataArray) -> xr.Dataset:
-    """Return `xyz` (y, x, xyz_channel) of mixed radiance, X, Y, Z with Y in cd/m2; the mean over
-    time of light that varies.
+    """Return `xyz` (y, x, xyz_channel) of mixed radiance: X, Y, Z with Y in cd/m2. Light that
+    varies is averaged over time.
     """
     mixed = time_mean(mixed)
     return xr.Dataset(
@@ -214,16 +214,16 @@ def tristimulus(mixed: xr.DataArray) -> xr.Dataset:
 
 
 def check_scene(ds: xr.Dataset) -> None:
-    """Raise UnitError unless `ds` is scene radiance: dims, units, increasing bands, finite and >=
-    0.
+    """Raise UnitError unless `ds` is scene radiance: dims, units, increasing bands, and finite
+    values of 0 or more.
     """
     check_scene_form(ds)
     _check_light(ds["radiance"], "scene radiance")
 
 
 def check_scene_form(ds: xr.Dataset) -> None:
-    """Do the checks of `check_scene` that read no light: for cubes of which only a part will be
-    read.
+    """Do only those checks of `check_scene` that read no light. They suit a cube of which only a
+    part will be read.
     """
     if "radiance" not in ds:
         raise UnitError(
@@ -244,7 +244,7 @@ def check_scene_form(ds: xr.Dataset) -> None:
 
 
 def check_mixed(mixed: xr.DataArray) -> None:
-    """Raise UnitError unless `mixed` is mixed radiance on a tangent grid, W m-2 sr-1 nm-1."""
+    """Raise UnitError unless `mixed` is mixed radiance on an even grid, W m-2 sr-1 nm-1."""
     _check_plane(mixed, RADIANCE, "mixed radiance")
 
 
@@ -368,7 +368,7 @@ def _check_field(ds: xr.Dataset) -> None:
 def _check_light(data: xr.DataArray, title: str) -> None:
     if _plain_light(data.values):
         return
-    # numpy's: NaN comes through
+    # np.min and np.max return NaN if any value is NaN
     low = float(np.min(data.values))
     high = float(np.max(data.values))
     if not (np.isfinite(low) and np.isfinite(high)):
