@@ -2,14 +2,14 @@
 
 | module        | content                                                                        |
 |---------------|--------------------------------------------------------------------------------|
-| `bands`       | an error for bands without data of a material or lamp                          |
+| `bands`       | an error for bands that a sky, lamp or material has no data for                |
 | `doctor`      | tests in a child process which Mitsuba variants work on this machine           |
-| `fog`         | fog: the even sky that is seen in it, and what is left out                     |
+| `fog`         | fog: the uniform sky used with it, and the light that is left out              |
 | `frame`       | one frame: world, passes, visible lamps, labels, and the Dataset               |
-| `illuminance` | the light of each group that falls on each object, towards the camera          |
+| `illuminance` | illuminance of each object by each light group, on a plane facing the camera   |
 | `labels`      | labels by one ray through each tile's centre: exact, and all from the same hit |
 | `llvm`        | finds the LLVM library                                                         |
-| `motion`      | the label `motion`: where each tile's point will be one frame later            |
+| `motion`      | the label `motion`: displacement of each tile's point until the next frame     |
 | `renderer`    | the renderer `mitsuba`                                                         |
 | `conf/`       | presets                                                                        |
 | `lamps/`      | from candela to radiance, and the sampling of lamps                            |

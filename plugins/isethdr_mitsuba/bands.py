@@ -1,4 +1,4 @@
-"""Bands that a sky, a lamp or a material has no data for: refused by name, before rendering."""
+"""Refuse, before rendering, bands that a sky, a lamp or a material has no data for."""
 
 from __future__ import annotations
 
@@ -13,17 +13,18 @@ MOST_NAMED = 5
 
 
 def check_bands(description: SceneDescription, groups: Sequence[str], bands_nm: np.ndarray) -> None:
-    """Refuse bands whose centre lies beyond the data of something that is to be rendered.
+    """Refuse bands with a centre outside the data of a sky, lamp or material to be rendered.
 
     Parameters
     ----------
-    description : scene whose sky, lamps and materials are asked.
-    groups : light groups that are wanted: what others have counts for nothing.
-    bands_nm : band centres, nm.
+    description : scene with the sky, lamps and materials to check.
+    groups : light groups to render; the sky and lamps of other groups are not checked.
+    bands_nm : (band,) centres, nm.
 
     Raises
     ------
-    ConfigError : names what has too little data, and the bands that all have.
+    ConfigError : some data does not cover the bands. The message names the sky, lamps and materials
+        concerned, and the range that all of them cover.
     """
     low = float(np.min(bands_nm))
     high = float(np.max(bands_nm))

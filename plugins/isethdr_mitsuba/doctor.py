@@ -69,8 +69,8 @@ def choose_variant(requested: str) -> str:
 
 @cache
 def doctor() -> dict[str, str]:
-    """Return {"mitsuba": version or "", "cuda": ..., "llvm": ..., "scalar": "works" or what went
-    wrong}.
+    """Return {"mitsuba": version or "", "cuda": ..., "llvm": ..., "scalar": ...}. The value of each
+    variant is "works" or the error message.
 
     Each variant is tried in a child process, because some LLVM versions abort the process. That
     costs seconds, so the answer is kept in the user's cache folder until Mitsuba or the LLVM

@@ -1,4 +1,4 @@
-"""Fog in this renderer: the sky that is seen in it, and what is left out."""
+"""Fog in this renderer: the sky used with fog, and the light that is left out."""
 
 from __future__ import annotations
 
@@ -14,19 +14,19 @@ from isethdr_core.scene import SceneDescription, SkyDome, Spectrum
 from .lamps.placed_lamps import SPECTRUM_NM
 
 SCALAR = "scalar"
-# share of the light of the air that is missing, by night and by day, in the scene of
-# `python -m isethdr_measured fog_scattering` (docs/explanation/fog.md)
+# Share of the airlight that is missing at each of these visibilities, by night and by day, in the
+# scene of `python -m isethdr_measured fog_scattering` (docs/explanation/fog.md)
 VISIBILITIES_M = 50.0, 100.0, 200.0, 500.0
 LOST = (0.81, 0.59, 0.23, 0.05), (0.05, 0.08, 0.05, 0.03)
 
 
 def in_fog(description: SceneDescription, variant: str) -> SceneDescription:
-    """Return the description as it is rendered: in fog, a sky with a gradient, sun and moon becomes
-    the uniform sky that gives level ground as much light.
+    """Return the description to render. With fog, a sky with a gradient, sun and moon is replaced
+    by the uniform sky that gives level ground the same illuminance.
 
     Raises
     ------
-    ConfigError : the variant has no compiler, and renders no fog.
+    ConfigError : the scene has fog, and the variant is scalar and does not render fog.
     """
     if description.fog is None:
         return description
@@ -54,7 +54,7 @@ def in_fog(description: SceneDescription, variant: str) -> SceneDescription:
 
 
 def state_fog(fog: Fog | None) -> None:
-    """State in the ledger what of the light in fog is left out, and about how much of it."""
+    """State in the ledger which light in fog is left out, and about what share of the airlight."""
     if fog is None:
         return
     lost = [float(np.interp(np.log(fog.visibility_m), np.log(VISIBILITIES_M), v)) for v in LOST]

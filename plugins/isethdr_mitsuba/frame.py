@@ -37,11 +37,11 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Request:
-    """What to render."""
+    """Light groups, bands, accuracy and stored samples of one rendering."""
 
     groups: list[str]  # light groups; each has an emitter
-    bands_nm: np.ndarray  # band centres
-    demand: Demand  # what later stages need; its `noise_limit` counts if no noise is set
+    bands_nm: np.ndarray  # (band,) centres, nm
+    demand: Demand  # needs of later stages; its `noise_limit` counts if no noise is set
     # samples of earlier renderings, which are not computed again
     known: dict[str, Known] | None = None
 
@@ -53,8 +53,8 @@ def render_frame(
 
     Parameters
     ----------
-    settings : MitsubaRenderer.
-    description : SceneDescription.
+    settings : settings of the renderer.
+    description : scene to render.
     request : light groups, bands and accuracy.
     variant : Mitsuba variant that works on this machine.
     """
@@ -106,7 +106,9 @@ def is_scalar(variant: str) -> bool:
 
 
 def state_lost_light(description: SceneDescription) -> None:
-    """State the light that Mitsuba's own materials lose from facet to facet."""
+    """State the light lost because Mitsuba's own materials do not follow light from one facet of a
+    rough surface to another.
+    """
     lost_share, worst = lost_light(description.materials.values())
     if lost_share > 0:
         why = f"Mitsuba follows light to one facet alone; most at grazing angles, of {worst}"
@@ -118,7 +120,7 @@ def state_hidden_lamps(error: float, view: View) -> None:
 
     Parameters
     ----------
-    error : relative; 0: nothing is stated.
+    error : relative error; nothing is stated for 0.
     view : tiles of the frame.
     """
     if error > 0:
@@ -132,13 +134,13 @@ def state_hidden_lamps(error: float, view: View) -> None:
 
 
 def with_noise(ds: xr.Dataset, result: Estimate, groups: Sequence[str]) -> xr.Dataset:
-    """Return scene radiance with its noise beside it, so that the share of renderer noise in a
-    picture can be computed.
+    """Return scene radiance with variables for its noise, from which the share of renderer noise in
+    a picture can be computed.
 
     Parameters
     ----------
     ds : scene radiance.
-    result : estimate that it was made of.
+    result : estimate from which `ds` was made.
     groups : names of the light groups, in the order of `result`.
     """
     units = {"units": "cd m-2"}
@@ -157,7 +159,7 @@ def with_noise(ds: xr.Dataset, result: Estimate, groups: Sequence[str]) -> xr.Da
 
 
 def rows_of(lamps: Sequence[PlacedLamp], groups: Sequence[str]) -> list[dict[str, Any]]:
-    """Return one row for each lamp of some light groups, for the attributes of scene radiance."""
+    """Return one row for each lamp of the light groups, for the attributes of scene radiance."""
     return [
         {
             "object": placed.object,
@@ -173,7 +175,7 @@ def rows_of(lamps: Sequence[PlacedLamp], groups: Sequence[str]) -> list[dict[str
 
 @dataclass(frozen=True)
 class FrameOfScene:
-    """A scene as Mitsuba holds it, and what of it is rendered."""
+    """A scene, its Mitsuba objects, and the grid, bands and light groups to render."""
 
     description: SceneDescription
     built: Built
@@ -185,15 +187,16 @@ class FrameOfScene:
 def followed_light(
     settings: MitsubaRenderer, frame: FrameOfScene, request: Request, layer: np.ndarray
 ) -> tuple[Estimate, float | None]:
-    """Return the light that paths find, and the share of the cameras' noise that it is for; None
-    where no camera limits it. Mitsuba's own integrator takes the same paths for any share.
+    """Return the radiance found by paths, and its noise as a share of the cameras' noise. The share
+    is None if no camera limits the noise. Mitsuba's own integrator does not depend on the share.
 
     Parameters
     ----------
     settings : `MitsubaRenderer`: seed, samples and limits.
     frame : the scene, its view, bands and light groups.
     request : accuracy and samples of earlier renderings.
-    layer : radiance of the lamps that the camera sees directly, as that of the frame.
+    layer : (group, wavelength, row, column) radiance of the lamps that the camera sees directly,
+        W m-2 sr-1 nm-1.
     """
     cube = frame.cube
     view = cube.view
@@ -254,7 +257,7 @@ def needed_paths(
     known: Known | None,
 ) -> tuple[Estimate, float]:
     """Return the estimate with more paths where the cameras need them (`paths.need_driven`), and
-    the share of the cameras' noise that is reached.
+    its noise as a share of the cameras' noise.
 
     Parameters
     ----------
@@ -289,7 +292,7 @@ def needed_paths(
 
 
 class Built(NamedTuple):
-    """A scene as Mitsuba holds it."""
+    """The Mitsuba objects of a scene."""
 
     world: World
     surfaces: dict  # of `world.materials.ramp_surfaces`, with which the world was built
@@ -351,7 +354,7 @@ def rare_light(samples: int) -> float:
     stated noise. Light that only few paths find makes the stated noise too small.
 
     The factor was measured on a night drive and in a tunnel, for the worst light group, against
-    references of at least 2400 paths. It is smallest above 160 paths.
+    references of at least 2400 paths. It is smallest from 160 paths on.
     """
     return float(
         np.interp(np.log2(max(samples, 1)), np.log2([16, 32, 64, 160]), [5.2, 3.8, 2.8, 2.1])
@@ -359,7 +362,7 @@ def rare_light(samples: int) -> float:
 
 
 def state_noise(result: Estimate, groups: Sequence[str], settings: MitsubaRenderer) -> None:
-    """State the noise of each group in the ledger, with a remark if it exceeds the noise
+    """State the noise of each group in the ledger, and print a message if it exceeds the noise
     allowed.
 
     Parameters

@@ -1,8 +1,8 @@
-"""Illuminance of objects: the light of each group that falls on what the camera sees of them.
+"""Illuminance that each light group gives the visible surface of each object.
 
-It is the vertical illuminance towards the camera, as a luxmeter shows it that is held upright in
-front of the visible surface and turned to the camera. It depends on lamps, sky and shadows alone,
-not on the colour or the slope of the surface. Light that other surfaces reflect is not in it.
+It is the vertical illuminance towards the camera: the reading of a luxmeter that is held upright in
+front of the visible surface and faces the camera. It depends only on lamps, sky and shadows, not on
+the colour or the slope of the surface. Light reflected by other surfaces is not included.
 """
 
 from __future__ import annotations
@@ -27,22 +27,23 @@ from .world.view import View
 if TYPE_CHECKING:
     from isethdr_core.data.scene_description import Spectrum
 
-POINTS = 32  # of the tiles that show an object
-LAMP_POINTS = 4
-DIRECTIONS = 64  # of the sky
-CLEAR_M = 1e-3  # from a surface on, towards the camera
-NEARLY = 1 - 1e-4  # of the way to a lamp: float32, and the lamp's own lens
+POINTS = 32  # largest number of tiles tested for each object
+LAMP_POINTS = 4  # number of points tested on each lamp
+DIRECTIONS = 64  # number of sky directions tested from each point
+CLEAR_M = 1e-3  # distance of a point from its surface, towards the camera
+# share of the way to a lamp that must be free; allows for float32 and for the lamp's own lens
+NEARLY = 1 - 1e-4
 GOLDEN = (5**0.5 - 1) / 2
 PLASTIC = 0.7548776662466927, 0.5698402909980532  # steps that fill a square evenly (Roberts 2018)
-RAYS = 1 << 20  # at once
+RAYS = 1 << 20  # number of rays traced at once
 
 
 @dataclass(frozen=True)
 class Points:
-    """Places in front of what the camera sees."""
+    """Points in front of the visible surfaces."""
 
     instance: np.ndarray  # (point,) number of the object
-    place_m: np.ndarray  # (point, 3)
+    place_m: np.ndarray  # (point, 3) position in the world
     facing: np.ndarray  # (point, 3) level unit vectors towards the camera
 
     @property
@@ -60,14 +61,15 @@ def illuminances(
     ----------
     world, view, description : the scene, and the tiles that are labelled.
     labels : `instance` and `distance` (row, column) of these tiles.
-    normalise : quantity of a narrow beam that is kept, as of the renderer.
+    normalise : quantity that a narrower beam keeps, as `MitsubaRenderer.normalise`.
 
     Notes
     -----
-    The mean over up to `POINTS` tiles that show the object, evenly spread. Each point looks at
-    `LAMP_POINTS` points of every lamp, E = L cos cos' dA / r^2, and at `DIRECTIONS` directions of
-    the sky, E = pi mean(L) by Malley's method; what a ray does not reach counts as 0. An object's
-    own lamps do not count. All groups of the scene are in it, rendered or not.
+    The result is the mean over up to `POINTS` evenly spread tiles that show the object. For each of
+    these points, the light of `LAMP_POINTS` points of every lamp is summed,
+    E = L cos cos' dA / r^2, and the sky is averaged over `DIRECTIONS` directions, E = pi mean(L) by
+    Malley's method. Blocked rays count as 0. The lamps of the object itself do not count. All light
+    groups of the scene are included, rendered or not.
     """
     points = visible_points(view, labels["instance"], labels["distance"])
     if not points.count:
@@ -109,19 +111,19 @@ def visible_points(view: View, instance: np.ndarray, distance: np.ndarray) -> Po
     reach = distance.ravel()[tile].astype(float)[:, None] - CLEAR_M
     towards = -ray * [1.0, 1.0, 0.0]
     level = np.linalg.norm(towards, axis=1, keepdims=True)
-    # straight up and down have no level part: the camera's own direction then
+    # a ray straight up or down has no level part; its reversed direction is used instead
     facing = np.where(level > 1e-6, towards / np.maximum(level, 1e-6), -ray)
     return Points(instance.ravel()[tile], view.origin_m + reach * ray, facing)
 
 
 def from_lamp(world: World, points: Points, lamp: PlacedLamp, fog: Fog | None = None) -> np.ndarray:
-    """Return the illuminance (point,) of one lamp, lx; 0 on the object that it belongs to.
+    """Return the illuminance (point,) by one lamp, lx; 0 on the object that the lamp belongs to.
 
-    Fog takes its share at 550 nm on the way.
+    Fog attenuates the light by its transmission at 550 nm.
 
     Parameters
     ----------
-    world : scene whose objects throw shadows.
+    world : scene with the objects that cast shadows.
     points : points of objects.
     lamp : the lamp.
     fog : fog between lamp and points; None: clear air.
@@ -163,17 +165,17 @@ def lamp_points(lamp: PlacedLamp) -> tuple[np.ndarray, np.ndarray]:
 
 
 def from_sky(world: World, points: Points, sky: SkyDome | Spectrum) -> np.ndarray:
-    """Return the illuminance (point,) of the sky without sun and moon, lx.
+    """Return the illuminance (point,) by the sky without sun and moon, lx.
 
     Parameters
     ----------
-    world : scene whose objects hide the sky.
+    world : scene with the objects that hide the sky.
     points : points of objects.
     sky : spectrum of a uniform sky, or `SkyDome`.
     """
     number = np.arange(points.count * DIRECTIONS).reshape(-1, DIRECTIONS)
     u, v = ((0.5 + number * step) % 1 for step in PLASTIC)
-    # cosine-distributed directions (Malley): even over the disc below the hemisphere
+    # cosine-distributed directions (Malley's method): even over the disc below the hemisphere
     aside = np.sqrt(u) * np.cos(2 * np.pi * v)
     up = np.sqrt(u) * np.sin(2 * np.pi * v)
     left = np.cross(np.eye(3)[np.argmin(np.abs(points.facing), axis=1)], points.facing)
@@ -202,11 +204,11 @@ def sky_luminance(sky: SkyDome | Spectrum, direction: np.ndarray) -> np.ndarray:
 
 
 def reaches(world: World, start_m: np.ndarray, way: np.ndarray, most_m: np.ndarray) -> np.ndarray:
-    """Return which rays (n,) meet nothing on their way.
+    """Return which rays (n,) meet nothing within their length.
 
     Parameters
     ----------
-    world : scene whose objects stand in the way.
+    world : scene with the objects that block rays.
     start_m, way : (n, 3) starts, m, and unit vectors.
     most_m : (n,) lengths, m.
     """

@@ -30,8 +30,9 @@ if TYPE_CHECKING:
     from .world.geometry import World
     from .world.view import View
 
-PAIRS = 1_000_000  # pairs of triangle and tile tested at a time; limits memory
-# share of a tile by which an edge may be curved on a grid of angles; boxes grow by twice that
+PAIRS = 1_000_000  # number of (triangle, tile) pairs tested at a time; limits memory
+# Largest deviation of a curved edge from its chord on a grid of angles, as a share of a tile.
+# Bounding boxes are enlarged by twice this deviation.
 OFF = 0.25
 
 
@@ -42,24 +43,27 @@ def label_tiles(
     label_names: frozenset[Any] | frozenset[str],
     normalise: str = "intensity",
 ) -> tuple[dict[Any, Any] | dict[str, np.ndarray], list[Any] | None]:
-    """Return the requested labels, and the table of objects if `instance` is among them; lamps are
-    normalised as by the renderer.
+    """Return the requested labels, and the table of objects if `instance` is among them.
 
     depth : m along the optical axis, negative behind the camera; distance : m along the ray. Both
-        are infinite where the tile shows only sky.
+        are infinite where the centre of the tile shows sky.
     instance : uint32, position of the object in the description, counted from 1; 0 is the sky.
     category : uint16, a number of isethdr_core.data.categories.
     normal : unit vector of the smoothed surface in world axes, turned towards the camera; 0 for the
         sky.
-    motion : added where the scene states its next frame (`motion`).
+    motion : added if the scene states its next frame (module `motion`).
 
     Parameters
     ----------
-    world : scene whose shapes are labelled.
+    world : scene with the shapes to label.
     view : tiles of the frame.
-    description : the scene as described: objects and next frame.
-    label_names : labels to make; none: an empty result.
-    normalise : as `MitsubaRenderer.normalise`, for the lamps of the table.
+    description : scene description with objects and next frame.
+    label_names : labels to return; if empty, the result is ({}, None).
+    normalise : as `MitsubaRenderer.normalise`, for the illuminance of the objects.
+
+    Raises
+    ------
+    ConfigError : an object has an unknown category.
     """
     if not label_names:
         return {}, None
@@ -109,7 +113,7 @@ def cut_labels(
     cut: tuple[int, int], labels: dict, objects: Sequence[dict[str, int | str]] | None
 ) -> tuple[dict[Any, Any] | dict[str, np.ndarray], list[Any] | None]:
     """Return labels and object table without the outermost `cut` (rows, columns). The boxes of
-    objects are counted from the remaining tiles.
+    objects refer to the remaining tiles.
 
     Parameters
     ----------
@@ -177,23 +181,23 @@ def object_table(
 
 
 class Whole(NamedTuple):
-    """An object as it would look with nothing in front of it."""
+    """Extent of an object in the picture with nothing in front of it."""
 
-    tiles: int  # that it covers
+    tiles: int  # number of tiles that it covers
     box: list[float]  # [x, y, width, height] in tiles, not cut at the frame
 
 
 def whole_object(model: Model, pose: np.ndarray, view: View) -> Whole:
-    """Return the tiles that an object would cover with nothing in front of it, by rasterising its
-    triangles, and its box.
+    """Return the number of tiles that an object would cover with nothing in front of it, and its
+    bounding box. The triangles are rasterised.
 
-    On a grid of tangents, what lies behind the camera or beyond 75 degrees off the axis is cut off
-    the box.
+    On a grid of tangents, the box excludes parts of the object behind the camera or more than 75
+    degrees off the axis.
 
     Parameters
     ----------
     model : model of the object.
-    pose : (4, 4) its pose in the world.
+    pose : (4, 4) pose of the object in the world.
     view : tiles of the frame.
     """
     covered = np.zeros(view.shape, bool)
@@ -248,8 +252,9 @@ def _reach_centres(flat: np.ndarray, faces: np.ndarray, view: View) -> np.ndarra
     """Return which `faces` have a bounding box that may contain the centre of a tile. Most
     triangles of a fine mesh lie between the centres.
 
-    The test compares the positions of the corners between tile centres, stored in as few bytes as
-    possible: a mesh has one sixth as many corners as its triangles have together.
+    The test runs on the vertices of the mesh, not on the corners of each triangle, because a mesh
+    has about six triangle corners per vertex. Integers of few bytes hold the tile centres on both
+    sides of a vertex.
     """
     places = (flat - [view.x[0], view.y[0]]) / [view.pitch_x, view.pitch_y]
     some = np.ones(len(faces), bool)
@@ -366,8 +371,9 @@ def _rays(origin: np.ndarray, direction: np.ndarray) -> mi.Ray3f:
 
 
 def _shape(hits: Any) -> mi.UInt32:
-    """Return the number of what rays hit first: the shape inside an instance is a shared part, and
-    the instance identifies the object.
+    """Return the number of the instance that each ray hits, or of the shape if it belongs to no
+    instance. The shape inside an instance is shared by several objects; the instance identifies
+    the object.
     """
     instance = dr.reinterpret_array(mi.UInt32, hits.instance)
     return dr.select(instance != 0, instance, dr.reinterpret_array(mi.UInt32, hits.shape))
@@ -390,7 +396,7 @@ def _first_hits(
     si = world.scene.ray_intersect_preliminary(ray, coherent=True).compute_surface_interaction(ray)
     hit = si.is_valid()
     shape = _shape(si)
-    # one kernel for all: each would trace the rays and evaluate the shapes again
+    # evaluated in one kernel: separate kernels would each trace the rays again
     dr.eval(hit, shape, si.t, si.sh_frame.n)
     number, valid = _labels_of_hits(world, hit, shape)
     return (

@@ -1,5 +1,6 @@
-"""Locate LLVM: that of the system, or a copy that `scripts/llvm.sh` unpacked into the environment
-without root.
+"""Locate a copy of LLVM that `scripts/llvm.sh` unpacked into this Python environment.
+
+The script needs no root.
 """
 
 from __future__ import annotations
@@ -19,10 +20,10 @@ def unpacked() -> Path | None:
 
 @cache
 def use_unpacked() -> None:
-    """Point Dr.Jit at the unpacked libLLVM, unless DRJIT_LIBLLVM_PATH names another; call before
-    importing mitsuba.
+    """Make Dr.Jit use the unpacked libLLVM, unless DRJIT_LIBLLVM_PATH names another. Call this
+    before importing mitsuba.
 
-    The libraries that libLLVM needs are beside it, where the loader does not search. They are
+    The libraries that libLLVM needs are in its folder, where the loader does not search. They are
     loaded here first, in several rounds because they depend on each other. Child processes find
     them through LD_LIBRARY_PATH.
     """

@@ -1,8 +1,8 @@
-"""Motion: by how much what each tile shows moves in the field until the next frame.
+"""Motion: the displacement in the field, until the next frame, of the point that each tile shows.
 
-The point that the centre ray of a tile meets is carried along with its object, which moves as a
-rigid body, and is seen again by the camera of the next frame. The sky lies at infinity: it moves by
-the camera's turns alone.
+The point that the centre ray of a tile meets moves with its object, which is a rigid body, and is
+projected again by the camera of the next frame. The sky lies at infinity, so only rotations of the
+camera move it.
 """
 
 from __future__ import annotations
@@ -20,19 +20,19 @@ if TYPE_CHECKING:
 
 
 def motion_label(description: SceneDescription, view: View, labels: dict) -> dict[str, np.ndarray]:
-    """Return the label `motion`, or nothing where the scene states no next frame.
+    """Return the label `motion`, or an empty dict if the scene states no next frame.
 
     Parameters
     ----------
-    description : SceneDescription.
-    view : the tiles.
+    description : scene.
+    view : tiles of the frame.
     labels : `instance` and `distance` (row, column) of these tiles.
 
     Returns
     -------
     dict
-        {"motion": (row, column, uv) float32} in the unit of the field coordinates; NaN where a
-        point gets out of the directions of the grid.
+        {"motion": (row, column, uv) float32} in the unit of the field coordinates; NaN where the
+        point has no coordinates in the next frame.
     """
     following = description.next_frame
     if following is None:

@@ -1,10 +1,10 @@
 """Sampling of airlight: the lamp, and the place along a camera ray where fog scatters its light.
 
 Light that fog scatters once on its way from a lamp to the camera is an integral along the camera's
-ray. The place along the ray is drawn by the angle that it subtends at the lamp (equiangular
-sampling: Kulla and Fajardo 2012), or by the transmission up to it, half of the times each. The lamp
-is drawn by what it sends to the rays of the block of tiles: before rendering, all lamps are tried
-from places along two rays of each block, with shadows.
+ray. Half of the places on the ray are drawn evenly in the angle at the lamp (equiangular sampling:
+Kulla and Fajardo 2012), the other half in proportion to the transmission up to them. The lamp is
+drawn by the airlight that it causes on the rays of the block of tiles. Before rendering, the
+airlight of every lamp, with shadows, is estimated at places along two rays of each block.
 
 References
 ----------
@@ -31,18 +31,20 @@ if TYPE_CHECKING:
     from ..world.view import View
     from .lamp_tables import LampTables
 
-RAYS = 2  # of each block that are tried
-PLACES = 8  # along each of them
-CANDIDATES = 12  # for one shadow ray
-# 2^32 (11^0.5 - 3): candidates of all paths of a tile take turns along the ray
+RAYS = 2  # number of rays tested in each block
+PLACES = 8  # number of places tested along each of these rays
+CANDIDATES = 12  # number of candidates for one shadow ray
+# 2^32 (11^0.5 - 3): step of a Richtmyer sequence, which spreads the candidates of all paths of a
+# tile along the ray
 OF_PLACE = 0x510E527F
-NEAREST_M = 1e-3  # from a ray to a lamp, where the place is drawn
-NEARLY = 1 - 1e-3  # of the way to a lamp: float32, and the lamp's own lens
+NEAREST_M = 1e-3  # least distance between ray and lamp in the density of places
+# share of the way to a lamp that must be free; allows for float32 and for the lamp's own lens
+NEARLY = 1 - 1e-3
 
 
 class Segment:
-    """A ray of a path, and where candidates lie on it. No tuple and no dataclass, which loops of
-    Dr.Jit would take apart.
+    """A ray of a path, its length, and an offset for the candidates on it. Not a tuple or a
+    dataclass, because loops of Dr.Jit would take those apart.
     """
 
     def __init__(self, ray: Any, end: Any, turn: Any) -> None:
@@ -52,7 +54,7 @@ class Segment:
         ----------
         ray : ray of the path.
         end : length of the ray, m.
-        turn : of 2^32, the place of the first candidate.
+        turn : offset of the first candidate, as a share of 2^32.
         """
         self.ray = ray
         self.end = end
@@ -62,24 +64,24 @@ class Segment:
 class Aimed(NamedTuple):
     """A place along a ray, and the point of a lamp that lights it."""
 
-    row: mi.UInt32  # of the lamp's spectrum
-    along: mi.Float  # m, of the place on the ray
-    towards: mi.Vector3f  # unit vector from there to the lamp
-    away: mi.Float  # m, from there to the lamp
-    # cd/m2 of airlight at the reference wavelength, for an albedo of 1 and no shadow
+    row: mi.UInt32  # row of the lamp's spectrum in the table of spectra
+    along: mi.Float  # distance of the place along the ray, m
+    towards: mi.Vector3f  # unit vector from the place to the lamp
+    away: mi.Float  # distance from the place to the lamp, m
+    # luminance of airlight at the reference wavelength, for an albedo of 1 and no shadow, cd/m2
     level: mi.Float
 
 
 class Angles:
-    """The angles that places along a ray subtend at a point."""
+    """Equiangular sampling of places along a ray, as seen from a point."""
 
     def __init__(self, ray: Any, end: Any, point: Any) -> None:
-        """Measure the angles under which a point sees a ray.
+        """Compute the range of angles that the ray spans at the point.
 
         Parameters
         ----------
         ray : ray of the path.
-        end : where the ray ends, m.
+        end : length of the ray, m.
         point : point of a lamp, m.
         """
         way = point - ray.o
@@ -89,11 +91,11 @@ class Angles:
         self.span = dr.maximum(dr.atan2(end - self.middle, self.beside) - self.first, 1e-6)
 
     def place(self, u: Any) -> Any:
-        """Return the place, m, at the share `u` of the angles."""
+        """Return the distance along the ray, m, at the share `u` of the range of angles."""
         return self.middle + self.beside * dr.tan(self.first + u * self.span)
 
     def density(self, along: Any) -> Any:
-        """Return the density, 1/m, of places whose angles are even."""
+        """Return the density, 1/m, at the distance `along` of places drawn evenly in the angle."""
         off = along - self.middle
         return self.beside / (self.span * (dr.square(self.beside) + dr.square(off)))
 
@@ -102,7 +104,7 @@ class AirlightLamps:
     """Device tables of the probabilities with which lamps are chosen for the airlight of blocks."""
 
     def __init__(self, lamps: LampTables, fog: FogTables) -> None:
-        """`lamps` : LampTables. `fog` : FogTables."""
+        """Keep the tables of lamps and fog; `aim` computes the probabilities."""
         self.scene = None
         self.lamps = lamps
         self.fog = fog
@@ -129,7 +131,7 @@ class AirlightLamps:
         self.slots = []
         self.count = []
         for mine in map(np.array, self.lamps.members):
-            slots = np.zeros((1, 1), int)  # of a group without lamps; never read
+            slots = np.zeros((1, 1), int)  # for a group without lamps; never read
             if len(mine):
                 blocks = np.repeat(np.arange(across * down), RAYS)
                 voted = votes(across * down, blocks, light[:, mine])
@@ -152,9 +154,7 @@ class AirlightLamps:
     def sent(
         self, ray: Any, along: Any, lamp: Any, point: Any, normal: Any, active: Any
     ) -> tuple[Any, Any, Any]:
-        """Return what a point of a lamp sends to the camera by way of a place on the ray, without
-        shadows, cd m-2 per metre of ray and square metre of lamp; and the unit vector and the
-        distance, m, from the place to the point.
+        """Return the airlight by one point of a lamp at a place on the ray.
 
         Parameters
         ----------
@@ -164,6 +164,11 @@ class AirlightLamps:
         point : point of the lamp, m.
         normal : normal of the lamp at the point.
         active : lanes that take part.
+
+        Returns
+        -------
+        The luminance of airlight without shadows, cd m-2 per metre of ray and square metre of lamp;
+        the unit vector from the place to the point; and the distance between them, m.
         """
         way = point - (ray.o + ray.d * along)
         away = dr.maximum(dr.norm(way), 1e-6)
@@ -181,9 +186,9 @@ class AirlightLamps:
     ) -> Any:
         """Return the `Aimed` of a `Segment`.
 
-        One of `CANDIDATES` pairs of a lamp's point and a place is kept, in proportion to what it
-        sends without shadows. Each lies on a lamp of another part of the group, and at another part
-        of the ray.
+        Each of `CANDIDATES` candidates is a point of a lamp and a place on the ray. One is kept,
+        with a probability in proportion to its airlight without shadows. Each candidate is drawn
+        from its own part of the group's lamps and from its own part of the ray.
 
         Parameters
         ----------
@@ -238,7 +243,7 @@ class AirlightLamps:
 def _tried(
     scene: Any, hits: HitTables, camera: Camera, view: View, air: AirlightLamps
 ) -> np.ndarray:
-    """Return the airlight (ray, lamp) of `RAYS` rays of each block, up to one factor."""
+    """Return the airlight (ray, lamp) on `RAYS` rays of each block, up to a common factor."""
     side, across, down = blocks_of(view)
     placed = air.lamps.placed
     middle = np.array(

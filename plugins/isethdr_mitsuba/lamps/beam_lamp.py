@@ -23,8 +23,8 @@ if TYPE_CHECKING:
 
 PLUGIN = "isethdr_beam_lamp"
 NEAR_CLIP_M = 1e-3
-# sampling weight of a lamp that is not sampled. With 0, Mitsuba would give full weight to rays that
-# hit the lamp by chance
+# Sampling weight of a lamp that is not sampled. With 0, Mitsuba would give full weight to rays that
+# hit the lamp by chance.
 NEVER = 1e-7
 
 
@@ -36,10 +36,11 @@ def beam_lamp(
     Parameters
     ----------
     placed : lamp.
-    hidden_from : a point in the world, or None. Rays that start there do not hit the emitter. Use
-        the pinhole if `visible_lamps` adds the direct light of the lamp.
-    mirrored_only : the lamp lights no surface, and is visible only in perfect mirrors and through
-        panes. Use it if `spots` light the surfaces. The attribute `on` switches the lamp.
+    hidden_from : (3,) point in the world, m, or None. Rays that start there do not hit the emitter.
+        Pass the pinhole if `visible_lamps` adds the direct light of the lamp.
+    mirrored_only : if true, the lamp lights no surface, and is visible only in perfect mirrors and
+        through panes. Use it if `spots` light the surfaces. The attribute `on` of the emitter
+        switches the lamp on and off.
     """
     mi.register_emitter(PLUGIN, lambda properties: _beam_class()(properties))
     table = emission_table([placed.lamp.spectrum])[0] * placed.peak_cd_m2
@@ -137,7 +138,8 @@ def _beam_class() -> type:
             self.on = True
             self.mirrored_only = properties.get("mirrored_only", False)
             self.lambertian = properties["cos_inner"] <= LAMBERTIAN_COS
-            self.grid_pattern = None  # luminance relative to the largest of a lamp with a table
+            # for a lamp with a table: function returning the luminance relative to its largest
+            self.grid_pattern = None
             self.m_flags = mi.EmitterFlags.Surface
             self.m_needs_sample_3 = True
 

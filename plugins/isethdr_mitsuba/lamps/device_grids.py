@@ -11,14 +11,14 @@ import numpy as np
 from .intensity_grid import COLUMNS, ROWS
 from .placed_lamps import PlacedLamp
 
-NONE = -1.0  # where a lamp's first cell would stand: it has no grid
+NONE = -1.0  # marks a lamp without a grid, in place of the number of its first cell
 
 
 class DeviceGrids:
-    """Device tables of the grids of some lamps; no code for them where no lamp has one."""
+    """Device tables of the grids of lamps. If no lamp has a grid, no code is compiled for them."""
 
     def __init__(self, lamps: list[PlacedLamp]) -> None:
-        """Lay the grids of `lamps`, by their numbers, one after the other."""
+        """Make the tables of the grids of `lamps`, in their order."""
         with_grid = [p for p in lamps if p.grid is not None]
         self.any = bool(with_grid)
         if not self.any:
@@ -35,26 +35,25 @@ class DeviceGrids:
             first = shared.setdefault(own.tobytes(), len(shared))
             if first == len(quads):
                 quads.append(own)
-            # float32 counts the cells of a thousand lamps
+            # float32 holds these integers exactly for up to a thousand lamps
             rows.append([*grid.left, first * COLUMNS * ROWS])
             rows.append([COLUMNS / 2 / grid.reach[0], ROWS / 2 / grid.reach[1], *grid.bends])
-        rows += [[0, 0, 0, NONE], [0, 0, 0, 0]]  # of "no lamp"
-        # From lists: the renderer copies them into aligned memory. It would use NumPy arrays where
-        # they lie, which are aligned only by chance, and then compiles another kernel.
+        rows += [[0, 0, 0, NONE], [0, 0, 0, 0]]  # for "no lamp"
+        # Passed as lists, which Dr.Jit copies into aligned memory. NumPy arrays would be used in
+        # place; they are aligned only by chance, and unaligned ones need another kernel.
         self.rows = mi.Float(np.ravel(rows).tolist())
         self.quads = mi.Float(np.concatenate(quads).ravel().tolist())
         dr.eval(self.rows, self.quads)
 
     def pattern(self, lamp: Any, direction: Any, axis: Any, otherwise: Any, active: Any) -> Any:
-        """Return the luminance relative to the largest towards the unit vector `direction`, which
-        leaves the lamp; `otherwise` of lamps without a grid.
+        """Return a lamp's luminance in a direction relative to its largest luminance.
 
         Parameters
         ----------
         lamp : number of the lamp.
         direction : unit vector that leaves the lamp.
         axis : unit vector of the lamp's axis.
-        otherwise : luminance relative to the largest of lamps without a grid.
+        otherwise : value returned for lamps without a grid.
         active : lanes that take part.
         """
         if not self.any:
@@ -81,7 +80,7 @@ class DeviceGrids:
 
 
 def _cell(place: Any, count: int) -> tuple[Any, Any]:
-    """Return the number of the cell and the place in it, from -count / 2..count / 2."""
+    """Return the cell number and the position in it, 0..1, of `place`, -count / 2..count / 2."""
     along = dr.clip(place + count / 2, 0, count)
     cell = dr.minimum(mi.UInt32(along), count - 1)
     return cell, along - mi.Float(cell)

@@ -5,10 +5,10 @@ grid and interpolated linearly. The grid is even in x = l / (f + a |l|) and y = 
 + b |u|), where f, l, u are the components of a direction forward, to the left and up. Looking up a
 direction therefore needs no search and no angle.
 
-The bends a and b tell how much denser nodes are about the axis. With BENDS they are 0.4 degrees
-apart across there, 0.07 down, as a dipped beam needs. A table that is wide to all sides, as that of
-a luminaire, has light and detail far off its axis: its bends are those whose nodes about the axis
-are as far apart as its own.
+The bends a and b set how much denser the nodes are near the axis. With BENDS, nodes near the axis
+are 0.4 degrees apart horizontally and 0.07 degrees vertically, as a dipped beam needs. A table that
+extends far to all sides, such as that of a luminaire, has light and detail far off its axis. Its
+bends are chosen so that the nodes near the axis are as far apart as the angles of the table.
 """
 
 from __future__ import annotations
@@ -21,13 +21,14 @@ import numpy as np
 if TYPE_CHECKING:
     from isethdr_core.data.scene_description import IntensityTable
 
-BENDS = (4.0, 12.0)
-LEAST_BEND = 1.0
-WIDE_DEG = 80.0  # a table that reaches this far up, down and to both sides
-# cells, even: the axis is a node
+BENDS = (4.0, 12.0)  # bends a and b of a table that is not wide
+LEAST_BEND = 1.0  # smallest bend
+WIDE_DEG = 80.0  # a table that reaches at least this far up, down and to both sides is wide
+# Number of cells across and down; even, so that the axis is a node
 COLUMNS = 72
 ROWS = 136
-# of the largest area that faces show: where less is seen, candela falls with it, as it must
+# Smallest projected area by which candela is divided, relative to the largest over all directions.
+# Where the faces show less area, the candela of the lamp falls below the table with it.
 LEAST_AREA = 0.05
 
 
@@ -42,7 +43,7 @@ class IntensityGrid:
     bends: tuple[float, float] = BENDS  # a and b
 
     def at(self, direction: np.ndarray) -> np.ndarray:
-        """Return the luminance, cd/m2, towards unit vectors (..., 3); 0 backwards and beyond."""
+        """Return the luminance, cd/m2, towards unit vectors (..., 3); 0 outside the grid."""
         place = [np.asarray(direction, float) @ v for v in (self.axis, self.left, self.up)]
         forward, aside, above = place
         ahead = forward > 0
@@ -58,12 +59,12 @@ class IntensityGrid:
 
     @property
     def up(self) -> np.ndarray:
-        """The third axis, (3,)."""
+        """Unit vector (3,) upwards."""
         return np.cross(self.axis, self.left)
 
     def quads(self) -> np.ndarray:
-        """Return (ROWS * COLUMNS, 4) corners of each cell relative to the largest value, so that
-        one memory access serves a point.
+        """Return (ROWS * COLUMNS, 4) values at the corners of each cell, relative to the largest
+        value. One memory access then serves a direction.
         """
         v = self.value / max(self.value.max(), 1e-300)
         corners = [v[:-1, :-1], v[:-1, 1:], v[1:, :-1], v[1:, 1:]]
@@ -71,7 +72,7 @@ class IntensityGrid:
 
 
 def _cell(place: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return the number of the cell and the place in it of `place`, -1..1 across the grid."""
+    """Return the cell number and the position in it, 0..1, of `place`, -1..1 across the grid."""
     along = (np.clip(place, -1, 1) + 1) * (count / 2)
     cell = np.minimum(along.astype(int), count - 1)
     return cell, along - cell
@@ -88,10 +89,10 @@ def intensity_grid(
 
     Parameters
     ----------
-    table : IntensityTable, relative to `intensity_cd`.
+    table : luminous intensity by direction, relative to `intensity_cd`.
+    intensity_cd : luminous intensity where the table is 1, cd.
     axis, left : (3,) unit vectors forward and to the left, at right angles.
     area_vectors : (n, 3) normals of the faces times their areas, m2.
-    intensity_cd : candela where the table is 1.
     """
     ends = [np.abs(np.asarray(v)[[0, -1]]).max() for v in (table.left_deg, table.up_deg)]
     tangents = np.tan(np.radians(np.minimum(ends, 89.9)))
@@ -124,5 +125,6 @@ def _bends(table: IntensityTable) -> np.ndarray:
     if min(min(-v[0], v[-1]) for v in angles) < WIDE_DEG:
         return np.array(BENDS)
     step_rad = np.radians([np.diff(v).min() for v in angles])
-    # from -1 / a to 1 / a in so many cells, and one radian to 1 on the axis
+    # The grid spans x from -1 / a to 1 / a in COLUMNS cells. Near the axis, x is the angle in
+    # radians, so a cell is 2 / (a COLUMNS) wide; y likewise.
     return np.clip(2 / (np.array([COLUMNS, ROWS]) * step_rad), LEAST_BEND, BENDS)

@@ -1,8 +1,8 @@
-"""Lamps as lookup tables: the radiance of a lamp that a ray hits, and the target point of a shadow
+"""Lamps as lookup tables: the luminance of a lamp that a ray hits, and the target point of a shadow
 ray.
 
-Tables replace Mitsuba emitters for three reasons: a hundred lamps need no more code than one, each
-group can be sampled by itself, and the group of a lamp costs one lookup. `beam_lamp.py` is the same
+Tables replace Mitsuba emitters for three reasons. A hundred lamps need no more code than one. Each
+group can be sampled by itself. The group of a lamp costs one lookup. `beam_lamp.py` is the same
 lamp as a Mitsuba emitter; tests compare the two.
 """
 
@@ -33,21 +33,22 @@ if TYPE_CHECKING:
     from ..paths.surface_tables import SurfaceTables
     from ..world.view import View
 
-# candidates for one shadow ray: from 4 to 16 the cost grew 1.6 times, lamp noise fell to
-# 0.5-1.0 of itself
+# Number of candidates for one shadow ray. From 4 to 16 candidates, the cost grew by a factor of
+# 1.6, and the noise of lamps fell by factors of 0.5 to 1.0.
 CANDIDATES = 12
-FIRST_CANDIDATES = 8  # from the first surface, where each near lamp gets a shadow ray of its own
-NOWHERE = 0xFFFF
+# number of candidates at the first surface, where each near lamp gets its own shadow ray as well
+FIRST_CANDIDATES = 8
+NOWHERE = 0xFFFF  # group number of lamps that belong to none of the groups
 
 
 class LampTables:
     """Device tables of the lamps of a world, for the requested light groups.
 
     The target of a shadow ray is drawn for each group by resampled importance sampling (Talbot
-    2005, eq. 5): `CANDIDATES` points on lamps of the group are drawn by the probabilities of
-    `spatial_sampling.py`, each on its own part of the lamps. One of them is kept, in proportion to
-    the light that it would send without occlusion, times the share of it that points of the place
-    have seen to arrive.
+    2005, eq. 5). `CANDIDATES` points on lamps of the group are drawn by the probabilities of
+    `spatial_sampling.py`, each on its own part of the lamps. One of them is kept, with a
+    probability in proportion to the light that it would send without occlusion, times the share of
+    the lamp's light that reached the tested points of the place.
     """
 
     def __init__(
@@ -62,17 +63,17 @@ class LampTables:
 
         Parameters
         ----------
-        world : scene whose shapes the lamps belong to.
+        world : scene with the shapes that the lamps belong to.
         lamps : placed lamps, by number.
         groups : names of the light groups, by number.
         sky : spectrum of a uniform sky, `SkyDome`, or None.
-        openings : where surfaces inside look for the sky.
+        openings : openings at which surfaces behind them aim shadow rays to the sky.
         """
         self.groups = list(groups)
         self.fog = None  # FogTables, where there is fog
         self.openings = SkyOpenings(openings) if openings else None
         spectra = list(dict.fromkeys(p.lamp.spectrum for p in lamps))
-        # per cd/m2 for lamps; the sky's, absolute, are last
+        # rows of lamps are per cd/m2; the last rows, of the sky, are absolute
         of_sky = sky_rows(sky, SPECTRUM_NM)
         self.emission = np.vstack([emission_table(spectra), of_sky])
         self.sky_rows = len(of_sky)
@@ -170,16 +171,16 @@ class LampTables:
     def rival(
         self, lamp: Any, place: Any, tries: Any, distance2: Any, cos_lamp: Any, active: Any = True
     ) -> Any:
-        """Return the density per solid angle with which shadow rays from `place` aim at this point
-        of `lamp`: `tries` candidates, or the one point of a near lamp.
+        """Return the density per solid angle with which shadow rays from `place` aim at a point of
+        `lamp`. It counts all `tries` candidates, or the single point of a near lamp.
 
         Parameters
         ----------
         lamp : number of the lamp.
         place : number of the place from which lamps are chosen.
         tries : number of candidates.
-        distance2 : squared distance of the point, m2.
-        cos_lamp : cosine at the lamp between its normal and the way back.
+        distance2 : squared distance of the point on the lamp, m2.
+        cos_lamp : cosine between the lamp's normal and the direction back from the lamp.
         active : lanes that take part.
         """
         chance = self.chances.of(lamp, place, active)
@@ -230,8 +231,9 @@ class LampTables:
 
         Returns
         -------
-        The point, the unit direction to it, the luminance emitted towards here (0 if it cannot
-        light this side), the cosine here, and the density of the point per solid angle.
+        The point on the lamp, the unit direction to it, the luminance that it emits towards the
+        surface (0 if it cannot light this side), the cosine at the surface, and the density of the
+        point per solid angle.
         """
         corner, edge1, edge2, normal, axis, (inner, outer, floor, peak, per_area) = self.targets[
             g
@@ -265,8 +267,9 @@ class LampTables:
     ) -> Any:
         """Return the target of a shadow ray.
 
-        Candidate k lies on a lamp of part k of `tries` equal parts of the group. One of them is
-        kept, in proportion to its light and to the share of it that is expected to arrive.
+        The group is divided into `tries` equal parts, and candidate k lies on a lamp of part k. One
+        candidate is kept, with a probability in proportion to its light and to the share of it that
+        is expected to arrive.
 
         Parameters
         ----------
@@ -275,13 +278,14 @@ class LampTables:
         si : surface interaction that is lit.
         place : number of the place from which lamps are chosen.
         tries : number of candidates.
-        turn : two numbers of 2^32: where in its part each candidate lies, and which one is kept.
+        turn : two random numbers, as shares of 2^32: x decides where in its part each candidate
+            lies, y which candidate is kept.
         active : lanes that take part.
 
         Returns
         -------
-        Row of the spectrum of the lamp, world point, unit direction, luminance from there divided
-        by the density of the choice, and density of all `tries` candidates.
+        Row of the spectrum of the lamp, point on the lamp in the world, unit direction to it, its
+        luminance divided by the density of the choice, and density of all `tries` candidates.
         """
         targets = self.targets[g]
         triangle = mi.UInt32(0)
@@ -291,7 +295,7 @@ class LampTables:
         kept = mi.Float(0)
         total = mi.Float(0)
         density = mi.Float(1)
-        # one number decides on all candidates: what is left of it decides on the next
+        # one random number serves all candidates: after each decision it is rescaled to 0..1
         u = mi.Float(turn.y >> 8) * 2.0**-24
         k = mi.UInt32(0)
         while k < tries:
@@ -333,8 +337,8 @@ def _density(per_area: Any, distance2: Any, cos_lamp: Any) -> Any:
 
 
 class _Targets:
-    """The triangles of one light group with the data of a candidate. Each triangle is drawn by its
-    area, and has the beam of its lamp.
+    """The triangles of one light group, with the data that a candidate needs. Triangles of a lamp
+    are drawn in proportion to their areas. Each has the beam of its lamp.
     """
 
     def __init__(self, count: int, lamps: dict[int, tuple[int, PlacedLamp]]) -> None:
@@ -362,9 +366,9 @@ class _Targets:
             normal,
             each(lambda _, p: p.axis),
         )
-        # From lists: the renderer copies them into aligned memory. It would use NumPy arrays where
-        # they lie, which are aligned only by chance, and then compiles another kernel.
-        # (triangle, 5, 4)
+        # Passed as lists, which Dr.Jit copies into aligned memory. NumPy arrays would be used in
+        # place; they are aligned only by chance, and unaligned ones need another kernel.
+        # Shape: (triangle, 5, 4)
         rows = np.stack(
             [np.column_stack([v, beam[:, k]]) for k, v in enumerate(vectors)], 1
         ).astype(np.float32)
@@ -382,7 +386,7 @@ class _Targets:
         dr.eval(self.rows, self.row, self.threshold, self.other, self.first, self.length)
 
     def pick(self, rng: Any, lamp: Any, active: Any) -> Any:
-        """Return the number of a triangle of a lamp, drawn by its area."""
+        """Return the number of a triangle of a lamp, drawn in proportion to its area."""
         length = dr.gather(mi.UInt32, self.length, lamp, active)
         k = dr.gather(mi.UInt32, self.first, lamp, active) + dr.minimum(
             mi.UInt32(rng.next_float32() * mi.Float(length)), dr.maximum(length, 1) - 1
@@ -395,15 +399,17 @@ class _Targets:
 
     def at(self, triangle: Any, active: Any) -> tuple[Any, ...]:
         """Return a corner of a triangle, both edges from it, the normal, the axis of the lamp, and
-        the other numbers of the triangle (see `rows`).
+        the list [cos_inner, cos_outer, floor, peak in cd/m2, 1 / area in m-2] of the lamp.
         """
         rows = [dr.gather(mi.Vector4f, self.rows, 5 * triangle + k, active) for k in range(5)]
         return *(mi.Vector3f(r.x, r.y, r.z) for r in rows), [r.w for r in rows]
 
 
 def alias_table(chance: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return (threshold, other). Draw k evenly, keep it with probability threshold[k], otherwise
-    use other[k] (Walker 1977, Vose 1991).
+    """Return the alias table (threshold, other) of probabilities in proportion to `chance`.
+
+    To use it, draw k evenly, keep it with probability threshold[k], otherwise take other[k] (Walker
+    1977, Vose 1991).
     """
     share = np.asarray(chance, float) * len(chance) / np.sum(chance)
     threshold = np.ones(len(share))

@@ -2,7 +2,7 @@
 own.
 
 At the first surface of a path, nearly all noise comes from the single shadow ray of a group, which
-cannot serve several lamps at once. The lamps that light points of a block are therefore sampled one
+can test only one of several lamps. The lamps that light points of a block are therefore sampled one
 by one. Only the other lamps are chosen at random. Together, both parts cover each lamp exactly
 once.
 """
@@ -18,11 +18,13 @@ import numpy as np
 
 from ..paths.device_memory import aligned
 
-# for each group and block: on the night drive, 90 % of the blocks have no more lit lamps
+# Largest number of near lamps for each group and block. On the night drive, at most this many lamps
+# light the points of 90 % of the blocks.
 MOST_NEAR = 8
-SEEN = 1.01  # equal shares of the probability: a lamp with a larger share got a vote
-# least share of a block's light for a shadow ray of its own. With 1,000 lamps the eight most
-# probable ones have 6 % of the light together
+# Threshold in slots: a lamp with a larger share of the probability than this many slots got a vote.
+SEEN = 1.01
+# Smallest share of a block's probability for a shadow ray of its own. With 1,000 lamps the eight
+# most probable ones have 6 % of the light together.
 LEAST_SHARE = 0.02
 
 
@@ -31,9 +33,9 @@ class NearList(NamedTuple):
     random.
     """
 
-    lamps: np.ndarray  # (block, MOST_NEAR), the likeliest first
-    length: np.ndarray  # (block,) how many of them there are
-    slots: np.ndarray  # (block, slot) of the other lamps
+    lamps: np.ndarray  # (block, MOST_NEAR), the most probable first
+    length: np.ndarray  # (block,) number of near lamps
+    slots: np.ndarray  # (block, slot) numbers of the other lamps
 
 
 def near_list(known_lamps: np.ndarray, slots: np.ndarray, chance: np.ndarray) -> NearList:
@@ -41,7 +43,7 @@ def near_list(known_lamps: np.ndarray, slots: np.ndarray, chance: np.ndarray) ->
 
     Parameters
     ----------
-    known_lamps : (block,) whether some lamp lights a point of the block; otherwise no lamp is near.
+    known_lamps : (block,) whether any lamp lights a point of the block; if not, no lamp is near.
     slots : (block, slot) numbers of lamps; all slots are equally likely.
     chance : (block, lamp) share of the slots that a lamp has.
     """
@@ -59,8 +61,8 @@ def near_list(known_lamps: np.ndarray, slots: np.ndarray, chance: np.ndarray) ->
 
 
 def _without(slots: np.ndarray, chance: np.ndarray, near_mask: np.ndarray) -> np.ndarray:
-    """Return slots (block, slot) without the near lamps, `near_mask` (block, lamp). Each other lamp
-    has at least as many slots as before. A block without other lamps does not change.
+    """Return slots (block, slot) without the lamps of `near_mask` (block, lamp). Each other lamp
+    keeps at least as many slots as before. A block without other lamps does not change.
     """
     far_chance = np.where(near_mask, 0.0, chance)
     some = near_mask.any(1) & (far_chance.sum(1) > 0)
@@ -68,7 +70,8 @@ def _without(slots: np.ndarray, chance: np.ndarray, near_mask: np.ndarray) -> np
     ends /= ends[:, -1:]
     blocks = len(ends)
     places = slots.shape[1]
-    # every other lamp's share has grown beyond a slot's, so that it holds the middle of one
+    # the share of every other lamp has grown beyond that of one slot, so it contains the middle of
+    # at least one slot
     at = (np.arange(places) + 0.5) / places
     row = np.arange(blocks)[:, None]
     positions = np.searchsorted((ends + row).ravel(), (at + row).ravel()).reshape(blocks, places)

@@ -34,13 +34,15 @@ class PlacedLamp:
     triangles: np.ndarray  # (n, 3, 3) m, counter-clockwise seen from outside
     axis: np.ndarray  # (3,) unit vector
     peak_cd_m2: float  # luminance on the axis
-    floor: float  # Lambertian share of the pattern, relative to the beam's 1
-    cos_inner: float
-    cos_outer: float
-    grid: IntensityGrid | None = None  # of a lamp with a table: stands for the cone
+    floor: float  # radiance of the Lambertian part, relative to the largest radiance of the beam
+    cos_inner: float  # cosine of the half angle of the inner cone
+    cos_outer: float  # cosine of the half angle of the outer cone
+    grid: IntensityGrid | None = None  # for a lamp with a table: replaces the cone
 
     def relative(self, directions: np.ndarray) -> np.ndarray:
-        """Return luminance relative to the peak towards unit vectors (..., 3) that leave it."""
+        """Return the luminance, relative to the peak, towards unit vectors (..., 3) that leave the
+        lamp.
+        """
         if self.grid is None:
             return self.pattern(directions @ self.axis)
         highest = self.peak_cd_m2 / (1 + self.floor)
@@ -52,15 +54,15 @@ class PlacedLamp:
         return float(np.linalg.norm(_area_vectors(self.triangles), axis=1).sum())
 
     def pattern(self, cos_axis: np.ndarray) -> np.ndarray:
-        """Return radiance relative to that on the axis, at the cosine of the angle from the axis
-        of a round beam.
+        """Return the radiance of a round beam relative to that on its axis, at cosines of the angle
+        from the axis.
         """
         return (beam(cos_axis, self.cos_inner, self.cos_outer) + self.floor) / (1 + self.floor)
 
 
 def beam(cos_axis: np.ndarray, cos_inner: float, cos_outer: float) -> np.ndarray:
-    """Return 1 within the inner cone, 0 beyond the outer, a smoothstep of the cosine between; 1
-    everywhere if Lambertian.
+    """Return the relative radiance of a round beam: 1 within the inner cone, 0 outside the outer
+    cone, a smoothstep of the cosine between them. It is 1 everywhere for a Lambertian lamp.
 
     Parameters
     ----------
@@ -74,7 +76,8 @@ def beam(cos_axis: np.ndarray, cos_inner: float, cos_outer: float) -> np.ndarray
     return t * t * (3 - 2 * t)
 
 
-# an inner angle of 90 degrees or more: no beam, every face emits alike in all directions
+# A lamp with cos_inner of at most this value has an inner angle of 90 degrees or more. It has no
+# beam: every face emits the same radiance in all directions.
 LAMBERTIAN_COS = 1e-9
 
 
@@ -85,7 +88,7 @@ def placed_lamps(
 
     Parameters
     ----------
-    description : SceneDescription.
+    description : scene.
     normalise : "intensity": the lamp has `intensity_cd` on its axis, and a narrower beam has less
         flux. "flux": the lamp has the flux of a Lambertian lamp of `intensity_cd`, and a narrower
         beam is brighter.
@@ -103,8 +106,8 @@ def placed_lamps(
 
 
 def world_triangles(part: Part, pose: np.ndarray) -> np.ndarray:
-    """Return the (n, 3, 3) triangles of `part` under `pose`; a mirroring pose keeps them facing
-    outwards.
+    """Return the (n, 3, 3) triangles of `part` under `pose`. They face outwards also under a pose
+    that mirrors.
     """
     v = np.asarray(part.vertices, float) @ pose[:3, :3].T + pose[:3, 3]
     tri = v[np.asarray(part.faces, int)]
@@ -162,8 +165,8 @@ def _place(
 def _with_table(
     part: Part, pose: np.ndarray, number: int, name: str, axis: np.ndarray
 ) -> PlacedLamp:
-    """Return a lamp whose candela is that of its table, whatever its faces; the largest luminance
-    is its peak. Its flux follows from the table alone.
+    """Return a lamp with the luminous intensity of its table, whatever the shape of its faces. Its
+    peak is the largest luminance. Its flux follows from the table alone.
     """
     lamp = part.lamp
     tri = world_triangles(part, pose)
@@ -204,8 +207,8 @@ def _area_vectors(tri: np.ndarray) -> np.ndarray:
 
 
 def _beam_flux(vectors: np.ndarray, axis: np.ndarray, cos_inner: float, cos_outer: float) -> float:
-    """Return the flux, m2 sr, of faces with area `vectors` whose radiance is the beam pattern about
-    `axis`.
+    """Return the flux, m2 sr, of faces with area `vectors`. Their radiance is the beam pattern
+    about `axis`, with the peak 1.
     """
     if cos_inner <= LAMBERTIAN_COS:
         return np.pi * np.linalg.norm(vectors, axis=1).sum()
@@ -237,8 +240,13 @@ def flat_beam_solid_angle(cos_inner: float, cos_outer: float) -> float:
     """Return the integral of beam x cosine over directions, sr, of a flat lamp that faces along its
     axis.
 
-    2 pi times: (1 - ci^2) / 2 inside the inner cone, and d (co / 2 + 0.35 d) with d = ci - co in
-    the smoothstep.
+    The integral is 2 pi ((1 - ci^2) / 2 + d (co / 2 + 0.35 d)), where ci and co are the cosines and
+    d = ci - co. The first term is the inner cone, the second the smoothstep.
+
+    Parameters
+    ----------
+    cos_inner : cosine of the half angle of the inner cone.
+    cos_outer : cosine of the half angle of the outer cone.
     """
     d = cos_inner - cos_outer
     return 2 * np.pi * ((1 - cos_inner**2) / 2 + d * (cos_outer / 2 + 0.35 * d))

@@ -9,8 +9,8 @@ from isethdr_core.scene import Lamp, SceneDescription, SkyDisc, SkyDome
 
 from .placed_lamps import SPECTRUM_NM, PlacedLamp
 
-FAR_M = 1e6
-SIDES = 32  # of the polygon that stands for a disc, of the same area
+FAR_M = 1e6  # distance of sun and moon from the camera
+SIDES = 32  # number of sides of the polygon that replaces a disc; it has the same area
 
 
 def discs_of(description: SceneDescription) -> tuple[SkyDisc, ...]:
@@ -36,7 +36,8 @@ def disc_mesh(disc: SkyDisc, camera_m: tuple[float, int, float]) -> tuple[np.nda
 
 
 def disc_lamps(description: SceneDescription, include_sun: bool) -> list[PlacedLamp]:
-    """Return sun and moon as lamps of the light group `sky`, dark unless `include_sun`.
+    """Return sun and moon as lamps of the light group `sky`; their luminance is 0 if `include_sun`
+    is false.
 
     Their object number is 0, that of the sky.
     """

@@ -1,9 +1,10 @@
-"""The sky with a gradient on the device, and its discs, sun and moon, as lamps far away.
+"""The sky with a gradient, on the device.
 
-The dome's patterns lie in one table, four numbers for each node: one look into memory gives all
-parts. Discs are flat lamps at `FAR_M`: so they are looked for as all lamps are, throw shadows with
-penumbrae, and are seen with their exact footprint. At that distance a scene of 400 m sees them
-within 0.02 degrees from everywhere.
+The patterns of the dome lie in one table with four numbers for each node, so that one memory access
+gives all parts. Sun and moon are not part of the table: they are flat lamps at the distance
+`sky_discs.FAR_M`. They are therefore sampled like all lamps, cast shadows with penumbrae, and are
+seen with their exact footprint. At that distance, their direction varies by at most 0.02 degrees
+within a scene of 400 m.
 """
 
 from __future__ import annotations
@@ -20,12 +21,12 @@ from isethdr_core.scene import SkyDome
 if TYPE_CHECKING:
     from isethdr_core.data.scene_description import Spectrum
 
-MOST_PARTS = 4
+MOST_PARTS = 4  # largest number of parts of a dome
 
 
 def sky_rows(sky: Spectrum | None, wavelength_nm: np.ndarray) -> np.ndarray:
-    """Return the radiances (row, wavelength) that make up a sky: one of a uniform sky, 0 of none,
-    one for each part of a dome.
+    """Return the radiances (row, wavelength) of a sky, W m-2 sr-1 nm-1: one row for a uniform sky,
+    one row of zeros for no sky, and one row for each part of a dome.
     """
     if isinstance(sky, SkyDome):
         return np.stack([part.spectrum.at(wavelength_nm) for part in sky.parts])
@@ -36,7 +37,12 @@ class DomeTable:
     """Device table of the patterns of a dome."""
 
     def __init__(self, dome: SkyDome) -> None:
-        """Raise ConfigError where a dome has more than four parts."""
+        """Make the table.
+
+        Raises
+        ------
+        ConfigError : the dome has more than four parts.
+        """
         if len(dome.parts) > MOST_PARTS:
             raise ConfigError(
                 f"the sky has {len(dome.parts)} parts; this renderer takes at most {MOST_PARTS}"
@@ -46,14 +52,14 @@ class DomeTable:
         self.rows, self.columns = patterns.shape[:2]
         four = np.zeros((self.rows, self.columns, MOST_PARTS))
         four[..., : self.count] = patterns
-        # From a list: the renderer copies it into aligned memory. It would use a NumPy array where
-        # it lies, which is aligned only by chance, and then compiles another kernel.
+        # Passed as a list, which Dr.Jit copies into aligned memory. A NumPy array would be used in
+        # place; it is aligned only by chance, and an unaligned one needs another kernel.
         self.values = mi.Float(four.astype(np.float32).ravel().tolist())
         dr.eval(self.values)
 
     def strengths(self, direction: Any, active: Any) -> Any:
-        """Return the strength of the parts, a vector of four, towards the unit vector `direction`;
-        as `isethdr_core.data.sky.pattern_at`.
+        """Return the strengths of the parts, a vector of four, towards the unit vector `direction`.
+        The interpolation is that of `isethdr_core.data.sky.pattern_at`.
         """
         up = dr.asin(dr.clip(direction.z, -1, 1)) * (2 / dr.pi)
         row = (dr.copysign(dr.sqrt(dr.abs(up)), up) + 1) * ((self.rows - 1) / 2)
@@ -70,13 +76,13 @@ class DomeTable:
         return dr.lerp(lower, upper, above)
 
     def light(self, spectra: Any, place: Any, row: Any, direction: Any, active: Any) -> list[Any]:
-        """Return the packets of radiance towards `direction`; `row` is that of the first part.
+        """Return the packets of radiance of the sky seen in `direction`.
 
         Parameters
         ----------
         spectra : spectra of the pass.
         place : wavelength sample in each band.
-        row : of the first part in the table of spectra.
+        row : row of the first part in the table of spectra.
         direction : unit vector towards the sky.
         active : lanes that take part.
         """

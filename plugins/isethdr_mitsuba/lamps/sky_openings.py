@@ -1,9 +1,10 @@
-"""Openings on the device: where shadow rays of surfaces inside look for the sky.
+"""Openings on the device: rectangles at which surfaces behind them aim shadow rays to the sky.
 
-A path that leaves a surface by chance seldom finds a far opening, and then carries much light. A
-shadow ray towards a random point of the opening finds it each time. Both ways of finding the sky
-are weighted by their densities (balance heuristic: Veach and Guibas 1995), so that their sum is
-right for any rectangle, also where it is partly blocked or not the whole mouth.
+A path that leaves a surface in a random direction seldom passes through a distant opening, and then
+carries much light. A shadow ray towards a random point of the opening passes through it unless
+something blocks it. Both techniques are weighted by their densities (balance heuristic: Veach and
+Guibas 1995). Their sum is therefore unbiased for any rectangle, even if it is partly blocked or
+covers only part of the mouth.
 """
 
 from __future__ import annotations
@@ -17,14 +18,14 @@ import numpy as np
 
 from isethdr_core.scene import Opening
 
-LEAST_COSINE = 1e-6
+LEAST_COSINE = 1e-6  # smallest cosine between a direction and the normal of an opening
 
 
 class SkyOpenings:
-    """Device tables of openings. A point sees those that it lies behind."""
+    """Device tables of openings. A point uses the openings that it lies behind."""
 
     def __init__(self, openings: Sequence[Opening]) -> None:
-        """`openings` : at least one."""
+        """Make the tables of at least one opening."""
         first, second = (
             np.array([getattr(o, name) for o in openings], float)
             for name in ("first_m", "second_m")
@@ -38,7 +39,7 @@ class SkyOpenings:
         self.first = table(first)
         self.second = table(second)
         self.normal = table(outwards / area[:, None])
-        # the place across the rectangle is 0..1 along both sides
+        # the product with a vector from the corner is its position along a side, 0..1
         self.along = table(first / squared(first))
         self.across = table(second / squared(second))
         self.per_area = mi.Float((1 / (self.count * area)).tolist())

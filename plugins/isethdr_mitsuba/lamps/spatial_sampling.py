@@ -3,11 +3,12 @@ the lamp sends to the surfaces nearby.
 
 A street at night has a hundred lamps, and two or three of them light a tile. Before rendering, all
 lamps are therefore tested from a few points that the camera sees in each block of tiles, and from
-one further point that each of those sees: how much light would arrive, and whether something blocks
-it. The points of a block decide how paths choose lamps at their first surface in this block. The
-points of a cell of the world decide for all further surfaces in the cell. Each point has one vote.
-A quarter of the probability is shared equally among all lamps, so that none is left out. Where a
-shadow ray chooses among candidates, those whose lamp the points did not see count less.
+one further surface point that a random ray from each of those meets. The test gives the light that
+would arrive, and whether something blocks it. The points of a block decide how paths choose lamps
+at their first surface in this block. The points of a cell of the world decide for all further
+surfaces in the cell. Each point has one vote. A quarter of the probability is shared equally among
+all lamps, so that none is left out. Where a shadow ray chooses among candidates, candidates on
+lamps that were blocked from the points count less.
 
 References
 ----------
@@ -36,24 +37,26 @@ if TYPE_CHECKING:
     from ..world.view import View
     from .lamp_tables import LampTables
 
-ACROSS = 64  # blocks, where there are as many tiles
-POINTS = 8  # of each block
-CELLS = 32, 12  # of the world: directions around the camera, and rings of distance ...
-RINGS_M = 1.0, 300.0  # ... from its first to its last, each so many times as far as the one before
-# for each lamp of a group, one of which is its own: a quarter of the chances is the same for all
+ACROSS = 64  # number of blocks across the picture, unless it has fewer tiles across
+POINTS = 8  # number of tested points of each block
+CELLS = 32, 12  # number of cells of the world: sectors around the camera, and rings of distance
+# Nearest and farthest distance of the rings. Their radii grow by a constant factor.
+RINGS_M = 1.0, 300.0
+# Number of slots per lamp of a group. One of them belongs to the lamp itself, so that a quarter of
+# the probability is the same for all lamps.
 SLOTS = 4
-MOST_TRIED = 1 << 24  # lamps from points, at once
-CLEAR_M = 1e-3  # from a surface on
-# a candidate counts at least this much, also where no tested point of the place saw its lamp. With
-# 1,000 lamps among boxes the noise of the median tile changes by 3 % from 0.03 to 0.1
+MOST_TRIED = 1 << 24  # largest number of (point, lamp) pairs tested at once
+CLEAR_M = 1e-3  # distance of a point from its surface
+# Smallest clear share of a candidate, also where its lamp was blocked from all tested points. With
+# 1,000 lamps among boxes the noise of the median tile changes by 3 % from 0.03 to 0.1.
 LEAST_CLEAR = 0.05
 
 
 class PlaceLight(NamedTuple):
-    """What the tested points of each place know of the lamps, (place, lamp)."""
+    """Light of the lamps at the tested points of each place, (place, lamp)."""
 
-    votes: np.ndarray  # sum of the shares of each lamp in the light of its group at the points
-    clear_share: np.ndarray  # of the lamp's light, that nothing blocks; 1 where nothing is known
+    votes: np.ndarray  # sum over the points of the lamp's share in the light of its group
+    clear_share: np.ndarray  # share of the lamp's light that nothing blocks; 1 where unknown
 
 
 class Chances:
@@ -62,7 +65,7 @@ class Chances:
 
     A group has a list of lamps, `slots` (place, slot); all slots are equally likely. `chance`
     (place, lamp) is the share of slots that a lamp has. It is 0 in blocks where the lamp is `near`:
-    each path there sends it a shadow ray without chance. `clear` (place, lamp) is the share of the
+    each path there sends it a shadow ray in any case. `clear` (place, lamp) is the share of the
     lamp's light that is expected to arrive, at least `LEAST_CLEAR`.
     """
 
@@ -81,8 +84,8 @@ class Chances:
         camera : `Camera` on the device.
         view : tiles of the frame.
         members : numbers of the lamps of each group.
-        strength : (lamp,) weights of the lamps where nothing else is known.
-        known : what tested points know of the lamps.
+        strength : (lamp,) weights of the lamps at places without votes.
+        known : light of the lamps at the tested points.
         """
         side, across, down = blocks_of(view)
         places = places_of(view)
@@ -133,13 +136,13 @@ class Chances:
     def pick(self, g: int, along: Any, place: Any, active: Any) -> Any:
         """Return the number of a lamp of group number `g`, drawn by its probability at `place`.
 
-        `along` is a random number from 0 to below 1. Lamps that hang side by side have neighbouring
-        numbers as a rule, so that numbers from equal parts of the range spread over the lamps.
+        Neighbouring lamps usually have neighbouring numbers. Values of `along` from equal parts of
+        its range therefore spread over the lamps.
 
         Parameters
         ----------
         g : number of the light group.
-        along : random number from 0 to below 1.
+        along : random number, at least 0 and below 1.
         place : number of the place.
         active : lanes that take part.
         """
@@ -184,8 +187,8 @@ def cell_of(distance: Any) -> Any:
 
 
 def votes(places: int, place: np.ndarray, light: np.ndarray) -> np.ndarray:
-    """Return the sum of votes (place, lamp) of the points at `place` (point,). A vote is the share
-    of each lamp in the light (point, lamp) of the point, so that bright points do not count more.
+    """Return the sum (place, lamp) of the votes of all points. The vote of a point is the share of
+    each lamp in the light of the point, so that bright points do not count more.
 
     Parameters
     ----------
@@ -197,8 +200,9 @@ def votes(places: int, place: np.ndarray, light: np.ndarray) -> np.ndarray:
 
 
 def _summed(places: int, place: np.ndarray, level: np.ndarray) -> sparse.csr_array:
-    """Return the matrix (place, point) that sums over the points at `place` (point,), each over its
-    `level` (point,). Points of level 0 do not count.
+    """Return the matrix (place, point) that sums over the points of each place and divides each
+    point by its `level` (point,). `place` (point,) is the place of each point. Points of level 0 do
+    not count.
     """
     weight = np.divide(1.0, level, out=np.zeros(len(level)), where=level > 0)
     return sparse.csr_array((weight, (place, np.arange(len(place)))), (places, len(place)))
@@ -211,8 +215,8 @@ def places_of(view: View) -> int:
 
 
 def blocks_of(view: View) -> tuple[int, int, int]:
-    """Return the tiles along the side of a block, and the number of blocks across and down the
-    complete grid. They do not depend on which tiles are left out.
+    """Return the number of tiles along the side of a block, and the numbers of blocks across and
+    down the complete grid. They do not depend on which tiles are left out.
     """
     rows, columns = view.whole
     side = max(1, round(columns / ACROSS))
@@ -263,8 +267,8 @@ def light_at_points(
     camera : `Camera` on the device.
     view : tiles of the frame.
     surfaces : `SurfaceTables` of the scene.
-    lamps : LampTables. A lamp counts as a point at its middle, and its distance as at least its own
-        size.
+    lamps : tables of the lamps. Each lamp is treated as a point at its middle, with a distance of
+        at least its own size.
     """
     side, across, down = blocks_of(view)
     points = across * down * POINTS
@@ -319,8 +323,9 @@ def light_at_points(
 def _known(
     places: int, place: np.ndarray, arriving: np.ndarray, in_the_open: np.ndarray
 ) -> np.ndarray:
-    """Return sums (3, place, lamp) over points at `place` (point,): the votes, and the light with
-    and without occlusion, both relative to all light that the point would have without.
+    """Return sums (3, place, lamp) over the points of each place: votes, light with occlusion, and
+    light without occlusion. Light is relative to all light of the group at the point without
+    occlusion.
 
     Parameters
     ----------
@@ -336,9 +341,9 @@ def _known(
 class _Bounds(NamedTuple):
     """A sphere around each lamp, on the device."""
 
-    middle: mi.Point3f  # m
-    reach_m: mi.Float
-    area_m2: mi.Float  # of the lamp
+    middle: mi.Point3f  # centre of the sphere, m
+    reach_m: mi.Float  # radius of the sphere
+    area_m2: mi.Float  # area of the lamp
 
 
 class _Met(NamedTuple):
@@ -346,14 +351,14 @@ class _Met(NamedTuple):
 
     point: mi.Point3f  # m
     normal: mi.Normal3f
-    lit: mi.Bool  # whether there is such a point
+    lit: mi.Bool  # whether the ray met such a point
 
 
 def _met(
     scene: Any, hits: HitTables, surfaces: SurfaceTables, ray: Any, active: Any = True
 ) -> _Met:
-    """Return the surface points that rays meet, with normals towards the origin of the ray, and
-    where such a point exists.
+    """Return the points on diffuse or rough surfaces that rays meet first, with normals towards the
+    origin of the ray.
     """
     si, shape = hits.meet(scene, ray, mi.Bool(active))
     lit = active & si.is_valid()

@@ -12,8 +12,9 @@ from .spots import Spot
 if TYPE_CHECKING:
     from ..world.view import View
 
-POINTS = 2000  # of what the camera sees
-# share given by intensity alone: for light that reaches the camera over several surfaces
+POINTS = 2000  # approximate number of tested points on surfaces that the camera sees
+# Part of the weights that depends on intensity alone. It serves light that reaches the camera over
+# several surfaces.
 EVERYWHERE = 0.2
 
 
@@ -31,8 +32,8 @@ def seen_points(scene: Any, view: View) -> np.ndarray:
 
 
 def illuminance(spots: list[Spot], points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return (spot, point) illuminance, lx, of faces turned towards each spot with nothing in
-    between; and distance, m.
+    """Return the illuminance (spot, point), lx, of faces that face each spot, without occlusion;
+    and the distance (spot, point), m.
     """
     illuminance_lx = np.zeros((len(spots), len(points)))
     distance = np.ones((len(spots), len(points)))
@@ -44,22 +45,22 @@ def illuminance(spots: list[Spot], points: np.ndarray) -> tuple[np.ndarray, np.n
 
 
 def shares(spots: list[Spot], lux: np.ndarray) -> np.ndarray:
-    """Return how often each spot is looked for; they sum to 1. `lux`: (spot, point) of
-    `illuminance`.
+    """Return the sampling weight (spot,) of each spot; the sum is 1. `lux` is the illuminance
+    (spot, point) from `illuminance`.
     """
     strength = np.sqrt([s.peak_cd * np.radians(s.cutoff_deg) ** 2 for s in spots])
     total = lux.sum(0)
     part = lux[:, total > 0] / total[total > 0]
     if not part.size:
         return strength / strength.sum()
-    # the variance of a point's light is least with shares as its parts
+    # the variance at a point is least if the weights are in proportion to the lamps' light there
     useful = np.sqrt(np.mean(part**2, 1))
     return EVERYWHERE * strength / strength.sum() + (1 - EVERYWHERE) * useful / useful.sum()
 
 
 def extent_error(spots: list[Spot], lux: np.ndarray, distance: np.ndarray) -> float:
-    """Return the mean over points, weighted by light, of (radius / distance)^2: a disc against the
-    point in its place.
+    """Return the mean error, relative, of points in place of extended lamps: the mean over points
+    of (radius / distance)^2, weighted by illuminance.
 
     Parameters
     ----------

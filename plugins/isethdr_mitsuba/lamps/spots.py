@@ -1,10 +1,10 @@
-"""Lamps as spots: the same candela from points in front of the lamp, for the variant without a
-compiler.
+"""Lamps as spots: points in front of the lamp with the same luminous intensity, for the variant
+without a compiler.
 
 Mitsuba has no area light with a beam, and one written in Python costs more than the rest of a
 scalar rendering. Its spot light with a projected picture is compiled code. Here a lamp becomes one
-spot for its beam and some for its Lambertian floor, a few of each where the lamp is large. The
-extent of the lamp is lost: penumbrae are sharp, and light close to the lamp is wrong.
+spot for its beam and a few for its Lambertian floor; a large lamp is cut into several pieces first.
+The extent of the lamp is lost: shadows have no penumbrae, and light close to the lamp is wrong.
 """
 
 from __future__ import annotations
@@ -21,33 +21,35 @@ from .placed_lamps import LAMBERTIAN_COS, PlacedLamp, beam
 if TYPE_CHECKING:
     from isethdr_core.data.scene_description import IntensityTable
 
-PIECE_M = 0.3  # larger lamps become several spots
-# spots stand this far in front of the foremost point of their piece, out of its own shadow
+PIECE_M = 0.3  # largest piece of a lamp that one spot replaces; larger lamps become several spots
+# distance of a spot in front of the foremost point of its piece, so that the piece does not shade
+# the spot
 CLEAR_M = 2e-3
-WIDEST_DEG = 88.0  # of a spot: a Lambertian lamp loses 0.12 % of its flux beyond
-# half angles of the cone of a lamp with a table. The first cone that loses at most LOST_LIGHT of
+WIDEST_DEG = 88.0  # widest half angle of a spot; a Lambertian lamp has 0.12 % of its flux beyond
+# Half angles of the cone of a lamp with a table. The first cone that loses at most LOST_LIGHT of
 # the light is used. Texels are 0.1 and 0.6 degrees wide on the axis.
 TABLE_DEG = (40.0, 80.0)
-OF_TABLE = 1024
-LOST_LIGHT = 0.03
-# texels across the picture of a beam and of a Lambertian floor: 0.5 % where a beam is steepest
+OF_TABLE = 1024  # number of texels across the picture of a table
+LOST_LIGHT = 0.03  # largest share of light lost beyond the cone of a table
+# Number of texels across the picture of a beam and of a Lambertian floor. The error is 0.5 % where
+# a beam is steepest.
 NARROW = 128
 WIDE = 512
 
 
 @dataclass(frozen=True, eq=False)
 class Spot:
-    """A point that shines about an axis: candela = `peak_cd` x picture, the picture in tangents up
-    to that of `cutoff_deg`.
+    """A point light about an axis: its luminous intensity is `peak_cd` x picture. The coordinates
+    of the picture are tangents, up to that of `cutoff_deg`.
     """
 
     lamp: int  # index into the lamps
     point: np.ndarray  # (3,) m
     frame: np.ndarray  # (3, 3) columns: x and y of the picture, axis
-    cutoff_deg: float
-    peak_cd: float
+    cutoff_deg: float  # half angle of the cone
+    peak_cd: float  # largest luminous intensity
     picture: np.ndarray  # (n, n) float32, largest value 1; y along the columns, x along the rows
-    radius_m: float  # of the piece of lamp it stands for
+    radius_m: float  # radius of the piece of lamp that the spot replaces
 
     def candela(self, directions: np.ndarray) -> np.ndarray:
         """Return candela towards (..., 3) unit vectors, by the nearest texel."""
@@ -92,7 +94,9 @@ def _beam(number: int, lamp: PlacedLamp) -> Iterator[Any]:
 
 
 def _with_table(number: int, lamp: PlacedLamp) -> Iterator[Any]:
-    """The table itself, from each piece as much as it shows of the area towards the axis."""
+    """Yield one spot with the pattern of the table for each piece of the lamp. The luminous
+    intensity of the lamp is divided in proportion to the areas of the pieces projected on the axis.
+    """
     axis = lamp.grid.axis
     frame = np.stack([lamp.grid.left, lamp.grid.up, axis], 1)
     cone = cone_deg(lamp.lamp.table)
@@ -106,15 +110,17 @@ def _with_table(number: int, lamp: PlacedLamp) -> Iterator[Any]:
 
 @cache
 def cone_deg(table: IntensityTable) -> float:
-    """Return the cone of a table's spot: the narrowest that keeps its light."""
+    """Return the half angle, degrees, of the cone of a table's spot: the narrowest of `TABLE_DEG`
+    that loses at most `LOST_LIGHT` of the light, or the widest.
+    """
     enough = (cone for cone in TABLE_DEG if lost_beyond(table, cone) <= LOST_LIGHT)
     return next(enough, TABLE_DEG[-1])
 
 
 @cache
 def lost_beyond(table: IntensityTable, cone: float) -> float:
-    """Return the share of a table's light outside the square picture of a spot of that cone,
-    degrees.
+    """Return the share of a table's light outside the square picture of a spot with the half angle
+    `cone`, degrees.
     """
     left, up = np.meshgrid(np.arange(-89.5, 90), np.arange(-89.5, 90))
     a, b = np.radians([left, up])
@@ -127,14 +133,14 @@ def lost_beyond(table: IntensityTable, cone: float) -> float:
 
 @cache
 def _table_picture(table: IntensityTable) -> tuple[float, np.ndarray]:
-    """Return the largest value of a table and its picture, shared by all lamps that have it."""
+    """Return the largest value and the picture of a table. All lamps with this table share them."""
     x, y, z = np.moveaxis(_directions(cone_deg(table), OF_TABLE), -1, 0)
     return _scaled(table.at(np.degrees(np.arctan2(x, z)), np.degrees(np.arcsin(y))))
 
 
 def _floor(number: int, lamp: PlacedLamp) -> Iterator[Any]:
-    """One spot for the faces of a piece with similar directions, as a flat face of their summed
-    area.
+    """Yield one spot for each set of faces of a piece with similar directions. The spot stands for
+    a flat face with the sum of their area vectors.
     """
     level = lamp.peak_cd_m2 * (
         1.0 if lamp.cos_inner <= LAMBERTIAN_COS else lamp.floor / (1 + lamp.floor)
@@ -155,13 +161,13 @@ class _Cone(NamedTuple):
     """The light of a spot."""
 
     frame: np.ndarray  # (3, 3): columns are left, up and axis
-    cutoff_deg: float
-    peak_cd: float
+    cutoff_deg: float  # half angle of the cone
+    peak_cd: float  # largest luminous intensity
     picture: np.ndarray  # relative intensity over the cone
 
 
 def _spot(number: int, centre: np.ndarray, corners: np.ndarray, cone: _Cone) -> Iterator[Any]:
-    """Yield the spot of a piece of a lamp in front of all its corners, none where it is dark."""
+    """Yield the spot of a piece of a lamp, in front of all its corners; nothing if it is dark."""
     if cone.peak_cd > 0:
         frame = cone.frame
         ahead = ((corners - centre) @ frame[:, 2]).max() + CLEAR_M
@@ -184,13 +190,13 @@ def _scaled(candela: np.ndarray) -> tuple[float, np.ndarray]:
 
 @cache
 def _cosine() -> np.ndarray:
-    """The picture of a Lambertian face, shared by all spots that stand for one."""
+    """Return the picture of a Lambertian face, which all spots of such faces share."""
     return _scaled(_directions(WIDEST_DEG, WIDE)[..., 2])[1]
 
 
 def _pieces(triangles: np.ndarray, facing_of: Callable[..., Any]) -> Iterator[Any]:
-    """Return (area vectors, centre, corners) of the triangles in each cell of PIECE_M; large
-    triangles are cut up first.
+    """Yield (area vectors, centre, corners) of the triangles in each cell of at most PIECE_M that
+    also agree in `facing_of` of their area vectors. Large triangles are subdivided first.
     """
     while True:
         longest = np.linalg.norm(triangles - np.roll(triangles, 1, 1), axis=2).max(1)

@@ -1,7 +1,8 @@
-"""Visible lamps, with exact areas: the flux of a lamp far smaller than a tile is exact.
+"""Lamps that the camera sees directly, with exact areas on the tiles, even if a lamp is far smaller
+than a tile.
 
-A random path hits a lamp that fills a thousandth of a tile once in a thousand samples: the light
-would be noisy. Here every emitting triangle is cut along the borders of the tiles, with exact
+A random path hits a lamp that fills a thousandth of a tile once in a thousand samples, which would
+make the light noisy. Here every emitting triangle is cut along the borders of the tiles, with exact
 areas. Rays to points on each piece determine its visible part.
 """
 
@@ -24,18 +25,19 @@ if TYPE_CHECKING:
     from ..world.view import View
     from .placed_lamps import PlacedLamp
 
-POINTS = 64  # rays to each piece of a lamp on a tile
-NEAR_M = 1e-3  # lamps nearer than this plane in front of the pinhole are not seen
-CHUNK = 20_000  # pieces handled at a time: bounds memory
-# of a lamp or of a tile, whichever is smaller, by which a side may bend on a grid of angles
+POINTS = 64  # number of rays to each piece of a lamp on a tile
+NEAR_M = 1e-3  # depth in front of the pinhole below which lamps are not seen
+CHUNK = 20_000  # approximate number of pieces handled at a time; limits memory
+# Largest deviation of a curved side from its chord on a grid of angles, as a share of the size of
+# the lamp or of the tile, whichever is smaller
 OFF = 5e-4
 
 
 class Bands(NamedTuple):
-    """The bands of a picture, nm."""
+    """The bands of a picture."""
 
-    centres_nm: np.ndarray
-    step_nm: float
+    centres_nm: np.ndarray  # (band,)
+    step_nm: float  # width of a band
 
 
 def visible_lamps(
@@ -50,18 +52,19 @@ def visible_lamps(
 
     Parameters
     ----------
-    world : scene whose objects hide lamps.
+    world : scene with the objects that hide lamps.
     view : tiles of the frame.
     lamps : placed lamps.
     groups : names of the light groups, in the order of the result.
     bands : centres and widths of the bands, nm.
-    fog : None in clear air.
+    fog : fog between lamps and camera; None in clear air.
 
     Returns
     -------
-    layer : (group, wavelength, row, column) float64, W m-2 sr-1 nm-1, to be added.
-    error : the largest error of a piece, relative to it: 1 / POINTS where a lamp is partly hidden,
-        4 x OFF where sides are arcs, 0 where every piece is all seen or all hidden on a grid of
+    layer : (group, wavelength, row, column) float64, W m-2 sr-1 nm-1, to be added to the radiance
+        found by paths.
+    error : the largest error of a piece, relative to its light: 1 / POINTS if a piece is partly
+        hidden; if not, 4 x OFF on a grid of angles, where sides are arcs, and 0 on a grid of
         tangents.
     """
     spectra = list(dict.fromkeys(p.lamp.spectrum for p in lamps))
@@ -88,8 +91,8 @@ def visible_lamps(
 
 
 def _lots(lamps: Sequence[Any], groups: Sequence[str], view: View) -> Iterator[Any]:
-    """Yield lists of (number of a lamp, tiles, pieces on the grid, normals, corners), of some
-    `CHUNK` pieces together: one launch of rays serves many lamps.
+    """Yield lists of (number of a lamp, tiles, pieces on the grid, normals, corners). Each list has
+    about `CHUNK` pieces in total, so that one launch of rays serves many lamps.
     """
     lot = []
     count = 0
@@ -110,8 +113,8 @@ def _lots(lamps: Sequence[Any], groups: Sequence[str], view: View) -> Iterator[A
 
 
 def band_means(table: np.ndarray, bands_nm: np.ndarray, step_nm: float) -> np.ndarray:
-    """Return (spectrum, band) means of tabulated spectra over bands of `step_nm`, exact for linear
-    tables.
+    """Return (spectrum, band) means of tabulated spectra over bands of width `step_nm`, by the
+    trapezoidal rule, which is exact for linear spectra.
 
     Parameters
     ----------
@@ -130,8 +133,8 @@ def band_means(table: np.ndarray, bands_nm: np.ndarray, step_nm: float) -> np.nd
 def _pieces(
     placed: PlacedLamp, view: View
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Return the lit triangles cut along tile borders: polygons (n, m, 2) on the grid, their tiles,
-    and normal and a corner in camera axes.
+    """Return the triangles that emit towards the camera, cut along tile borders: polygons (n, m, 2)
+    on the grid, the tile of each, and its normal and one corner of its triangle in camera axes.
     """
     tri = view.to_camera(placed.triangles.reshape(-1, 3)).reshape(-1, 3, 3)
     normal = np.cross(tri[:, 1] - tri[:, 0], tri[:, 2] - tri[:, 0])
@@ -192,8 +195,8 @@ def _pieces(
 
 
 def _plane(axis: int, edge: float | np.ndarray, sign: int, count: int) -> np.ndarray:
-    """Return (count, 3): its product with (x, y, 1) is `sign` times by how much the coordinate
-    `axis` exceeds `edge`.
+    """Return planes (count, 3). The product of a plane with (x, y, 1) is `sign` times the
+    difference between the coordinate `axis` (0: x, 1: y) and `edge`.
     """
     plane = np.zeros((count, 3))
     plane[:, axis], plane[:, 2] = sign, -sign * np.asarray(edge)
@@ -201,16 +204,18 @@ def _plane(axis: int, edge: float | np.ndarray, sign: int, count: int) -> np.nda
 
 
 def cut(polygon: np.ndarray, plane: np.ndarray, least: float = 0.0) -> np.ndarray:
-    """Return convex polygons (n, m, 3) cut to plane . point >= least, as (n, m + 1, 3) (Sutherland,
-    Hodgman 1974).
+    """Return the parts of convex polygons with plane . point >= least, as (n, m + 1, 3) corners
+    (Sutherland, Hodgman 1974).
 
-    Corners left over repeat the last one; a polygon with nothing left is NaN.
+    A polygon with fewer corners repeats its last corner. The corners of a polygon with nothing left
+    are NaN.
 
     Parameters
     ----------
     polygon : (n, m, 3) corners in order.
-    plane : (n, 3) normal of the plane of each polygon.
-    least : distance of the plane along its normal; what is beyond stays.
+    plane : (n, 3) normal of the cutting plane of each polygon.
+    least : distance of the cutting plane from the origin along its normal; the part beyond the
+        plane is kept.
     """
     count, corners = polygon.shape[:2]
     height = np.einsum("nmk,nk->nm", polygon, plane) - least
@@ -235,8 +240,8 @@ def cut(polygon: np.ndarray, plane: np.ndarray, least: float = 0.0) -> np.ndarra
 def _luminances(
     world: World, view: View, lamps: Sequence[PlacedLamp], lot: Sequence[tuple[int, ...]]
 ) -> Iterator[Any]:
-    """Yield of each entry of a lot its lamp, tiles, each piece's area on the grid times the mean
-    luminance of its visible part, its mean distance, m, and that visible part.
+    """Yield for each entry of a lot the lamp and arrays over its pieces: tile; area on the grid
+    times mean luminance, with hidden parts as 0; mean distance, m; and visible share, 0..1.
     """
     rays = [_rays(view, *entry[2:]) for entry in lot]
     counts = [direction.shape[0] for _, direction, _ in rays]
@@ -257,14 +262,14 @@ def _luminances(
 def _rays(
     view: View, flat: np.ndarray, normal: np.ndarray, corner: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return each piece's area on the grid, and directions and distances of rays from the pinhole
-    to points spread over it.
+    """Return the area (n,) of each piece on the grid, and world directions (n * POINTS, 3) and
+    distances (n, POINTS), m, of rays from the pinhole to points spread evenly over the piece.
     """
     a = flat[:, 1:-1] - flat[:, :1]
     b = flat[:, 2:] - flat[:, :1]
     areas = np.abs(a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0]) / 2  # of the fan of triangles
     points = _spread(flat, areas)
-    # back from the grid to the triangle's plane, which every ray to it meets from the lit side
+    # from the grid back to the plane of the triangle, which every ray meets on the emitting side
     ray = view.rays(points[..., 0], points[..., 1])
     distance = np.einsum("nk,nk->n", normal, corner)[:, None] / np.minimum(
         np.einsum("nk,nmk->nm", normal, ray), -1e-12
@@ -273,9 +278,11 @@ def _rays(
 
 
 def _spread(flat: np.ndarray, areas: np.ndarray) -> np.ndarray:
-    """Return (n, POINTS, 2) points evenly over polygons given as fans of triangles with `areas`."""
+    """Return (n, POINTS, 2) points spread evenly over polygons. `areas` are those of the triangles
+    of the fan of each polygon.
+    """
     along = (np.arange(POINTS) + 0.5) / POINTS
-    # golden section: evenly spread against `along`
+    # multiples of the golden section, which together with `along` fill a square evenly
     other = (np.arange(POINTS) * 0.6180339887498949) % 1
     share = np.cumsum(areas, 1)
     total = np.maximum(share[:, -1:], 1e-300)
@@ -294,8 +301,8 @@ def _spread(flat: np.ndarray, areas: np.ndarray) -> np.ndarray:
 def _sees(
     world: World, view: View, direction: np.ndarray, distance: np.ndarray, indices: np.ndarray
 ) -> np.ndarray:
-    """Say for each ray from the pinhole whether it reaches the lamp of its number at `distance`
-    unhindered.
+    """Return for each ray from the pinhole whether it reaches the lamp with its number in `indices`
+    at `distance`, without meeting another object before.
     """
     shapes = {s.lamp: s.shape for s in world.shapes if s.lamp is not None}
     if dr.is_jit_v(mi.Float):
@@ -309,8 +316,8 @@ def _sees(
         )
         hit = world.scene.ray_intersect_preliminary(ray, coherent=True)
         own = dr.reinterpret_array(mi.UInt32, hit.shape) == mi.UInt32(numbers[indices])
-        # 1e-4: float32 distances; a lamp's own lens or cover this near in front of it would not
-        # count as hiding it
+        # 1e-4 allows for float32 distances; an object as close as this in front of a lamp, such as
+        # its lens or cover, does not hide it
         return np.array(
             own | ~hit.is_valid() | (hit.t > mi.Float(distance.astype(np.float32)) * (1 - 1e-4))
         )

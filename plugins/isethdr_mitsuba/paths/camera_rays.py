@@ -1,13 +1,14 @@
 """Camera rays: stratified points of a tile, wavelengths within its bands, and first directions.
 
-The points of a tile are a low-discrepancy sequence (Roberts 2018: multiples of the powers of 1 /
-1.3247, the real root of x^3 = x + 1), moved by a random offset of each tile and pass. The
-wavelengths are multiples of the golden section, the directions multiples of the roots of 523 and
-11, the lamps that candidates lie on multiples of the root of 2, and the candidate that is kept
-multiples of the root of 83 (Richtmyer 1951), with offsets too. The roots are those of primes below
-700 whose pairs are spread most evenly over squares, at 16 to 1024 points, and that have no simple
-ratio to the others. Each point has the same probability. All numbers are integers of 32 bits, which
-wrap around by themselves.
+The points of a tile are a low-discrepancy sequence (Roberts 2018): multiples of the powers of
+1 / 1.3247, where 1.3247 is the real root of x^3 = x + 1. They are shifted by a random offset for
+each tile and pass. Other numbers are sequences with random offsets as well (Richtmyer 1951):
+wavelengths are multiples of the golden section, directions multiples of the square roots of 523 and
+11, the lamps of candidates multiples of the square root of 2, and the choice among candidates
+multiples of the square root of 83. The primes are those below 700 for which pairs of numbers cover
+a square most evenly, at 16 to 1024 points, and which have no simple ratio to the others. Each point
+has the same probability. All numbers are integers of 32 bits; their overflow takes the fractional
+part.
 """
 
 from __future__ import annotations
@@ -21,20 +22,23 @@ import mitsuba as mi
 if TYPE_CHECKING:
     from ..world.view import View
 
-# 2^32 / 1.32472, / 1.32472^2, / 1.61803
+# Steps of the points of a tile, 2^32 / 1.32472 and 2^32 / 1.32472^2; and of the wavelengths,
+# 2^32 / 1.61803
 ACROSS = 0xC13FA9A9
 DOWN = 0x91E10DA6
 ALONG = 0x9E3779B9
-# 2^32 (523^0.5 - 22), (11^0.5 - 3)
+# Steps of the two numbers of directions: 2^32 (523^0.5 - 22) and 2^32 (11^0.5 - 3)
 ASIDE = 0xDE8372EF
 UP = 0x510E527F
-# 2^32 (2^0.5 - 1), (7^0.5 - 2)
+# Steps of the lamps of candidates: 2^32 (2^0.5 - 1) from path to path, and 2^32 (7^0.5 - 2) from
+# candidate to candidate
 TURN = 0x6A09E667
 OF_CANDIDATE = 0xA54FF53A
-# 2^32 (83^0.5 - 9), and (19^0.5 - 4): from one surface of a path to the next
+# Step of the choice among candidates, 2^32 (83^0.5 - 9); and step from one surface of a path to the
+# next, 2^32 (19^0.5 - 4)
 CHOICE = 0x1C456002
 DEEPER = 0x5BE0CD19
-WHOLE = 2.0**-32
+WHOLE = 2.0**-32  # converts an integer of 32 bits to a share
 
 
 class Camera:
@@ -43,6 +47,7 @@ class Camera:
     """
 
     def __init__(self, view: View) -> None:
+        """Copy the grid and the pose of `view` to the device."""
         length = lambda v: dr.opaque(mi.Float, float(v))
         self.angles = view.projection == "equidistant"
         self.pitch_x = length(view.pitch_x)
@@ -55,20 +60,20 @@ class Camera:
         )
 
     def ray(self, row: Any, column: Any, point: Any, wavelengths: Any) -> Any:
-        """Return the ray through `point` (x, y, of 2^32) of a tile.
+        """Return the ray through a point of a tile.
 
         Parameters
         ----------
-        row : of the tile, in the complete grid.
-        column : of the tile, in the complete grid.
-        point : (x, y) of 2^32, place in the tile.
-        wavelengths : of the ray, nm.
+        row : row of the tile in the complete grid.
+        column : column of the tile in the complete grid.
+        point : (x, y) position in the tile, as shares of 2^32.
+        wavelengths : wavelengths of the ray, nm.
         """
         x = self.left + (mi.Float(column) + mi.Float(point.x) * WHOLE) * self.pitch_x
         y = self.top + (mi.Float(row) + mi.Float(point.y) * WHOLE) * self.pitch_y
         if self.angles:
             theta = dr.sqrt(x * x + y * y)
-            # 1e-4: the series' next term is below float32
+            # below 1e-4, the next term of the series is below the resolution of float32
             across = dr.select(theta > 1e-4, dr.sin(theta) / theta, 1)
             way = (
                 self.right * (across * x) + self.down * (across * y) + self.forward * dr.cos(theta)
@@ -79,8 +84,8 @@ class Camera:
 
 
 def offsets(seed: Any, numbers: Any) -> tuple[Any, Any, Any, Any]:
-    """Return the random offsets of tiles: of the points (x, y), of the wavelengths, of the
-    directions (two numbers) and of the lamps (two numbers), of 2^32.
+    """Return the random offsets of tiles, as shares of 2^32: for the points (x, y), the
+    wavelengths, the directions (two numbers) and the lamps (two numbers).
     """
     rng = stream(seed, numbers, "points")
     return (
@@ -92,22 +97,22 @@ def offsets(seed: Any, numbers: Any) -> tuple[Any, Any, Any, Any]:
 
 
 def share(numbers: Any) -> Any:
-    """Return whole numbers, of 2^32, as shares from 0 to below 1, which 32 bits would be rounded up
-    to.
+    """Return integers of 32 bits as shares of 2^32, at least 0 and below 1. Only their upper 24
+    bits are used, because float32 would round the largest 32-bit integers up to 1.
     """
     return mi.Point2f(numbers >> 8) * 2.0**-24
 
 
 def stream(seed: Any, numbers: Any, purpose: str) -> Any:
-    """Return random numbers for `purpose`, independent per number.
+    """Return a random number generator with an independent stream for each of `numbers`.
 
     Parameters
     ----------
-    seed : of the pass.
-    numbers : one for each lane; equal numbers give equal random numbers.
-    purpose : name of what they are for.
+    seed : seed of the pass.
+    numbers : number of the stream of each lane; equal numbers give equal random numbers.
+    purpose : name of the purpose; streams for different purposes are independent.
     """
     a, b = mi.sample_tea_32(numbers, seed ^ crc32(purpose.encode()))
-    # PCG32 adds the place in the array: the number given counts instead
+    # PCG32 adds the index in the array to state and stream; this replaces it by the given number
     moved = mi.UInt64(numbers) - dr.arange(mi.UInt64, dr.width(numbers))
     return mi.PCG32(dr.width(numbers), mi.UInt64(a) + moved, mi.UInt64(b) + moved)

@@ -1,7 +1,8 @@
 """NumPy arrays in memory that compiled code reads in whole vectors.
 
-Dr.Jit reads NumPy's memory where it lies, and compiles other code where that does not begin at a
-whole vector. NumPy's memory does so by chance: the same lists would take one kernel or another.
+Dr.Jit reads NumPy arrays in place, and compiles different code for arrays that do not begin at a
+vector boundary. NumPy aligns its memory to vectors only by chance, so the same values would need
+sometimes one kernel, sometimes another.
 """
 
 from __future__ import annotations
@@ -9,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-VECTOR_BYTES = 64  # of the widest processors
+VECTOR_BYTES = 64  # vector size of the processors with the widest vectors
 
 
 def aligned(values: npt.ArrayLike, dtype: npt.DTypeLike) -> np.ndarray:

@@ -1,12 +1,12 @@
 """The renderer for machines without a compiler: Mitsuba's own path integrator, one light group and
 four bands at a time.
 
-A path runs in compiled code. Lamps light surfaces as spots (`spots.py`). Only a lamp seen in a
+The code of a path is compiled. Lamps light surfaces as spots (`spots.py`). Only a lamp seen in a
 mirror or through a pane calls Python. One scene holds all lamps, and the sampling weights of the
-spots switch a group on. Another scene holds the sky. A film with exactly four bands of equal width
-gets exactly one wavelength per band and path. The same seed gives all bands the same paths, so the
-choice of wavelength adds no noise, and colours stay consistent. The seeds of a group depend on its
-name, so its light does not depend on the other groups.
+spots switch a group on. Other scenes hold the parts of the sky. With a film of exactly four bands
+of equal width, Mitsuba takes exactly one wavelength per band and path. The same seed gives all
+bands the same paths, so the choice of wavelength adds no noise, and colours stay consistent. The
+seeds of a group depend on its name, so its light does not depend on the other groups.
 """
 
 from __future__ import annotations
@@ -40,12 +40,14 @@ if TYPE_CHECKING:
     from ..renderer import MitsubaRenderer
     from ..world.view import View
 
-BLOCK = 4  # bands of one film; a path of Mitsuba carries four wavelengths
+BLOCK = 4  # number of bands of one film; a path of Mitsuba carries four wavelengths
 WITHIN = 20  # number of wavelengths in a band over which spectra are averaged
 MAP = 512, 1024  # rows and columns of an environment map of the sky
-# from the axes of a map of Mitsuba, whose zenith is y, to those of the world
+# rotation from the axes of a Mitsuba environment map, with its zenith along y, to those of the
+# world
 UPRIGHT = np.array([[0.0, 0, 1, 0], [1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 0, 1]])
-# share of the luminance of a dry marking in the own headlamps: R_L 77 instead of 150
+# share of the luminance of a dry marking that is missing without beads, in light of the camera
+# car's own headlamps: R_L is 77 instead of 150
 LOST_BEADS = 0.5
 
 
@@ -66,7 +68,7 @@ def film_pass(
     lamps : placed lamps.
     groups : names of the light groups.
     bands_nm : (band,) centres, nm.
-    settings : `MitsubaRenderer`: tiles, depth and width of the bands.
+    settings : `MitsubaRenderer`: size of the frame in tiles, path depth and width of the bands.
     """
     angles = view.projection == "equidistant"
     if not angles:
@@ -141,7 +143,9 @@ def _block(bands_nm: np.ndarray, start: int, step_nm: float) -> list[float]:
 def _sky_scenes(
     description: SceneDescription, span: tuple[float, float], bands_nm: np.ndarray, step_nm: float
 ) -> list[tuple[Any, np.ndarray]]:
-    """Return the scenes whose sum is the light of the sky, each with a factor per band."""
+    """Return the scenes of the parts of the sky, each with a factor per band. The light of the sky
+    is the sum over the scenes.
+    """
     if description.sky is None:
         return []
     lights = [({"type": "constant", "radiance": regular(description.sky, *span)}, 1.0)]
@@ -164,12 +168,12 @@ def _sky_scenes(
 def _map(part: Any, bands_nm: Any, step_nm: Any) -> Any:
     """Return (environment map, factor per band) of a part of the sky.
 
-    The map is grey. Mitsuba gives grey a spectrum of its own; the factor turns it into the spectrum
-    of the part.
+    The map is grey. Mitsuba converts grey to a spectrum that it chooses. The factor converts that
+    to the spectrum of the part.
     """
     rows, columns = MAP
     up = 90 - (np.arange(rows) + 0.5) * (180 / rows)
-    # column 0 looks along -x of the world once the map stands upright; the last repeats the first
+    # after the rotation UPRIGHT, the left edge of the map is the direction -x of the world
     around = (np.arange(columns) + 0.5) * (360 / columns) - 180
     grey = pattern_at(part.pattern, sky_direction(up[:, None], around))
     light = {
@@ -248,13 +252,13 @@ def _picture(values: np.ndarray) -> Any:
 
 
 def _spot(spot: Spot, spectrum: Spectrum, picture: Any) -> dict[str, float | str]:
-    """Return a spot as Mitsuba describes it.
+    """Return the Mitsuba dictionary of a spot.
 
     Parameters
     ----------
-    spot : place, axes, cone and peak luminous intensity, cd.
+    spot : position, axes, cone and peak luminous intensity, cd.
     spectrum : spectrum of the lamp.
-    picture : luminous intensity by direction, relative to the peak.
+    picture : Mitsuba texture of the luminous intensity by direction, relative to the peak.
     """
     table = emission_table([spectrum])[0] * spot.peak_cd
     matrix = np.eye(4)

@@ -14,7 +14,7 @@ from isethdr_core.data.fog import Fog
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
-DEEPEST = 30.0  # optical depth at which rays end: e^-30 of the light is left
+DEEPEST = 30.0  # optical depth at which rays end; e^-30 of the light is left there
 
 
 class FogTables:
@@ -27,7 +27,7 @@ class FogTables:
 
         Parameters
         ----------
-        fog : extinction, albedo and height of the fog.
+        fog : extinction, albedo, phase function and height of the fog.
         wavelength_nm : (band,) centres, nm.
         camera_z_m : height of the camera in the world, m.
         """
@@ -55,15 +55,15 @@ class FogTables:
         return dr.exp(-self.sampled * distance)
 
     def to_border(self, place: Any, way: Any) -> Any:
-        """Return how far it is, m, from a place along a unit vector to the upper or lower end of
-        the fog; 0 beyond them.
+        """Return the distance, m, from a place along a unit vector to the upper or lower end of the
+        fog, limited to `reach_m`; 0 if the place lies beyond that end.
         """
         end = dr.select(way.z > 0, self.top_m - place.z, place.z - self.bottom_m)
         return dr.minimum(dr.maximum(end, 0) / dr.maximum(dr.abs(way.z), 1e-6), self.reach_m)
 
     def relative_to_sampled(self, distance: Any) -> list[Any]:
-        """Return the packets of extinction times transmission over `distance`, m, relative to that
-        at the reference wavelength.
+        """Return the packets of extinction times transmission over `distance`, m, relative to the
+        same product at the reference wavelength.
         """
         return [
             each / self.sampled * dr.exp((self.sampled - each) * distance)
@@ -71,8 +71,8 @@ class FogTables:
         ]
 
     def against_sampled(self, distance: Any) -> list[Any]:
-        """Return the packets of scattering times transmission over `distance`, m, relative to the
-        extinction times transmission at the reference wavelength.
+        """Return the packets of scattering coefficient times transmission over `distance`, m,
+        relative to extinction times transmission at the reference wavelength.
         """
         return [self.albedo * each for each in self.relative_to_sampled(distance)]
 
@@ -80,7 +80,7 @@ class FogTables:
         """Return the phase function, 1/sr, at the cosine of the scattering angle."""
         total = mi.Float(0)
         for share, g in self.lobes:
-            # not 1 + g^2 - 2 g cosine, which loses digits near forward in float32
+            # 1 + g^2 - 2 g cosine, rewritten: that form loses digits near forward in float32
             root = dr.square(1 - g) + 2 * g * dr.maximum(1 - cosine, 0)
             total += share * (1 - g * g) / (4 * dr.pi * root * dr.sqrt(root))
         return total
@@ -92,12 +92,13 @@ class FogTables:
         below = mi.Float(0)
         ends = []
         for share, _ in self.lobes[:-1]:
-            below = below + share  # not in place: `ends` keeps each
+            below = below + share  # not in place, because `ends` keeps each sum
             ends.append(below)
         for end, (_, each) in zip(reversed(ends), reversed(self.lobes[:-1])):
             g = dr.select(pick < end, each, g)
         u = rng.next_float32()
-        # inverse of the cumulative lobe (Henyey and Greenstein); even where g is next to 0
+        # inverse of the cumulative distribution of a Henyey-Greenstein lobe; for g near 0, the
+        # direction is uniform
         ratio = (1 - g * g) / (1 - g + 2 * g * u)
         bent = (1 + g * g - ratio * ratio) / dr.select(dr.abs(g) > 1e-3, 2 * g, 1)
         cosine = dr.clip(dr.select(dr.abs(g) > 1e-3, bent, 2 * u - 1), -1, 1)

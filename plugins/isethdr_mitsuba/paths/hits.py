@@ -1,9 +1,9 @@
 """Hits: the surface that a ray meets, looked up in tables of all triangles.
 
 Mitsuba finds the triangle of a hit, and then calls a function of the shape for position and normal.
-That compiles one function for each shape, with its own numbers in it. With tables the code is short
-and the same for every scene: one kernel, compiled once, is then taken from the cache of Dr.Jit on
-disk.
+One function is compiled for each shape, with the numbers of the shape in its code. With tables, the
+code is short and the same for every scene. One kernel is compiled once and then taken from Dr.Jit's
+cache on disk.
 """
 
 from __future__ import annotations
@@ -19,9 +19,10 @@ from .device_memory import aligned
 
 
 class HitTables:
-    """Device tables of the triangles of a world and of the places of its instances."""
+    """Device tables of the triangles of a world and of the poses of its instances."""
 
     def __init__(self, world: World) -> None:
+        """Make the tables of `world`."""
         meshes = [s for s in world.shapes if s.pose is None]
         fields = [mi.traverse(s.shape) for s in meshes]
         positions, faces = (
@@ -35,7 +36,7 @@ class HitTables:
             np.cumsum([0, *(len(a) // 3 for a in arrays)])[:-1] for arrays in (positions, faces)
         )
         faces = [f + np.uint32(start) for f, start in zip(faces, starts, strict=True)]
-        # without any surface: one corner that no ray meets
+        # a world without surfaces gets one corner that no ray meets
         joined = lambda arrays: np.concatenate(arrays) if arrays else np.zeros(3)
         numbers = lambda arrays: mi.Float(aligned(joined(arrays), np.float32))
         self.positions = numbers(positions)
@@ -46,10 +47,10 @@ class HitTables:
         poses, part, parts = world.instances()
         self.part = mi.UInt32(part)
         self.parts = mi.UInt32(parts)
-        # from a list: rows of four are gathered in one go where memory is aligned, which NumPy's is
-        # by chance: another kernel
+        # Passed as a list, which Dr.Jit copies into aligned memory. A NumPy array would be used in
+        # place; it is aligned only by chance, and an unaligned one needs another kernel.
         self.to_world = mi.Float(poses[:, :3].ravel().tolist())
-        # normals turn with the inverse transposed
+        # normals are transformed by the inverse transposed matrix
         turn = np.linalg.inv(poses[:, :3, :3]).transpose(0, 2, 1)
         self.turn = mi.Float(aligned(turn, np.float32))
         dr.eval(
@@ -64,19 +65,19 @@ class HitTables:
         )
 
     def meet(self, scene: Any, ray: Any, active: Any) -> tuple[Any, Any]:
-        """Return the SurfaceInteraction3f of the first hit of `ray`, with t (infinite without one),
-        p, n, sh_frame, wi and wavelengths, and the shape's number.
+        """Return the SurfaceInteraction3f of the first hit of `ray`, and the number of the shape.
+        The fields t (infinite without a hit), time, p, n, sh_frame, wi and wavelengths are set.
 
         Parameters
         ----------
         scene : scene of Mitsuba.
-        ray : Ray3f.
+        ray : Ray3f to trace.
         active : lanes that take part.
         """
         preliminary = scene.ray_intersect_preliminary(ray, active=active)
         hit = active & preliminary.is_valid()
-        # 0, no instance, is a shape written out at its place; of an instance Mitsuba says which of
-        # its parts
+        # instance 0 means a shape that is no instance; for an instance, `shape_index` is the number
+        # of its part that was hit
         placed = dr.reinterpret_array(mi.UInt32, preliminary.instance)
         part = dr.gather(
             mi.UInt32,
@@ -103,8 +104,9 @@ class HitTables:
         ac = c - a
         across = dr.cross(ab, ac)
         na, nb, nc = at(self.normals)
+        # a mesh without vertex normals has zeros here
         smooth = na * (1 - u - v) + nb * u + nc * v
-        smooth = dr.select(dr.squared_norm(smooth) > 0, smooth, across)  # none are given: flat
+        smooth = dr.select(dr.squared_norm(smooth) > 0, smooth, across)  # none given: flat
         rows = [dr.gather(mi.Vector4f, self.to_world, 3 * placed + k, hit) for k in range(3)]
         turn = [dr.gather(mi.Vector3f, self.turn, 3 * placed + k, hit) for k in range(3)]
         point = a + ab * u + ac * v
