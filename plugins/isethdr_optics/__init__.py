@@ -10,7 +10,7 @@
 | `lens_files/`   | lens files of other programs as prescriptions                              |
 | `lenses/`       | the components, their fields and their ranges                              |
 | `measured/`     | lenses from tables of point spread functions or MTF                        |
-| `plan/`         | the decision what to leave out of a field, and its application to light    |
+| `plan/`         | decides what can be left out of a field, and applies this to light         |
 | `prescription/` | a real lens from its surfaces, glasses, coatings and stop                  |
 | `psf/`          | kernels: the share of a tile's light that reaches every other tile         |
 | `pupil/`        | stop, wavefront, apodization and flares of a lens, combined on any grid    |
@@ -62,5 +62,5 @@ def isethdr_commands(app: typer.Typer) -> None:
 
 @hookimpl
 def isethdr_config_paths() -> list[str]:
-    """Return where the presets are."""
+    """Return the location of the presets."""
     return ["pkg://isethdr_optics.conf"]

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 class LensOptics(Protocol):
-    """Where a lens images a field, and how much of its light."""
+    """A lens that states where it images a field, and what share of the light arrives there."""
 
     @property
     def focal_length_mm(self) -> float: ...
@@ -27,7 +27,7 @@ class LensOptics(Protocol):
 
     @property
     def magnification(self) -> float:
-        """Absolute magnification of an object at the distance that the lens is made for."""
+        """Absolute magnification of an object at the design distance of the lens."""
         ...
 
     @property
@@ -42,17 +42,17 @@ class LensOptics(Protocol):
 
     @property
     def blurs(self) -> bool:
-        """Whether light leaves its tile."""
+        """Whether the lens spreads the light of a tile over other tiles."""
         ...
 
     @property
     def field_varies(self) -> bool:
-        """Whether the point spread depends on the place in the field."""
+        """Whether the point spread depends on the position in the field."""
         ...
 
     @property
     def aperture_loss(self) -> bool:
-        """Whether flares block light."""
+        """Whether the light that flares block is lost."""
         ...
 
     def throughput_sr(self) -> float:
@@ -69,40 +69,45 @@ class LensOptics(Protocol):
         ...
 
     def distortion_to(self, angle_rad: float, /) -> Any:
-        """Return the distortion of a field up to this angle off the axis, rad."""
+        """Return the distortion of a field that extends to this angle from the axis, rad."""
         ...
 
     def image_size_m(
         self, width: float, height: float, projection: str = "tangent", /
     ) -> tuple[float, float]:
-        """Return (width, height) of the largest centred rectangle that looks into a field, m.
+        """Return (width, height) of the largest centred rectangle within a field's image, m.
 
         Parameters
         ----------
-        width, height : of the field, tangents of the field angle, or radians.
-        projection : unit of both, `tangent` or `equidistant`.
+        width, height : size of the field, in tangents of the field angle or in radians.
+        projection : unit of both: `tangent` or `equidistant` (radians).
         """
         ...
 
     def falloff_to(self, angle_rad: float, /) -> Any:
-        """Return the relative illumination of a field up to this angle off the axis, rad."""
+        """Return the relative illumination of a field that extends to this angle from the axis,
+        rad.
+        """
         ...
 
     def chief_rays_to(self, angle_rad: float, /) -> dict[str, list[float]] | None:
-        """Return the chief rays on the sensor of a field up to this angle off the axis, rad.
+        """Return where and at which angles the chief rays of a field meet the sensor.
 
-        Lists `radius_per_focal_length` and `angle_deg`, the angle to the sensor's normal; None
+        The field extends to `angle_rad` from the axis. The result has two lists,
+        `radius_per_focal_length` and `angle_deg`, the angle to the sensor's normal. It is None
         where the lens does not know them.
         """
         ...
 
 
 class PupilOptics(LensOptics, Protocol):
-    """A lens with a pupil, whose point spread follows from shape, wavefront and flares."""
+    """A lens with a pupil. Its point spread follows from the pupil's shape, wavefront and
+    flares.
+    """
 
     @property
     def zernike_um(self) -> Any:
-        """Wavefront {OSA index: rms um} over the stop; None: no error."""
+        """Wavefront error {OSA index: rms um} over the stop; None: no error."""
         ...
 
     @property
@@ -112,17 +117,19 @@ class PupilOptics(LensOptics, Protocol):
 
     @property
     def speckle_error(self) -> float:
-        """Relative sampling error that a kernel may have, mean over the tiles of one radius."""
+        """Largest allowed relative sampling error of a kernel, as a mean over tiles at one radius
+        from the axis.
+        """
         ...
 
     @property
     def pupil_matrix(self) -> Matrix | None:
-        """Map from the stop to the pupil; None: the same."""
+        """Linear map from the stop to the pupil; None: identity."""
         ...
 
     @property
     def uneven(self) -> tuple[tuple[int, float], ...]:
-        """Zernike terms (OSA index, value) of the amplitude over the stop."""
+        """Zernike terms (OSA index, value) of the amplitude over the stop; none: uniform."""
         ...
 
     @property
@@ -132,7 +139,9 @@ class PupilOptics(LensOptics, Protocol):
 
     @property
     def traced(self) -> Any:
-        """The lens whose traced colours this one has; None: no colours."""
+        """Lens from which the change of the wavefront with wavelength is traced; None: no change
+        is traced.
+        """
         ...
 
 
@@ -143,11 +152,12 @@ class TracesChiefRays(Protocol):
     def magnification_at(
         self, tangent: npt.NDArray[np.float64], wavelength_nm: float, /
     ) -> npt.NDArray[np.float64]:
-        """Return the image height over that of the reference wavelength.
+        """Return the image height divided by that at the reference wavelength.
 
         Parameters
         ----------
-        tangent : of the field angle, an array. `wavelength_nm` : nm.
+        tangent : array of tangents of the field angle.
+        wavelength_nm : wavelength, nm.
         """
         ...
 
@@ -162,11 +172,12 @@ class TracesColour(Protocol):
         ...
 
     def colour_at(self, angle_rad: float, wavelength_nm: float, /) -> dict[int, float]:
-        """Return what a wavelength adds to the wavefront, {OSA index: um}.
+        """Return the change of the wavefront at a wavelength, {OSA index: um}.
 
         Parameters
         ----------
-        angle_rad : off the axis, along +x of the field. `wavelength_nm` : nm.
+        angle_rad : field angle from the axis, along +x of the field, rad.
+        wavelength_nm : wavelength, nm.
         """
         ...
 
@@ -177,7 +188,7 @@ class BlursByDepth(Protocol):
 
     @property
     def focus_m(self) -> str | float:
-        """The distance in focus, metres; hyperfocal: the blur is left out."""
+        """Distance in focus, m; "hyperfocal": defocus blur is left out."""
         ...
 
     def in_focus(self) -> Any:
@@ -187,13 +198,13 @@ class BlursByDepth(Protocol):
 
 @runtime_checkable
 class DrawsPupil(Protocol):
-    """A flare that knows the exact shapes in the pupil, which need no sampling."""
+    """A flare that knows its exact shapes in the pupil, so that they need no sampling."""
 
     def pupil_shapes(self, radius_mm: float, /) -> tuple[Any, Any]:
         """Return (opening, dirt): a shape, and ((shape, loss of amplitude), ...), in mm.
 
         Parameters
         ----------
-        radius_mm : of the round stop.
+        radius_mm : radius of the round stop, mm.
         """
         ...

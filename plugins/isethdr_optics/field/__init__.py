@@ -2,17 +2,17 @@
 
 | module            | content                                                              |
 |-------------------|----------------------------------------------------------------------|
-| `core_reach`      | how far cores of field points have to reach                          |
+| `core_reach`      | necessary reach of the cores of field points                         |
 | `errors`          | effect of kernel errors if point spreads vary over the field         |
 | `field_point_psf` | kernels of a field point near their axis                             |
 | `field_work`      | work of kernels that vary over the field, before they are computed   |
 | `grid`            | the field points where point spreads are computed, and their weights |
 | `imaging`         | kernels of a lens whose point spread varies over the field           |
-| `kernels_of_field` | those of the axis, and one core for each field point                |
+| `kernels_of_field` | kernels of the axis, and one core for each field point              |
 | `lateral_colour`  | an image whose size depends on wavelength                            |
-| `meridian`        | a lens as light along +x of the field sees it                        |
+| `meridian`        | a lens at field points along +x of the field                         |
 | `omissions`       | rows of the ledger for what a lens leaves out                        |
-| `point_choice`    | the field points that the error allowed needs                        |
+| `point_choice`    | the field points that are needed for the allowed error               |
 | `reference_bands` | the wavelengths at which field points are chosen                     |
 | `retiling`        | error of moving tiles to the grid of the sensor plane                |
 """

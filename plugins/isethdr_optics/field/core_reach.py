@@ -1,6 +1,6 @@
-"""Core reach: how far from their middle the cores of field points have to reach.
+"""Core reach: necessary distance from the middle to the border of the cores of field points.
 
-Beyond it, all field points use the kernel of the axis.
+Beyond their cores, all field points use the kernel of the axis.
 """
 
 from __future__ import annotations
@@ -18,19 +18,22 @@ from .reference_bands import WIDTH_NM
 if TYPE_CHECKING:
     from ..abilities import PupilOptics
 
-PARTS = (0.15, 0.25, 0.4, 0.6)  # of the exact core, tried as reach of the cores of field points
-OUTERMOST = 0.75  # of the widest core
-# times the error at the widest reach: where that is more than allowed, but not twice as much, a
-# narrower one is as good
+# shares of the reach of the exact core that are tried as reach of the cores of field points
+PARTS = (0.15, 0.25, 0.4, 0.6)
+# share of the widest reach at which the outermost ring begins. This ring gives the error beyond the
+# widest reach.
+OUTERMOST = 0.75
+# If the error at the widest reach exceeds the allowed one, a narrower reach with at most this
+# multiple of it is accepted, up to twice the allowed error.
 NO_BETTER = 1.25
 
 
 class Reach(NamedTuple):
-    """Reach of the cores of field points, and what the kernel of the axis is wrong by beyond it."""
+    """Reach of the cores of field points, and the error of the axis' kernel beyond it."""
 
-    half: tuple[int, int]  # (y, x) tiles
-    unlike: np.ndarray  # per octave, `kernel_sampling_error.deviation`
-    error: float  # the largest mean of an octave, relative, L1
+    half: tuple[int, int]  # (y, x) tiles from the middle to the border
+    unlike: np.ndarray  # (octave,) error as `kernel_sampling_error.deviation`
+    error: float  # largest relative error of an octave, L1
 
 
 def core_reach(
@@ -39,15 +42,17 @@ def core_reach(
     pitch_um: tuple[float, float],
     shape: tuple[int, int],
 ) -> tuple[tuple[int, int], tuple[int, int]]:
-    """Return the (y, x) reach of exact cores on the axis, or of the geometrical blur where it is
-    wider, and the least that cores may have; tiles.
+    """Return (reach, least reach), each (y, x) in tiles.
+
+    The reach is that of exact cores on the axis, or the least reach where it is larger. The least
+    reach holds the geometrical blur.
 
     Parameters
     ----------
     along : lenses of field points from the axis to the border of the field.
-    waves : wavelengths, nm, at which they are judged, rising.
-    pitch_um : (y, x) of a tile.
-    shape : (y, x) tiles of the frame.
+    waves : reference wavelengths, nm, in rising order.
+    pitch_um : (y, x) pitch of the tiles, um.
+    shape : (y, x) number of tiles of the frame.
     """
     lens = along[0]
     ends = (waves[0], waves[-1])
@@ -65,14 +70,15 @@ def core_reach(
 def reach_of_cores(
     pairs: Sequence[tuple[np.ndarray, np.ndarray]], least: tuple[int, int], allowed: float
 ) -> Reach:
-    """Return the smallest reach of cores whose error beyond it is allowed, or else the largest one.
+    """Return the smallest reach of cores with an allowed error beyond it, or else the largest
+    reach.
 
     Parameters
     ----------
     pairs : [(kernel of the axis, kernel of the outermost field point), ...] of some bands; the
         second kernel ends at the largest possible reach.
-    least : (y, x) tiles that cores reach at least.
-    allowed : relative per tile, mean of an octave.
+    least : (y, x) least reach of cores, in tiles.
+    allowed : allowed relative error per tile, mean of an octave.
     """
     wide = [n // 2 for n in pairs[0][1].shape]
     reaches = [
@@ -94,7 +100,7 @@ def _unlike(
     wide: Sequence[int],
     half: tuple[int, int],
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return the error per octave (relative, L1) and the deviation, if the kernel of the axis
+    """Return the relative L1 error and the deviation, each (octave,), if the kernel of the axis
     replaces that of the outermost field point beyond `half`.
     """
     errors = []
@@ -103,7 +109,7 @@ def _unlike(
         axis = np.asarray(axis, float)[
             tuple(slice(n // 2 - w, n // 2 + w + 1) for n, w in zip(axis.shape, wide))
         ]
-        # with the widest core kept, its outermost ring speaks for what lies beyond it
+        # nothing is known beyond the widest core: its outermost ring stands for the light there
         core = tuple(
             slice(w - min(h, int(OUTERMOST * w)), w + min(h, int(OUTERMOST * w)) + 1)
             for w, h in zip(wide, half)
@@ -116,6 +122,6 @@ def _unlike(
     unlike = np.max(deviations, axis=0)
     unlike_nodes = np.flatnonzero(unlike)
     if len(unlike_nodes):
-        # beyond the largest reach, the value at its border
+        # octaves beyond the largest reach get the value of the last octave within it
         unlike[unlike_nodes[-1] + 1 :] = unlike[unlike_nodes[-1]]
     return error, unlike

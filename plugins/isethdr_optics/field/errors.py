@@ -1,13 +1,14 @@
 """Field errors: effect of kernel errors if point spreads vary over the field, or with lateral
 colour.
 
-Point spreads that vary: light beyond the cores is spread by the kernel of the axis, scaled for each
-tile to the energy that its own core leaves. Its errors are those of one kernel with scaled light.
-A second error comes from using the kernel of the axis for other field points; it is at most the
-difference to the outermost field point. The cores of field points have errors beyond their exact
-part. It is not known whether the errors of adjacent field points are correlated. Their weights w
-sum to 1, so that (sum of w e)^2 is at most the sum of w e^2 (Jensen). The light is therefore
-multiplied by the root of the weight before it is squared.
+Point spreads that vary: the kernel of the axis spreads the light beyond the cores. It is scaled for
+each tile to the energy that the tile's own core leaves. Its errors are those of one kernel with
+scaled light. A second error comes from using the kernel of the axis for other field points; it is
+at most the difference to the kernel of the outermost field point. A third error comes from the
+cores of field points beyond their exact part. It is not known whether the errors e of adjacent
+field points are correlated. Their weights w sum to 1, so that (sum of w e)^2 is at most the sum of
+w e^2 (Jensen's inequality). The light is therefore multiplied by the root of the weight before it
+is squared.
 
 Lateral colour: errors are computed on the grid of the convolution and moved with the bands. Bands
 whose images lie closer than the resolution of the errors are moved together.
@@ -32,8 +33,8 @@ if TYPE_CHECKING:
 
 APART = (
     1 / 192
-    # of the frame's longer side, at least half a tile: images closer than that count as one (errors
-    # are known over twice as much)
+    # share of the frame's longer side, and at least half a tile: images of bands that lie closer
+    # than this count as one. The resolution of the errors is twice as wide.
 )
 
 
@@ -44,8 +45,9 @@ def spread_errors(
 
     Parameters
     ----------
-    mixed : mixed radiance. `optics` : `field_optics.FieldOptics` of its field.
-    weights : (channel, band) factors of irradiance, for example electrons per m2 and second.
+    mixed : mixed radiance (wavelength, y, x).
+    optics : `field_optics.FieldOptics` of its field.
+    weights : (channel, band) factors on irradiance, for example electrons per m2 and second.
     """
     weights = np.asarray(weights, float)
     sensor = optics.sensor
@@ -90,7 +92,7 @@ def _spread_of_part(
     deviation, bound = one_spread(
         mixed.copy(data=beyond), replace(still, kernels=field.far), weights
     )
-    elsewhere = np.ones(mixed.shape[1:])  # the share of other places than the axis
+    elsewhere = np.ones(mixed.shape[1:])  # share of the light at field points off the axis
     elsewhere[field.shares[0][0]] -= field.shares[0][1]
     unlike, _ = one_spread(
         mixed.copy(data=beyond * np.sqrt(elsewhere)),

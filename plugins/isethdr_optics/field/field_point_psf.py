@@ -1,12 +1,12 @@
-"""Place cores: kernels of a place of the field near their axis, for many bands from transforms at a
+"""Field-point cores: kernels of a field point near their axis, for many bands from transforms at a
 few wavelengths.
 
-A place has a kernel of its own for every band, and there are a hundred places: transforms at all
-their wavelengths take far longer than the rest of an image. Scaled to the same size, patterns of
-neighbouring wavelengths differ only by the change of phase. They are interpolated linearly between
-some wavelengths (as `interpolation_wavelengths` does far from the axis). The pattern is sampled
-finely enough to hold all of it. It is weighted with the triangle that two tiles make of a point,
-scaled for every wavelength of a band.
+A field point has its own kernel for every band, and there are a hundred field points. Transforms at
+all their wavelengths would take far longer than the rest of an image. Scaled to the same size,
+patterns of neighbouring wavelengths differ only by the change of phase. They are interpolated
+linearly between interpolation wavelengths, called knots (as in `interpolation_wavelengths`, far
+from the axis). The samples are so fine that they hold all of the pattern. For every wavelength of a
+band, the pattern is scaled and weighted with a triangle, the convolution of two tiles.
 """
 
 from __future__ import annotations
@@ -39,35 +39,43 @@ if TYPE_CHECKING:
     from ..abilities import PupilOptics
     from ..psf.kernels import KernelRequest
 
-FIRST_NM = 380.0
-STEPS_NM = (80.0, 40.0, 20.0, 10.0, 5.0)  # between knots, each a part of the one before
-APART = 0.5  # radians rms from knot to knot at most
-STRAIGHT = 0.1  # share of a point's light, L1, for a radian: measured 0.02 to 0.08
-# points per wavelength x f-number, and per tile, at least
+FIRST_NM = 380.0  # one of the knots; all others lie whole steps away
+STEPS_NM = (80.0, 40.0, 20.0, 10.0, 5.0)  # distances of knots; each divides the one before
+APART = 0.5  # largest change of phase from knot to knot, radians rms
+# L1 error of linear interpolation between knots whose phase differs by 1 rad rms, as a share of a
+# point's light; 0.02 to 0.08 were measured
+STRAIGHT = 0.1
+# least numbers of samples per wavelength x f-number, and per tile
 PER_BLUR = 2.5
 PER_TILE = 5.0
-ALIASED = 0.006  # share of a point's light, L1, that these leave: the largest measured
+ALIASED = 0.006  # largest L1 error measured with that sampling, share of a point's light
 TURNS = (
     1 / 8
-    # of phase from one cell of the pupil to the next at most; a quarter of it where light is looked
-    # for to 0.3 %
+    # largest change of phase between adjacent cells of the pupil, wavelengths.
+    # `sampled_pupil.FINE_TURNS`, for an accuracy of 0.3 %, is a quarter of it.
 )
-# cells across the stop, as `sampled_pupil.core_pitch_mm`
+# Number of cells across the stop, as in `sampled_pupil.core_pitch_mm`: least number; number per
+# wavelength x f-number of the image width, used up to `USUAL`; largest number
 FEWEST = 256
 BORDER = 4.0
 USUAL = 768
 MOST = 4096
-# points from the axis: 512 wavelengths x f-number, beyond which lies 1e-3 of a point's light
+# largest number of samples from the axis: 512 wavelengths x f-number, beyond which lies 1e-3 of a
+# point's light
 WIDEST = 1024
-WORTH = 0.7  # of the transforms that all bands would take: fewer are worth lines
-FEWEST_READS = 3  # wavelengths of a band
-MORE_READS = 1  # than one for every tile that its light moves
-MOST_READS = 32  # however wide it is
+# Interpolation is used if it takes at most this share of the transforms of an exact computation.
+WORTH = 0.7
+FEWEST_READS = 3  # least number of wavelengths of a band
+# number of wavelengths of a band in addition to one for every tile that its outermost light moves
+MORE_READS = 1
+MOST_READS = 32  # largest number of wavelengths of a band of any width
 
 
 def field_point_kernels(request: KernelRequest) -> kernels.Kernels:
-    """Return kernels of a place as `kernels.kernels` does, and the same way where that takes as few
-    transforms; the lens of the request is a `field_point_lens.PlaceLens`.
+    """Return the kernels of a field point, with the meaning of those of `kernels.kernels`.
+
+    They are computed exactly where this takes about as few transforms as interpolation. The lens of
+    the request is a `field_point_lens.PlaceLens`.
     """
     read = _read(request.lens, request.flares, request.wavelength_nm, request.reach)
     drawn = _worth_computing(read, request.band_width_nm)
@@ -81,9 +89,9 @@ def field_point_kernels(request: KernelRequest) -> kernels.Kernels:
 
 
 def _exact(request: KernelRequest) -> kernels.Kernels:
-    """Return kernels without lines between wavelengths.
+    """Return kernels without interpolation between wavelengths.
 
-    Exact cores are sampled alike at all places, with a wavefront there or without.
+    Exact cores have the same sampling at all field points, with or without a wavefront.
     """
     if kernels.without_lattices(request, request.shortest_nm):
         return kernels.of_lattices(request)
@@ -105,7 +113,7 @@ def one(
     flares : its flare components.
     wavelength_nm : wavelength, nm.
     pitch_um : (y, x) of a tile, um.
-    half : (y, x) tiles from the axis to the border.
+    half : (y, x) tiles from the axis to the border of the kernel.
     """
     light = _light(lens, flares)
     pattern = _points(lens, light, (wavelength_nm, wavelength_nm), pitch_um, half)
@@ -120,8 +128,7 @@ def errors(
     wavelength_nm: ArrayLike,
     half: tuple[int, int],
 ) -> list[ErrorTerm]:
-    """Return how far kernels between knots are from exact ones; `lenses` of places from the axis to
-    the border of the field.
+    """Return the largest error of kernels that are interpolated between knots.
 
     Parameters
     ----------
@@ -152,7 +159,9 @@ def errors(
 
 
 def _lines(request: KernelRequest, read: Sequence[list[tuple[Any, ...]]]) -> kernels.Kernels:
-    """Return the kernels of bands by lines between the wavelengths that are `read`."""
+    """Return the kernels of bands, interpolated linearly between the knots in `read` (see
+    `_read`).
+    """
     lens = request.lens
     flares = request.flares
     wave = request.wavelength_nm
@@ -193,14 +202,17 @@ def _lines(request: KernelRequest, read: Sequence[list[tuple[Any, ...]]]) -> ker
 
 
 class _Light(NamedTuple):
-    """What a pupil lets through."""
+    """Functions that give the light through a pupil."""
 
-    energy_mm2: Callable[[float], float]  # of a wavelength, nm
-    amplitude: Callable[[int, float], np.ndarray]  # (y, x) of cells across, and a wavelength, nm
+    energy_mm2: Callable[[float], float]  # function(wavelength in nm) -> energy, mm2
+    # function(cells across the stop, wavelength in nm) -> amplitude (y, x)
+    amplitude: Callable[[int, float], np.ndarray]
 
 
 def _light(lens: PupilOptics, flares: Sequence[Flare]) -> _Light:
-    """Return the light through a pupil; computed once where all wavelengths share it."""
+    """Return the light through a pupil; it is computed once if it is the same at all
+    wavelengths.
+    """
     flare_shapes = sampled_pupil.all_shapes(flares)
     fixed = flare_shapes and not sampled_pupil.delays_um(lens, flares)
     energy = cache(partial(sampled_pupil.open_energy_mm2, lens, flares))
@@ -212,10 +224,12 @@ def _light(lens: PupilOptics, flares: Sequence[Flare]) -> _Light:
 
 
 def _worth_computing(read: Sequence[list[tuple[Any, ...]]], width_nm: np.ndarray) -> np.ndarray:
-    """Return which bands take fewer transforms by lines between knots than exactly: of a band
-    alone, as if others like it lay on either side.
+    """Return the mask (band,) of bands that take fewer transforms by interpolation between knots
+    than by exact computation.
 
-    Bands as narrow as a line are exact unless there are many of them.
+    A band is judged as if bands of the same width lay on either side, so that the result does not
+    depend on the other bands. Bands as narrow as a spectral line (1.5 nm or less) are computed
+    exactly unless there are many of them.
     """
     exact = [max(len(band), 3 if w > 1.5 else 1) for band, w in zip(read, width_nm)]
     knots = {knot for band in read for _, ends in band for (knot, _), _ in ends}
@@ -233,8 +247,10 @@ def _worth_computing(read: Sequence[list[tuple[Any, ...]]], width_nm: np.ndarray
 def _read(
     lens: PupilOptics, flares: Sequence[Flare], wave: np.ndarray, half: tuple[int, int]
 ) -> list[list[tuple[Any, ...]]]:
-    """Return per band ((wavelength that is read, (((knot, step), share), ...)), ...); the shares of
-    a band sum to 1.
+    """Return the wavelengths of every band and the knots between which they are interpolated.
+
+    The result has, per band, [(wavelength, (((knot, step), share), ...)), ...], all wavelengths in
+    nm. The shares of a band sum to 1.
     """
     change = (
         cache(partial(sampled_pupil.phase_change, lens, flares))
@@ -250,11 +266,15 @@ def _read(
 def _wavelengths(
     centre: float, width: float, half: tuple[int, int], change: Callable[..., Any]
 ) -> Wavelengths:
-    """Return Gauss's wavelengths of a band: one for each tile that its outermost light moves, or
-    for each half radian of phase, and `MORE_READS`; of a line one alone where neither asks for two.
+    """Return the Gauss-Legendre wavelengths of a band.
 
-    They leave 1e-6 to 7e-5 of a point's light (L1); as many midpoints of equal parts leave 4e-5 to
-    4e-4. Most of what is left lies at the border of the kernel: up to 3e-3 of its octave's light.
+    Their number is the larger of two numbers, plus `MORE_READS`: the tiles that the band moves its
+    outermost light, and the change of phase divided by `APART`. A spectral line has no additional
+    wavelength, and may have only one.
+
+    The error of this quadrature is 1e-6 to 7e-5 of a point's light (L1); that of the same number of
+    midpoints of equal parts is 4e-5 to 4e-4. Most of the error lies at the border of the kernel: up
+    to 3e-3 of the light of its octave.
     """
     count = max(
         np.hypot(*half) * width / centre,
@@ -270,14 +290,17 @@ def _wavelengths(
 def _ends(
     wave: float, weight: float, change: Callable[..., Any]
 ) -> tuple[float, tuple[tuple[Any, ...], tuple[Any, ...]]]:
-    """Return (wavelength, (((knot, step), share), ...)) of its pattern: itself where the lens
-    changes too fast, or is not known at knots.
+    """Return (wavelength, (((knot, step), share), ...)), the knots that give its pattern.
+
+    The wavelength itself is the only knot, with step 0, where the phase of the lens changes too
+    fast or is not known at the knots.
 
     Parameters
     ----------
     wave : wavelength, nm.
-    weight : of the wavelength in its band: the sum of the shares.
-    change : function of two wavelengths, radians rms; None where nobody knows.
+    weight : weight of the wavelength in its band: the sum of the shares.
+    change : function of two wavelengths, nm, that returns the change of phase, radians rms; None
+        where it is not known.
     """
     for step in STEPS_NM if change else ():
         low = FIRST_NM + step * ((wave - FIRST_NM) // step)
@@ -297,14 +320,14 @@ def _ends(
 class Transform(NamedTuple):
     """The size of a transform from the pupil of a field point to its point spread."""
 
-    cells: int  # across the stop
-    size: int  # points along each axis
-    step_um: float  # between points
-    reach: int  # points from the axis that are kept
+    cells: int  # number of cells across the stop
+    size: int  # number of samples along each axis
+    step_um: float  # distance between samples
+    reach: int  # number of samples from the axis that are kept
 
     @property
     def samples(self) -> float:
-        """Complex values that the transforms along both axes go through."""
+        """Number of complex values in the transforms along both axes."""
         return float(self.size * (self.cells + 2 * self.reach + 1))
 
 
@@ -319,9 +342,10 @@ def transform(
     Parameters
     ----------
     lens : `field_point_lens.PlaceLens`.
-    waves_nm : the wavelength, and the shortest that is read from its pattern, which reaches as far
-        as that asks.
-    pitch_um, half : (y, x) of a tile, and tiles from the axis to the border.
+    waves_nm : (wavelength, shortest wavelength that is read from its pattern). The pattern extends
+        as far as the shortest wavelength needs.
+    pitch_um : (y, x) pitch of the tiles, um.
+    half : (y, x) tiles from the axis to the border of the kernel.
     """
     wave, shortest = waves_nm
     blur = sampled_pupil.blur_um(lens, wave)
@@ -350,9 +374,10 @@ def transforms(
 
     Parameters
     ----------
-    lens : `field_point_lens.PlaceLens`. `flares` : flare components.
-    wavelength_nm : centres of the bands.
-    half : (y, x) tiles from the axis to the border.
+    lens : `field_point_lens.PlaceLens`.
+    flares : its flare components.
+    wavelength_nm : (band,) centres of the bands, nm.
+    half : (y, x) tiles from the axis to the border of the kernels.
     """
     wave = np.asarray(wavelength_nm, float)
     read = _read(lens, flares, wave, half)
@@ -368,11 +393,16 @@ def _points(
     pitch_um: tuple[float, float],
     half: tuple[int, int],
 ) -> tuple[np.ndarray, float]:
-    """Return (fraction of the energy per point, (y, x), the axis in the middle; their distance, um)
-    at a wavelength; arguments as `transform`.
+    """Return (pattern, step): the fraction of the energy per sample (y, x), with the axis in the
+    middle, and the distance between samples, um.
+
+    Parameters
+    ----------
+    lens, waves_nm, pitch_um, half : as in `transform`.
+    light : light through the pupil.
     """
     wave = waves_nm[0]
-    total = light.energy_mm2(wave)  # refuses a stop without light
+    total = light.energy_mm2(wave)  # raises an error if no light passes the stop
     radius = sampled_pupil.radius_mm(lens)
     cells, size, step, reach = transform(lens, waves_nm, pitch_um, half)
     stop = light.amplitude(cells, wave)
@@ -385,7 +415,7 @@ def _points(
     reached = np.arange(-reach, reach + 1)
     for a in (1, 0):
         field = sf.fft(field, size, axis=a).take(reached, axis=a, mode="wrap")
-    loss = np.sinc(reached / size) ** -2  # cells are means
+    loss = np.sinc(reached / size) ** -2  # undoes the averaging of the pupil over each cell
     scale = (2 * radius / cells / size) ** 2 / total
     return (
         np.square(np.abs(field))
@@ -396,13 +426,15 @@ def _points(
 
 
 def _rounded(cells: float) -> int:
-    """Return a few numbers of cells for all places, so that their stop is drawn once."""
+    """Return the number of cells, rounded up to a power of the root of two. Field points then share
+    a few numbers of cells, and the stop is rasterised once for each number.
+    """
     return int(np.ceil(2 ** (np.ceil(2 * np.log2(cells)) / 2)))
 
 
 def _stop(lens: PupilOptics, flares: Sequence[Flare], cells: int, wave: float) -> np.ndarray:
-    """Return the pupil of a place: the open one with its dirt, times what rims leave of each
-    cell.
+    """Return the pupil amplitude (y, x) of a field point: the stop with its dirt, times the share
+    of each cell that the rims leave open.
     """
     radius = sampled_pupil.radius_mm(lens)
     axis = sampled_pupil.axis_mm(lens, 2 * sampled_pupil.radius_mm(lens) / cells)
@@ -421,8 +453,14 @@ def _tiles(
     pitch_um: tuple[float, float],
     half: tuple[int, int],
 ) -> np.ndarray:
-    """Return the light from one tile to another, (y, x), of a pattern that is drawn to 1 /
-    `scale`.
+    """Return the light from one tile to another, (y, x).
+
+    Parameters
+    ----------
+    samples : (pattern, step um) of `_points`.
+    scale : factor on the pitch of the tiles, in place of scaling the pattern by 1 / `scale`.
+    pitch_um : (y, x) pitch of the tiles, um.
+    half : (y, x) tiles from the axis to the border of the kernel.
     """
     pattern, step = samples
     size = pattern.shape[0]
@@ -432,16 +470,17 @@ def _tiles(
         down, across = (triangles[most - h : most + h + 1] for h in half)
     else:
         down, across = (_triangles(h, scale * p, step, size) for h, p in zip(half, pitch_um))
-    # the cubic's overshoot could be darker than dark; none was found
+    # the cubic's overshoot could give negative light, though none was found
     return np.maximum((across @ (down @ pattern).T).T, 0.0)
 
 
 def _triangles(half: int, pitch_um: float, step_um: float, size: int) -> csr_array:
-    """Return the weights (tile, point), sparse, that integrate a triangle two tiles wide about
-    every tile over what runs through points.
+    """Return sparse weights (tile, sample) that integrate a sampled function over a triangle, two
+    tiles wide, about every tile.
 
-    Between points runs Keys's cubic (1981, IEEE Trans. ASSP 29, 1153). A triangle is three ramps,
-    so that its integral is that of ramps: exact, kinks and all.
+    The function is interpolated between samples by the cubic of Keys (1981, IEEE Trans. ASSP 29,
+    1153). A triangle is a sum of three ramps, so that its integral is the sum of three integrals of
+    ramps. They are exact, also at the kinks.
     """
     wide = pitch_um / step_um
     at = np.arange(-half, half + 1) * wide + size // 2
@@ -464,16 +503,16 @@ def _triangles(half: int, pitch_um: float, step_um: float, size: int) -> csr_arr
 
 
 def _ramp(at: np.ndarray) -> np.ndarray:
-    """Return the integral of max(at - t, 0) times Keys's cubic at t: a ramp but for two points on
-    either side of its kink.
+    """Return the integral over t of max(at - t, 0) times Keys's cubic at t. It differs from a ramp
+    only within two samples on either side of the kink.
     """
     t = np.minimum(np.abs(at), 2.0)
     return np.maximum(at, 0.0) + np.where(t < 1, INNER(t), OUTER(t))
 
 
 def _ramps() -> tuple[Polynomial, Polynomial]:
-    """Return what Keys's cubic adds to a ramp within one point of its kink, and beyond: its second
-    integrals from the outside in.
+    """Return the polynomials that Keys's cubic adds to a ramp within one sample of its kink, and
+    from one to two samples: second integrals of the cubic, taken from the outside to the kink.
     """
     inner = np.polynomial.Polynomial([1, 0, -2.5, 1.5])
     outer = np.polynomial.Polynomial([2, -4, 2.5, -0.5])

@@ -1,7 +1,7 @@
 """Field work: the work of kernels that vary over the field, estimated before they are computed.
 
-The grid of field points depends on errors that are measured while it is chosen. Here it is guessed
-from how much the wavefront changes between its rings.
+The grid of field points depends on errors that are measured while it is chosen. Here it is
+estimated from the change of the wavefront between its rings.
 """
 
 from __future__ import annotations
@@ -25,21 +25,23 @@ if TYPE_CHECKING:
 
     from ..abilities import PupilOptics
 
-# share of a point's light, L1, by which the point spread of the axis differs from that of a
-# wavefront a radian rms away: 0.08 to 0.4 with wide and narrow tiles
+# L1 difference between the point spread of the axis and that of a wavefront that differs by 1 rad
+# rms, as a share of a point's light; 0.08 to 0.4 were found with wide and narrow tiles
 CHANGED = 0.15
-# share that the mean of two point spreads, a radian rms apart, misplaces half way: 0.04 to 0.1
+# L1 error of the mean of two point spreads whose wavefronts differ by 1 rad rms, half way between
+# them, as a share of a point's light; 0.04 to 0.1 were found
 BETWEEN = 0.06
-ALONE = 2.0  # times the seconds that kernels of many bands take per band: of a band alone
+# CPU time of a kernel that is computed for one band alone, over the time per band of many bands
+ALONE = 2.0
 
 
 class FieldWork(NamedTuple):
-    """The work of kernels that vary over the field, beside that of the kernels of the axis."""
+    """The work of kernels that vary over the field, in addition to that of the axis' kernels."""
 
-    reach_s: float  # CPU seconds of the kernels that tell how far cores have to reach
-    searched: float  # samples of the transforms that choose the field points
-    cores: float  # samples of the transforms of the field points' kernels
-    points: int  # field points; 1: the point spread varies less than the error allowed
+    reach_s: float  # CPU seconds of the kernels from which the reach of the cores is decided
+    searched: float  # number of samples in the transforms that choose the field points
+    cores: float  # number of samples in the transforms of the field points' kernels
+    points: int  # number of field points; 1: the point spread varies less than the error allowed
 
 
 def field_work(
@@ -50,15 +52,16 @@ def field_work(
     pitch_um: tuple[float, float],
     shape: tuple[int, int],
 ) -> FieldWork:
-    """Return the work of a lens whose point spread varies over the field.
+    """Return the work of a lens with a point spread that varies over the field.
 
     Parameters
     ----------
-    lens : a lens of this package. `flares` : its flare components.
-    angles_rad : `ALONG` angles off the axis, from 0 to the border of the field.
-    wavelength_nm : centres of the bands.
-    pitch_um : (y, x) of a tile.
-    shape : (y, x) tiles of the frame.
+    lens : a lens of this package.
+    flares : its flare components.
+    angles_rad : `ALONG` field angles from 0 to the border of the field, rad.
+    wavelength_nm : (band,) centres of the bands, nm.
+    pitch_um : (y, x) pitch of the tiles, um.
+    shape : (y, x) number of tiles of the frame.
 
     Raises
     ------
@@ -98,8 +101,8 @@ def expected_rings(along: Sequence[PupilOptics], wavelength_nm: float, error_all
     Parameters
     ----------
     along : `ALONG` lenses of field points from the axis to the border of the field.
-    wavelength_nm : at which wavefronts are compared.
-    error_allowed : share of a point's light that interpolation may misplace.
+    wavelength_nm : wavelength at which wavefronts are compared, nm.
+    error_allowed : largest share of a point's light that interpolation may misplace.
     """
     waves = [coefficients_um(at, wavelength_nm) for at in along]
     turn = 2 * np.pi / (1e-3 * wavelength_nm)  # radians per um

@@ -1,9 +1,9 @@
 """Field grid: the field points at which the point spread is computed, and the weights that share
 the light of each tile among them.
 
-The grid is polar: one point on the axis, and rings of points around it. Weights are linear along
-the radius and around the axis, never negative, and sum to 1 in every tile. A wavefront is known
-along +x of the field, and is rotated about the axis for all other points.
+The grid is polar: one point on the axis, and rings of points around it. Weights are linear in the
+radius and in the azimuth, never negative, and sum to 1 in every tile. A wavefront is known along +x
+of the field, and is rotated about the axis for all other points.
 """
 
 from __future__ import annotations
@@ -16,8 +16,8 @@ import numpy as np
 
 from isethdr_core.physics.optics.zernike import order
 
-# field points on the first ring for an asymmetric wavefront; their number grows with the length of
-# the ring
+# Number of field points on the first ring for an asymmetric wavefront. The number on other rings is
+# proportional to the ring's radius.
 AROUND = 8
 
 
@@ -26,7 +26,7 @@ class Place:
     """One point of the field grid."""
 
     ring: int
-    radius: float  # in field coordinates
+    radius: float  # distance from the axis, in field coordinates
     azimuth_rad: float  # counter-clockwise from +x, y up
     count: int  # number of points on its ring
 
@@ -39,15 +39,16 @@ def thinned(
     around: Callable[..., Any],
     allowed: float,
 ) -> list[tuple[Place, tuple[float, float]]]:
-    """Return the grid without the rings and points that the error allowed does not need, and the
-    `step` of each point for `weight`.
+    """Return [(point, step), ...]: the grid of `places` without the rings and points that are not
+    needed for the allowed error. `step` is the argument of `weight`.
 
     Parameters
     ----------
-    rings, radius, symmetric : as `places`.
-    between : function(inner radius, outer radius) -> error half way between two points.
-    around : function(radius, angle between points) -> the same around the axis.
-    allowed : the largest error.
+    rings, radius, symmetric : as in `places`.
+    between : function(inner radius, outer radius) -> error half way between two points on +x.
+    around : function(radius, angle between points in rad) -> error half way between two points on
+        one ring.
+    allowed : the largest allowed error.
     """
     nodes = [0.0, *_nodes_between(between, 0, rings, radius / rings, allowed)]
     out = []
@@ -67,8 +68,10 @@ def thinned(
 def _nodes_between(
     between: Callable[..., Any], first: int, last: int, step: float, allowed: float
 ) -> list[float]:
-    """Return the radii beyond ring `first` up to `last` whose rings are needed. A ring between two
-    others is tested half way, where that is a whole ring.
+    """Return the radii of the rings that are needed beyond ring `first`, up to `last`.
+
+    The range is halved as long as its middle is a ring of the grid and the error is not allowed. A
+    range that cannot be halved keeps all its rings.
     """
     if (last - first) % 2 or between(first * step, last * step) <= allowed:
         return (
@@ -90,7 +93,7 @@ def places(rings: int, radius: float, symmetric: bool) -> list[Place]:
     ----------
     rings : number of rings around the axis.
     radius : radius of the outermost ring, field coordinates.
-    symmetric : whether the wavefront is rotationally symmetric; one point per ring then serves.
+    symmetric : whether the wavefront is rotationally symmetric; each ring then has one point.
     """
     out = [Place(0, 0.0, 0.0, 1)]
     for ring in range(1, rings + 1):
@@ -104,8 +107,7 @@ def places(rings: int, radius: float, symmetric: bool) -> list[Place]:
 def weight(
     place: Place, step: float | tuple[float, float], x: np.ndarray, y: np.ndarray
 ) -> np.ndarray:
-    """Return the share of each tile's light, (y, x), that is spread by the point spread of one
-    point.
+    """Return the share of each tile's light, (y, x), that the point spread of one point spreads.
 
     Parameters
     ----------
@@ -137,8 +139,8 @@ def first_quadrant(place: Place) -> tuple[Place, tuple[int, ...]]:
 
 
 def is_mirrored(wavefronts: Sequence[dict[int, float]]) -> bool:
-    """Return whether every wavefront is symmetric about its x axis, as the wavefronts of a round
-    lens along +x are.
+    """Return whether every wavefront {OSA index: um} is symmetric about the x axis. The wavefronts
+    of a rotationally symmetric lens along +x have this symmetry.
     """
     return all(order(int(j))[1] >= 0 for w in wavefronts for j, value in w.items() if value != 0)
 

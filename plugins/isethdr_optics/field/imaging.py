@@ -1,9 +1,9 @@
 """Field imaging: convolution with point spreads that vary over the field.
 
-The light of a tile is divided over the adjacent field points of a polar grid (`field.grid`). Each
-share is spread by the exact core of the point spread of that field point. Light that goes farther
-is spread by the wings of the axis. No weight is negative, and the energy of a point spread is kept.
-The grid is fine enough for the error allowed, judged by wavefronts interpolated between its points.
+The light of a tile is divided among the adjacent field points of a polar grid (`field.grid`). Each
+share is spread by the exact core of the point spread of that field point. Beyond the cores, the
+PSF wings of the axis spread the light. No weight is negative, and the energy of a point spread is
+conserved. The grid is fine enough for the allowed error, which is measured between its points.
 """
 
 from __future__ import annotations
@@ -41,13 +41,13 @@ class FieldTiles(NamedTuple):
     """The tiles of a field."""
 
     x: np.ndarray  # centres, in the unit of the projection
-    y: np.ndarray
+    y: np.ndarray  # centres, in the unit of the projection
     projection: str
-    pitch_um: tuple[float, float]  # (y, x) of their images
+    pitch_um: tuple[float, float]  # (y, x) pitch of their images
 
     @property
     def radius(self) -> float:
-        """From the axis to the farthest tile, in the unit of the projection."""
+        """Distance from the axis to the farthest tile, in the unit of the projection."""
         return float(np.hypot(np.abs(self.x).max(), np.abs(self.y).max()))
 
     def angle_rad(self, radius: float) -> float:
@@ -57,32 +57,34 @@ class FieldTiles(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class PlaceCores:
-    """Cores of the point spread at any place of a field."""
+    """Cores of the point spread at any point of a field."""
 
     lens: PupilOptics
     flares: Sequence[Flare]
     tiles: FieldTiles
-    half: tuple[int, int]  # (y, x) tiles that they reach
-    mirrors: bool  # those of a quadrant are mirrored into the others
+    half: tuple[int, int]  # (y, x) tiles from the middle to the border of a core
+    mirrors: bool  # the cores of one quadrant are mirrored into the other three
 
     def of_wave(self, radius: float, azimuth_rad: float, wave_nm: float) -> np.ndarray:
         """Return the core (y, x) at one wavelength.
 
         Parameters
         ----------
-        radius : in the unit of the projection. `azimuth_rad` : counter-clockwise from +x, y up.
-        wave_nm : wavelength.
+        radius : distance from the axis, in the unit of the projection.
+        azimuth_rad : azimuth, rad, counter-clockwise from +x, y up.
+        wave_nm : wavelength, nm.
         """
         at, flips = self._seen_from(field_grid.Place(0, radius, azimuth_rad, 1))
         core = field_point_psf.one(at, self.flares, wave_nm, self.tiles.pitch_um, self.half)
         return np.flip(core, flips)
 
     def of_bands(self, place: Place, wavelength_nm: np.ndarray) -> kernels.Kernels:
-        """Return the cores of bands.
+        """Return the cores of all bands.
 
         Parameters
         ----------
-        place : of the field. `wavelength_nm` : centres of the bands.
+        place : point of the field.
+        wavelength_nm : centres of the bands, nm.
         """
         at, flips = self._seen_from(place)
         made = kernels.kernels(
@@ -92,7 +94,7 @@ class PlaceCores:
         return replace(made, bands=[np.flip(band, flips) for band in made.bands])
 
     def _seen_from(self, place: Place) -> tuple[PupilOptics, tuple[int, ...]]:
-        """Return the lens as a place sees it, and the axes along which its cores are mirrored."""
+        """Return the lens of a field point, and the axes along which its cores are mirrored."""
         place, flips = field_grid.first_quadrant(place) if self.mirrors else (place, ())
         return self.lens.at_place(self.tiles.angle_rad(place.radius), place.azimuth_rad), flips
 
@@ -104,16 +106,18 @@ def field_kernels(
     flares: Sequence[Flare],
     axis: kernels.Kernels,
 ) -> tuple[FieldKernels | None, list[Note]]:
-    """Return (kernels, notes) of a lens whose point spread varies over the field.
+    """Return (kernels, notes) of a lens with a point spread that varies over the field.
 
-    The kernels are None if the point spread does not vary. The notes are their errors, or state
-    that nothing varies. The error of the grid is measured between its points, against kernels
-    computed there.
+    The kernels are None if the point spread does not vary. The notes are the errors of the kernels,
+    or state that the point spread does not vary. The error of the grid is measured between its
+    points, against kernels computed there.
 
     Parameters
     ----------
-    lens : a lens of this package. `tiles` : coordinates and pitch of the field's tiles.
-    wavelength_nm : of the bands. `flares` : its flare components.
+    lens : a lens of this package.
+    tiles : coordinates and pitch of the field's tiles.
+    wavelength_nm : centres of the bands, nm.
+    flares : flare components of the lens.
     axis : `kernels.Kernels` of the axis.
 
     Raises
@@ -178,8 +182,8 @@ def _axis_and_border(
 def _shares(
     chosen: Chosen, tiles: FieldTiles
 ) -> tuple[list[Place], list[tuple[tuple[slice, slice], np.ndarray]]]:
-    """Return the field points that have light of some tile, and their shares of it: a window of the
-    frame, and the share of each tile in it.
+    """Return the field points that get light of some tile, and for each of them (window of the
+    frame, share of the light of each tile in the window).
     """
     points = []
     shares = []
@@ -193,7 +197,7 @@ def _shares(
 
 
 def _of_choice(error: float, count: int, line: Meridian, allowed: float) -> Note:
-    """Return the error between field points."""
+    """Return the error of point spreads between field points."""
     more = ", more than the error allowed" if error > allowed else ""
     label = (
         f"point spread between {count} places of the field, share of a point's light, L1, worst"
@@ -203,7 +207,9 @@ def _of_choice(error: float, count: int, line: Meridian, allowed: float) -> Note
 
 
 def _of_reach(reach: Reach, shape: tuple[int, int]) -> list[Note]:
-    """Return the error of the axis' kernel beyond the cores; none if the cores reach everywhere."""
+    """Return the error of using the axis' kernel beyond the cores; none if the cores cover the
+    frame.
+    """
     if reach.half == tuple(n - 1 for n in shape):
         return []
     label = (
@@ -214,7 +220,7 @@ def _of_reach(reach: Reach, shape: tuple[int, int]) -> list[Note]:
 
 
 def _of_speckle(found: FieldKernels) -> list[Note]:
-    """Return the error of sampling the cores of field points; none where they have none."""
+    """Return the sampling error of the cores of field points; none if it is 0."""
     speckle = max(float(core.speckle.max(initial=0.0)) for core in found.cores)
     if speckle == 0:
         return []
@@ -226,7 +232,7 @@ def _of_speckle(found: FieldKernels) -> list[Note]:
 
 
 def _window(share: np.ndarray) -> tuple[slice, slice]:
-    """Return the slices of the frame that hold all of a place's share."""
+    """Return the slices of the frame that hold all nonzero shares of a field point."""
     rows = np.flatnonzero(share.any(axis=1))
     columns = np.flatnonzero(share.any(axis=0))
     return slice(int(rows[0]), int(rows[-1]) + 1), slice(int(columns[0]), int(columns[-1]) + 1)

@@ -1,4 +1,4 @@
-"""Kernels of a field: those of the axis, and one core for each field point."""
+"""Kernels of a field: kernels of the axis, and one core for each field point."""
 
 from __future__ import annotations
 
@@ -17,23 +17,25 @@ from ..psf import kernels
 
 @dataclass(frozen=True, eq=False)
 class FieldKernels:
-    """Kernels of a lens with a varying point spread: of the axis, and one core per field point."""
+    """Kernels of a lens with a varying point spread: kernels of the axis, one core per field
+    point.
+    """
 
     axis: kernels.Kernels
     half: tuple[int, int]  # (y, x) tiles from the middle to the border of a core
-    # per field point: a window of the frame, and the share of each tile's light in it
+    # per field point: a window of the frame, and the share of the light of each tile in the window
     shares: list[tuple[tuple[slice, slice], np.ndarray]]
     cores: list[kernels.Kernels]  # per field point, the axis first
-    # per octave, how much kernels of field points may differ from that of the axis, as
+    # (octave,) largest difference between kernels of field points and that of the axis, defined as
     # `kernel_sampling_error.deviation`
     unlike: np.ndarray
 
     def far_scale(self, band: int) -> np.ndarray:
-        """Return the factor (y, x) of each tile's light beyond the core, which the kernel of the
-        axis spreads, so that the energy is kept.
+        """Return the factor (y, x) on the light of each tile that the kernel of the axis spreads
+        beyond the core. The factor conserves the energy.
 
-        All cores are sampled alike, that of the axis included. Their sums are close to 1, and
-        another sampling would change the small remainder.
+        All cores, including that of the axis, have the same sampling. Their sums are close to 1,
+        and another sampling would change the small remainder.
         """
         rows, columns = (n // 2 + 1 for n in self.axis.bands[band].shape)
         out = np.zeros((rows, columns))
@@ -52,7 +54,7 @@ class FieldKernels:
     @cached_property
     def unlike_far(self) -> kernels.Kernels | None:
         """The kernels of the axis, with their difference to the outermost field point as error."""
-        # that bound is not asked for
+        # the bound that `wrap` states is not used here
         return self._beyond(
             np.broadcast_to(self.unlike, (len(self.axis.bands), len(self.unlike))), wrap=1.0
         )
@@ -81,10 +83,10 @@ class FieldKernels:
 
         Parameters
         ----------
-        out : (y, x) array for the image.
+        out : (y, x) array that receives the image.
         light : (y, x) light of the band on the field's tiles.
-        band : number of the band.
-        error_allowed : relative error that the convolutions may have; 0: exact computation.
+        band : index of the band.
+        error_allowed : largest relative error of the convolutions; 0: exact computation.
         """
         axis = np.array(self.axis.bands[band], float)
         axis[self._middle(band)] = 0.0
@@ -98,14 +100,14 @@ class FieldKernels:
     def parts(
         self, light: np.ndarray, power: float = 1.0
     ) -> Iterator[tuple[tuple[slice, ...], np.ndarray, kernels.Kernels]]:
-        """Yield (window, part, kernels) of every field point that has a share of the light.
+        """Yield (window, part of the light, kernels) of every field point that has some light.
 
-        The window has room for the core around the light.
+        The window extends beyond the light by the reach of the core.
 
         Parameters
         ----------
-        light : (..., y, x).
-        power : exponent of the shares, by which light is multiplied.
+        light : (..., y, x) light on the field's tiles.
+        power : exponent of the shares before the light is multiplied by them.
         """
         for (window, share), core in zip(self.shares, self.cores):
             part = share**power * light[(..., *window)]

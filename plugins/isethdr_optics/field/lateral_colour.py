@@ -1,8 +1,8 @@
-"""Lateral colour: an image whose size depends on wavelength, moved band by band on the sensor plane
-so that light is kept.
+"""Lateral colour: an image whose size depends on wavelength. Each band is moved on the sensor plane
+so that its light is conserved.
 
-The magnification of a wavelength over that of the reference is a number, or a `Course` along the
-radius where chief rays are traced.
+The magnification at a wavelength, divided by that at the reference, is a number. Where chief rays
+are traced, it is a `Course`, a function of the radius.
 """
 
 from __future__ import annotations
@@ -34,25 +34,27 @@ if TYPE_CHECKING:
     from ..abilities import LensOptics
     from ..imaging.sensor_plane import SensorPlane
 
-# of a border tile that the smallest image does not reach: less than that does not make the field
-# smaller
+# largest share of a border tile that the smallest image may leave uncovered without making the
+# field smaller
 UNCOVERED = 1e-3
-ROUNDING = 1e-9  # of a tile
-TRACED = 33  # field angles at which chief rays are traced
-CLOSE = 1e-6  # tiles
-READ = 1025  # radii of a course, between which it goes straight
+ROUNDING = 1e-9  # rounding error of a position, tiles
+TRACED = 33  # number of field angles at which chief rays are traced
+CLOSE = 1e-6  # change of a position at which the iteration ends, tiles
+READ = 1025  # number of radii of a course; between them it is interpolated linearly
 
 
 @dataclass(frozen=True, eq=False)
 class Course:
-    """Magnification along the radius on the reference's sensor plane."""
+    """Magnification as a function of the radius on the reference's sensor plane."""
 
-    radius: np.ndarray  # rising from 0, focal lengths
-    ratio: np.ndarray
-    pitch: tuple[float, float]  # (x, y) of the tiles, focal lengths
+    radius: np.ndarray  # (n,) rising from 0, focal lengths
+    ratio: np.ndarray  # (n,) magnification over that of the reference
+    pitch: tuple[float, float]  # (x, y) pitch of the tiles, focal lengths
 
     def at(self, x: np.ndarray, y: np.ndarray) -> np.ndarray:
-        """Return the magnification at places in tiles from the middle (broadcast)."""
+        """Return the magnification at positions `x` and `y`, tiles from the middle; both are
+        broadcast.
+        """
         return np.interp(np.hypot(x * self.pitch[0], y * self.pitch[1]), self.radius, self.ratio)
 
 
@@ -64,17 +66,17 @@ def magnifications(
     projection: str,
     pitch: Sequence[float],
 ) -> list:
-    """Return the magnification of every band over that of the reference: numbers, or courses where
-    a lens traces its chief rays.
+    """Return the magnification of every band over that of the reference: numbers, or courses if the
+    lens traces its chief rays.
 
     Parameters
     ----------
     lens : lens of the field.
     wavelength_nm : (band,) band centres, nm.
-    bent : map of the reference from the field to the sensor.
+    bent : distortion of the reference: map from the field to the sensor.
     widest_rad : largest angle of the field, radians.
     projection : "tangent" or "equidistant".
-    pitch : (x, y) of the sensor's tiles, focal lengths.
+    pitch : (x, y) pitch of the sensor's tiles, focal lengths.
     """
     wave = np.asarray(wavelength_nm, float)
     if lens.lateral_colour_percent or not isinstance(lens, TracesChiefRays):
@@ -89,17 +91,18 @@ def magnifications(
         *bent.forward(np.tan(angle) if projection == "tangent" else angle, 0.0 * angle)
     )
     fine = np.linspace(0.0, radius[-1], READ)
-    # of an even function of the radius
+    # the magnification is an even function of the radius: the spline is one of its square
     return [Course(fine, CubicSpline(radius**2, r)(fine**2), tuple(pitch)) for r in ratios]
 
 
 def scales(lens: LensOptics, wavelength_nm: np.ndarray) -> np.ndarray:
-    """Return the magnification of every wavelength over that of the reference: 1 + percent / 100,
-    lines between table entries.
+    """Return the magnification at every wavelength over that at the reference.
+
+    It is 1 + percent / 100, interpolated linearly between the entries of the lens's table.
 
     Raises
     ------
-    ConfigError : a wavelength beyond the table.
+    ConfigError : a wavelength lies beyond the table.
     """
     table = {float(w): p for w, p in lens.lateral_colour_percent.items()}
     wavelengths_nm = sorted(table)
@@ -123,19 +126,18 @@ def coloured(
     plane: SensorPlane,
     bent: BrownConrady | Identity | KannalaBrandt,
 ) -> SensorPlane:
-    """Return the sensor plane with the magnification of every band, as many tiles larger as the
-    largest image needs: no light is cut.
+    """Return the sensor plane with the magnification of every band.
 
-    The camera's field shrinks to what images of all bands cover. What this changes beside the
-    light's place is added to the plane's notes. Nothing else changes where all magnifications
-    are 1.
+    The plane is enlarged to hold the largest image, so that no light is cut. The camera's field
+    shrinks to the part that the images of all bands cover. Errors and omissions of this step are
+    added to the plane's notes. If all magnifications are 1, the plane gets only a note.
 
     Parameters
     ----------
     lens : a lens of this package.
     mixed : mixed radiance (wavelength, y, x).
     plane : `SensorPlane` of the reference, of the same field.
-    bent : map of the reference from the field to the sensor.
+    bent : distortion of the reference: map from the field to the sensor.
     """
     wave = mixed.wavelength.values.astype(float)
     projection = camera_geometry.projection_of(mixed)
@@ -197,8 +199,8 @@ def coloured(
 
 
 def _wider(centres: np.ndarray, pitch: float, scale: float) -> np.ndarray:
-    """Return tile centres with as many more at either end as an image larger by `scale` needs, none
-    for the last digits.
+    """Return tile centres, extended at either end as an image larger by `scale` needs. A rounding
+    error adds no tile.
     """
     more = int(np.ceil(len(centres) / 2 * (scale - 1) - ROUNDING))
     if more <= 0:
@@ -208,14 +210,14 @@ def _wider(centres: np.ndarray, pitch: float, scale: float) -> np.ndarray:
 
 
 def moved(light: np.ndarray, magnification: float, shape: tuple[int, int]) -> np.ndarray:
-    """Return constant tiles (y, x) on (y, x) tiles of `shape` and the same pitch, where a band's
-    magnification sends them.
+    """Return the light of uniform tiles, moved by a band's magnification onto tiles of the same
+    pitch.
 
     Parameters
     ----------
     light : (y, x) light of one band.
     magnification : a number, or a `Course` over the field.
-    shape : (y, x) of the result, tiles.
+    shape : (y, x) number of tiles of the result.
     """
     if isinstance(magnification, Course):
         return displaced(light, magnification, shape)
@@ -223,14 +225,17 @@ def moved(light: np.ndarray, magnification: float, shape: tuple[int, int]) -> np
 
 
 def displaced(light: np.ndarray, course: Course, shape: tuple[int, int]) -> np.ndarray:
-    """Return constant tiles moved along the radius: first along x in every row, then along y.
+    """Return the light of uniform tiles moved along the radius: first along x in every row, then
+    along y.
 
     The light of a tile is spread evenly between the images of its borders. The sum is conserved
     except for light that leaves the frame. Uniform light is divided by the exact area ratio.
 
     Parameters
     ----------
-    light : (y, x) tiles. `course` : magnification over the field. `shape` : (y, x) of the result.
+    light : (y, x) light of one band.
+    course : magnification over the field.
+    shape : (y, x) number of tiles of the result.
     """
     height, width = np.shape(light)
     rows = (np.arange(height) - (height - 1) / 2)[:, None]
@@ -240,15 +245,20 @@ def displaced(light: np.ndarray, course: Course, shape: tuple[int, int]) -> np.n
     edge = (np.arange(height + 1) - height / 2)[:, None]
     source = columns / course.at(columns, edge)
     before = columns
-    # shrinks by the course's slope, a percent or less, from step to step
+    # the error shrinks at each step by the course's slope, a percent or less
     while np.abs(source - before).max() > CLOSE:
         source, before = columns / course.at(source, edge), source
     return _along(wide.T, (edge * course.at(source, edge)).T, shape[0]).T
 
 
 def _along(light: np.ndarray, borders: np.ndarray, count: int) -> np.ndarray:
-    """Return (row, count) tiles about the middle from (row, n) tiles whose borders lie at `borders`
-    (row, n + 1) from the middle.
+    """Return the light on (row, count) tiles about the middle.
+
+    Parameters
+    ----------
+    light : (row, n) light of tiles.
+    borders : (row, n + 1) borders of these tiles, in tiles from the middle.
+    count : number of tiles of each row of the result.
     """
     size = light.shape[1]
     out = np.zeros((len(light), count))
@@ -259,7 +269,7 @@ def _along(light: np.ndarray, borders: np.ndarray, count: int) -> np.ndarray:
     last = np.ceil(right_border.max(axis=0)).astype(int)
     offset = first - np.arange(size)
     for shift in range(offset.min(), int((last - np.arange(size)).max())):
-        # tiles that may reach the tile `shift` beyond their own number
+        # tiles whose images may cover the tile with an index larger by `shift`
         use = slice(max(0, -shift), min(size, count - shift))
         at = np.arange(use.start, use.stop) + shift
         part = np.minimum(right_border[:, use], at + 1) - np.maximum(left_border[:, use], at)
@@ -268,14 +278,17 @@ def _along(light: np.ndarray, borders: np.ndarray, count: int) -> np.ndarray:
 
 
 def magnified(light: np.ndarray, scale: float, shape: tuple[int, int]) -> np.ndarray:
-    """Return constant tiles magnified about the middle of the frame, on tiles of the same pitch.
+    """Return the light of uniform tiles magnified about the middle of the frame, on tiles of the
+    same pitch.
 
-    The light of a tile is spread evenly over its image and divided by area. The sum is conserved
-    except for light that leaves the frame.
+    The light of a tile is spread evenly over its image, and shared among the tiles there by area.
+    The sum is conserved except for light that leaves the frame.
 
     Parameters
     ----------
-    light : (y, x) tiles. `scale` : magnification. `shape` : (y, x) of the result.
+    light : (y, x) light of one band.
+    scale : magnification.
+    shape : (y, x) number of tiles of the result.
     """
     out = np.asarray(light, float)
     for axis, count in enumerate(shape):
@@ -289,8 +302,8 @@ def magnified(light: np.ndarray, scale: float, shape: tuple[int, int]) -> np.nda
 
 
 def _shares(size: int, count: int, scale: float) -> tuple[np.ndarray, np.ndarray]:
-    """Return the first tile that each of `count` tiles takes light from, and the shares (tap,
-    tile), 0 beyond the last of `size`.
+    """Return the index (tile,) of the first source tile of each of `count` tiles, and the shares
+    (tap, tile) of the source tiles from there on; 0 beyond the `size` source tiles.
     """
     low = np.arange(count) - count / 2
     first = np.floor(low / scale + size / 2).astype(np.intp)

@@ -1,4 +1,4 @@
-"""Meridian: a lens whose point spread varies, as light along +x of the field sees it."""
+"""Meridian: a lens with a varying point spread, at field points along +x of the field."""
 
 from __future__ import annotations
 
@@ -18,17 +18,17 @@ if TYPE_CHECKING:
 
     from ..abilities import PupilOptics
 
-ALONG = 9  # field points from the axis to the border of the field, at which a lens is looked at
-ROUND = 1e-6  # radii of the stop, by which a round pupil may be off
+ALONG = 9  # number of field points, from the axis to the border of the field, that are compared
+ROUND = 1e-6  # largest deviation of a pupil from a circle that counts as round, radii of the stop
 
 
 class Meridian(NamedTuple):
-    """A lens as light along +x of the field sees it, and what of that holds around the axis."""
+    """A lens at field points along +x of the field, and its symmetry about the axis."""
 
     along: list  # lenses of field points from the axis to the border of the field
-    references_nm: list[float]  # wavelengths at which field points are chosen, rising
-    symmetric: bool  # point spreads are round: one field point stands for a ring
-    mirrors: bool  # a quadrant of the field holds all point spreads
+    references_nm: list[float]  # wavelengths at which field points are chosen, in rising order
+    symmetric: bool  # point spreads are round: one field point represents a ring
+    mirrors: bool  # point spreads of one quadrant, mirrored, give those of the others
 
 
 def meridian(
@@ -37,13 +37,14 @@ def meridian(
     angles_rad: Sequence[float],
     wavelength_nm: np.ndarray,
 ) -> Meridian:
-    """Return a lens whose point spread varies, along +x of the field.
+    """Return a lens with a varying point spread at field points along +x of the field.
 
     Parameters
     ----------
-    lens : a lens of this package. `flares` : its flare components.
-    angles_rad : off the axis, from 0 to the border of the field.
-    wavelength_nm : of the bands.
+    lens : a lens of this package.
+    flares : its flare components.
+    angles_rad : field angles from 0 to the border of the field, rad.
+    wavelength_nm : centres of the bands, nm.
 
     Raises
     ------
@@ -62,7 +63,7 @@ def meridian(
 
 
 def _stretched(place: PupilOptics) -> bool:
-    """Return whether the pupil of a place is an ellipse."""
+    """Return whether the pupil of a field point is an ellipse."""
     matrix = np.array(place.pupil_matrix if place.pupil_matrix is not None else np.eye(2))
     return not np.allclose(matrix, matrix[0, 0] * np.eye(2), rtol=0, atol=ROUND)
 

@@ -1,4 +1,4 @@
-"""Omissions: steps that a lens leaves out, stated in the outline before a run and by the plan.
+"""Omissions: steps that a lens leaves out. The outline before a run and the plan state them.
 
 Leaving them out is exact except for rounding: computing them would give the same light.
 """
@@ -12,8 +12,9 @@ from isethdr_core.ledger import LeftOut
 if TYPE_CHECKING:
     from ..abilities import LensOptics
 
-ROUNDING = 1.2e-7  # relative, of light in float32
-# relative: shares of places and cores are float32, tiles across the border of a core meet twice
+ROUNDING = 1.2e-7  # relative rounding error of light in float32
+# relative rounding error of shared light: the shares of field points and the cores are float32, and
+# light that crosses the border of a core is summed from two parts
 SHARED = 3e-6
 
 NO_DISTORTION = LeftOut("distortion of the image", "the lens has none", ROUNDING, "relative")
@@ -27,7 +28,7 @@ ONE_POINT_SPREAD = LeftOut(
 
 
 def known_ahead(lens: LensOptics) -> list[LeftOut]:
-    """Return the steps that a lens will leave out, known before the light is."""
+    """Return the steps that a lens will leave out, as far as they are known before the light."""
     none = not lens.lateral_colour_percent and lens.lateral_colour == "none"
     notes = [
         (lens.distortion == "none", NO_DISTORTION),

@@ -1,7 +1,7 @@
-"""Point choice: the field points that a lens needs for the error allowed.
+"""Point choice: the field points that a lens needs for the allowed error.
 
-Light between field points gets the mean of their cores. The error is the L1 distance of that mean
-from the core half way between them, as a share of a point's light.
+Light half way between two field points gets the mean of their cores. The error is the L1 distance
+of that mean from the core computed half way between them, as a share of a point's light.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from . import grid
 from .grid import AROUND, Place
 from .meridian import Meridian
 
-RINGS = (0, 1, 2, 4, 8)  # tried one after the other
+RINGS = (0, 1, 2, 4, 8)  # numbers of rings, tried in this order
 # function(radius in field coordinates, azimuth in rad, wavelength in nm) -> core (y, x)
 Core = Callable[[float, float, float], np.ndarray]
 
@@ -23,26 +23,26 @@ Core = Callable[[float, float, float], np.ndarray]
 class Chosen(NamedTuple):
     """The field points that are needed, and the error between them."""
 
-    # each with its distance to the next ring, or to those inside and outside; none: the core of the
-    # axis serves everywhere
+    # each with its distance to the next ring, or (to the next ring inside, to the next outside); an
+    # empty list: the core of the axis serves everywhere
     points: list[tuple[Place, float | tuple[float, float]]]
-    error: float
+    error: float  # largest L1 error, share of a point's light
 
 
 def chosen_points(core: Core, radius: float, line: Meridian, allowed: float) -> Chosen:
-    """Return the field points that are needed, of all reference wavelengths.
+    """Return the field points that are needed for all reference wavelengths.
 
     Parameters
     ----------
-    core : cores by place and wavelength; it is called several times for some of them.
-    radius : of the field, in field coordinates.
+    core : function that returns a core; it is called several times with some arguments.
+    radius : radius of the field, in field coordinates.
     line : the lens along +x of the field.
-    allowed : largest error, share of a point's light.
+    allowed : largest allowed error, share of a point's light.
     """
     rings, error = _rings(core, radius, line, allowed)
     if rings == 0:
         return Chosen([], error)
-    if len(RINGS) == 1:  # a study sets a single number: all field points stay
+    if len(RINGS) == 1:  # a study may set a single number of rings: all field points are kept
         return Chosen(
             [(place, radius / rings) for place in grid.places(rings, radius, line.symmetric)], error
         )
@@ -50,8 +50,10 @@ def chosen_points(core: Core, radius: float, line: Meridian, allowed: float) -> 
 
 
 def _rings(core: Core, radius: float, line: Meridian, allowed: float) -> tuple[int, float]:
-    """Return the first number of rings whose error is allowed, or the last, and its error. The
-    error of a number that is not the result may be that of some wavelengths only.
+    """Return (number of rings, its error): the first number with an allowed error, or else the
+    last.
+
+    Wavelengths are tried only until one exceeds the allowed error, except for the last number.
     """
     for rings in RINGS:
         error = 0.0
@@ -65,8 +67,8 @@ def _rings(core: Core, radius: float, line: Meridian, allowed: float) -> tuple[i
 
 
 def _grid_error(core: Core, rings: int, radius: float, symmetric: bool, wave: float) -> float:
-    """Return the largest error half way between two points of an even grid. Without rings: the
-    largest L1 distance of the core of the axis from those off it.
+    """Return the largest error half way between two points of a grid with equidistant rings.
+    Without rings, return the largest L1 distance between the core of the axis and cores off it.
     """
     if rings == 0:
         axis = core(0.0, 0.0, wave)
@@ -86,7 +88,7 @@ def _grid_error(core: Core, rings: int, radius: float, symmetric: bool, wave: fl
 
 
 def _thinned(core: Core, rings: int, radius: float, line: Meridian, allowed: float) -> Chosen:
-    """Return the points of a grid that are needed, and the error half way between them."""
+    """Return the points of a grid that are needed, and the largest error half way between them."""
 
     def between(inner: float, outer: float) -> float:
         return max(_between(core, inner, outer, wave) for wave in line.references_nm)
@@ -104,12 +106,12 @@ def _thinned(core: Core, rings: int, radius: float, line: Meridian, allowed: flo
 
 
 def _between(core: Core, inner: float, outer: float, wave: float) -> float:
-    """Return the error half way between two places on +x."""
+    """Return the error half way between two field points on +x."""
     mean = (core(inner, 0.0, wave) + core(outer, 0.0, wave)) / 2
     return float(np.abs(mean - core((inner + outer) / 2, 0.0, wave)).sum(dtype=float))
 
 
 def _around(core: Core, radius: float, turn_rad: float, wave: float) -> float:
-    """Return the error half way between +x and a place `turn_rad` further round."""
+    """Return the error half way between the field point on +x and the one at azimuth `turn_rad`."""
     mean = (core(radius, 0.0, wave) + core(radius, turn_rad, wave)) / 2
     return float(np.abs(mean - core(radius, turn_rad / 2, wave)).sum(dtype=float))

@@ -1,8 +1,8 @@
 """Reference bands: the wavelengths at which field points are chosen, for any bands of a run.
 
-The image of a band must not depend on which other bands a run uses: leaving bands out would change
-the others. All bands share the grid of field points and the reach of their cores. Both are
-therefore decided at fixed wavelengths within the spectral range of the bands.
+The image of a band must not depend on which other bands a run uses. Otherwise, leaving out bands
+would change the others. All bands share the grid of field points and the reach of their cores. Both
+are therefore decided at fixed wavelengths within the spectral range of the bands.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
     from ..abilities import PupilOptics
 
-# from, below, judged at
+# (first wavelength, end of the range, reference wavelengths) of each part of the spectrum, nm
 PARTS_NM = (
     (0.0, 380.0, (340.0, 370.0)),
     (380.0, 780.0, (400.0, 550.0, 700.0)),
@@ -30,13 +30,15 @@ WIDTH_NM = 10.0
 
 
 def references_nm(lens: PupilOptics, wavelength_nm: ArrayLike) -> list[float]:
-    """Return the reference wavelengths, nm, for the kernels of a lens in some bands, rising.
+    """Return the reference wavelengths for the kernels of a lens in some bands, nm, in rising
+    order.
 
     Parameters
     ----------
-    lens : the lens of one field point. With a table of `focal_shift_um` the wavelengths lie within
-        the table.
-    wavelength_nm : of the bands; these are returned if the lens is defined for no others.
+    lens : lens of one field point. If it has a table `focal_shift_um`, all reference wavelengths
+        lie within the table.
+    wavelength_nm : centres of the bands, nm. If the lens is not defined at the fixed wavelengths,
+        the first, the middle and the last of these are returned.
     """
     wave = np.asarray(wavelength_nm, float)
     candidates_nm = np.array(

@@ -1,12 +1,12 @@
-"""Retiling: what moved tiles lose of their detail where they are shared among the tiles of the
+"""Retiling: detail that is lost when the light of moved tiles is shared among the tiles of the
 sensor plane.
 
 Distortion and lateral colour move the image of a tile off the grid of the sensor plane. Its light
-is shared by area, and is even over each tile of the grid from there on. A pixel whose border
-divides a tile of the grid then gets a wrong part of the light within that tile: at most the
-standard deviation within the tile times sqrt(f (1 - f)) for the fraction f that the pixel covers
-(`isethdr_core.physics.resampling.area.detail_error`). The deviation follows from the means of the
-light and of its square.
+is shared by area, and is then uniform over each tile of the grid. A pixel whose border divides a
+tile of the grid then gets a wrong part of the light within that tile. The error is at most the
+standard deviation within the tile times sqrt(f (1 - f)), where the pixel covers the fraction f of
+the tile (`isethdr_core.physics.resampling.area.detail_error`). The deviation follows from the means
+of the light and of its square.
 """
 
 from __future__ import annotations
@@ -26,8 +26,12 @@ BORDER = "light of border tiles"
 
 
 def detail(plane: SensorPlane, light: np.ndarray) -> np.ndarray:
-    """Return the standard deviation of moved light (..., y, x) within each tile of the sensor
-    plane, in the unit of the light.
+    """Return the standard deviation within each tile of the sensor plane of moved light.
+
+    Parameters
+    ----------
+    plane : tiles of the sensor plane.
+    light : (..., band, y, x) light on the field's tiles. The result has its unit.
     """
     out = np.empty((*light.shape[:-2], len(plane.y), len(plane.x)), light.dtype)
     even = np.ones(light.shape[-2:])
@@ -40,7 +44,7 @@ def detail(plane: SensorPlane, light: np.ndarray) -> np.ndarray:
 
 
 def border(plane: SensorPlane, moved: np.ndarray) -> np.ndarray:
-    """Return moved light (..., y, x) of the tiles at the field's border, and 0 within it."""
+    """Return moved light (..., y, x) with 0 in all tiles except those at the field's border."""
     out = moved.copy()
     edges = [(n - count) // 2 + 1 for n, count in zip(moved.shape[-2:], plane.unmagnified_shape)]
     out[..., edges[0] : -edges[0], edges[1] : -edges[1]] = 0.0
@@ -48,7 +52,7 @@ def border(plane: SensorPlane, moved: np.ndarray) -> np.ndarray:
 
 
 class Retiled(NamedTuple):
-    """What light loses where its tiles are moved."""
+    """Errors of light whose tiles were moved, and the parts of the light that they act on."""
 
     terms: list[ErrorTerm]
     within_tiles: np.ndarray  # (..., y, x): the part `DETAIL`, a standard deviation
