@@ -25,7 +25,7 @@ PICTURE_DIMS = ("y", "x", "xyz_channel")
 UNDENOISED = "undenoised_"  # prefix of variables of a denoised picture: values before denoising
 VARIANCE_KNOWN = "variance_known"  # optional attribute of a picture; absent means True
 FIXED_PATTERN = "fixed_pattern_variance"  # optional variable of a picture
-FLOAT32 = 2.0**-24  # relative: half a unit in the last place of a float32
+FLOAT32 = 2.0**-24  # relative rounding error: half a unit in the last place of a float32
 TIE = 1e-6  # rounding error of coordinates, as a share of a tile
 
 
@@ -144,9 +144,9 @@ def truth(mixed: xr.DataArray, picture: xr.Dataset) -> xr.Dataset:
     Notes
     -----
     A pixel at x on the sensor images the field coordinate x / focal length, or the quadrilateral
-    of the field that a distorting lens images there. Colour matching comes before
-    the integration; both are linear, so their order does not matter. Variance is 0 and every pixel
-    is valid. Light that varies in time counts with its mean over time.
+    of the field that a distorting lens images there. Colour matching comes before the integration;
+    both are linear, so their order does not matter. Variance is 0 and every pixel is valid. Light
+    that varies in time counts with its mean over time.
     """
     mixed = time_mean(mixed)
     check_mixed(mixed)
@@ -223,9 +223,9 @@ def labels_on(scene: xr.Dataset, picture: xr.Dataset) -> xr.Dataset:
     contains each centre.
 
     Labels are names and distances, so they are looked up and never averaged. `motion` is that of
-    the point at the tile's centre, in pixels of the picture. The attribute
-    `objects` is the scene's table with `box` in pixels of the picture. A box is cut at the frame,
-    and `in_frame` is the remaining share of its area. Objects outside the frame are dropped.
+    the point at the tile's centre, in pixels of the picture. The attribute `objects` is the scene's
+    table with `box` in pixels of the picture. A box is cut at the frame, and `in_frame` is the
+    remaining share of its area. Objects outside the frame are dropped.
     """
     f_m = _focal_length_m(picture)
     x = picture.x.values / f_m
@@ -245,7 +245,7 @@ def labels_on(scene: xr.Dataset, picture: xr.Dataset) -> xr.Dataset:
         for name in scene.data_vars
         if {"y", "x"} <= set(scene[name].dims) and "light_group" not in scene[name].dims
     ]
-    # a scene without labels has no y and x left once its light is gone
+    # without its light, a scene without labels has no dims y and x
     labels = (
         scene[at_pixels]
         .isel(y=rows, x=columns, missing_dims="ignore")
@@ -265,7 +265,7 @@ def _motion_px(
 
     Parameters
     ----------
-    x, y : field coordinates from which it starts, each (y, x), or of the columns and of the rows.
+    x, y : field coordinates at which the motion starts, each (y, x); not read without a lens.
     lens : distortion map, or None.
     pixels : pixels per focal length.
     """
@@ -376,7 +376,7 @@ def _pixels(picture: xr.Dataset, dim: str, positions: npt.ArrayLike) -> np.ndarr
 
 def _nearest(scene: xr.DataArray | xr.Dataset, dim: str, tangents: np.ndarray) -> np.ndarray:
     centres = scene[dim].values
-    # in tiles, from the outer border of the first
+    # position in tiles, from the outer border of the first tile
     index = (tangents - centres[0]) / tile_pitch(scene, dim) + 0.5
     if index.min() < -TIE or index.max() > len(centres) + TIE:
         raise UnitError(

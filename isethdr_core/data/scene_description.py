@@ -41,7 +41,7 @@ class Facets:
     """Rough facets of a dielectric. They reflect by Fresnel's equations and absorb nothing."""
 
     roughness: float  # alpha of the distribution of slopes
-    index: float  # of refraction
+    index: float  # index of refraction
     distribution: Literal["beckmann", "ggx"] = "ggx"
 
 
@@ -55,7 +55,7 @@ class Granular:
     """
 
     gloss: float
-    roughness: float  # of the grains, 0..1
+    roughness: float  # roughness of the grains, 0..1
     flatness: float
     wide: Facets
     narrow: Facets
@@ -73,10 +73,10 @@ class RetroReflection:
     and R_L of beads hardly depends on distance.
     """
 
-    peak: float  # 1/sr, at reflectance 1
-    width: float  # of t
-    falloff: float  # above 1
-    entrance: float = 1.0  # tangent
+    peak: float  # largest f times the cosines, 1/sr, at reflectance 1
+    width: float  # width of the peak in t
+    falloff: float  # exponent of the fall beyond `width`, above 1
+    entrance: float = 1.0  # tangent of h at which the light has fallen to 1 / e
     power: float = 2.0
     form: Literal["sheet", "beads"] = "sheet"
     share: float = 0.25  # `peak` refers to the whole surface, not to `share`
@@ -84,11 +84,11 @@ class RetroReflection:
 
 @dataclass(frozen=True)
 class Texture:
-    """A second reflectance that a surface has here more, there less, by seeded noise in space.
+    """A second reflectance, mixed into the material's with a share that varies by seeded noise.
 
     Reflectance = (1 - m) x the material's + m x `other`, with m = 1/2 + patches n(p / patch_m) / 2
     + grain n(p / grain_m) / 2, clipped to 0..1. n is smooth noise between -1 and 1 at points p of
-    the world. So the mean reflectance is that half-way between both.
+    the world. So the mean reflectance is half-way between the two.
     """
 
     other: Spectrum
@@ -121,7 +121,7 @@ class Material:
     texture: Texture | None = None
 
     def mean_reflectance(self) -> Spectrum:
-        """Return the reflectance without texture: half-way between both."""
+        """Return the mean over the texture: the reflectance half-way between the two."""
         if self.texture is None:
             return self.reflectance
         nm = sorted({*self.reflectance.wavelength_nm, *self.texture.other.wavelength_nm})
@@ -171,8 +171,8 @@ class Lamp:
     is a Lambertian floor, so that the lamp is never black off its axis. `outer_deg` 90 and
     `inner_deg` 90: Lambertian.
 
-    With a `table` the cone does not count: the whole part has `intensity_cd` times the table in
-    each direction. Its radiance is this intensity divided by the projected area of its faces.
+    With a `table` the cone is ignored: the whole part has `intensity_cd` times the table in each
+    direction. Its radiance is this intensity divided by the projected area of its faces.
     """
 
     kind: str  # low_beam, drl, tail, brake, indicator, street, window, ...
@@ -231,25 +231,26 @@ class Camera:
     horizontal_field_deg: float = 45.0
     # width / height of the field, in tangents, or in angles where it is equidistant
     aspect: float = 16 / 9
-    # of the grid of tiles; tangents end at 75 degrees off the axis
+    # projection of the grid of tiles; a tangent grid ends at 75 degrees off the axis
     projection: Literal["tangent", "equidistant"] = "tangent"
 
 
 @dataclass(frozen=True, eq=False)
 class NextFrame:
-    """Where camera and objects will be one frame later: what the label `motion` follows from."""
+    """Camera and poses of objects one frame later, from which the label `motion` is computed."""
 
     after_s: float
     camera: Camera
-    poses: tuple[np.ndarray, ...]  # (4, 4) of each object, in the order of the objects
+    poses: tuple[np.ndarray, ...]  # (4, 4) pose of each object, in the order of the objects
 
 
 @dataclass(frozen=True)
 class Opening:
     """A rectangle through which the sky lights a closed space, such as the mouth of a tunnel.
 
-    A renderer may aim at it from inside; the light is the same without. Its points are `corner_m`
-    plus a share, 0 to 1, of `first_m` and of `second_m`, m; first x second points outwards.
+    A renderer may send rays to it from inside; the expected light is the same if it does not. Its
+    points are `corner_m` plus a share, 0 to 1, of `first_m` and of `second_m`, m. The cross product
+    first x second points outwards.
     """
 
     corner_m: tuple[float, float, float]
@@ -259,10 +260,10 @@ class Opening:
 
 @dataclass(frozen=True, eq=False)
 class SceneDescription:
-    """All a renderer needs. `objects` are labelled 1, 2, ... in their order; 0 is the sky.
+    """All that a renderer needs. `objects` are labelled 1, 2, ... in their order; 0 is the sky.
 
-    `sky` is the radiance of a uniform sky, W m-2 sr-1 nm-1, at weight 1, or a `SkyDome`, whose
-    radiance depends on direction; None where there is none. Its light group, discs of sun and moon
+    `sky` is the radiance of a uniform sky, W m-2 sr-1 nm-1, at weight 1, or a `SkyDome` with a
+    radiance that depends on direction, or None for no sky. Its light group, discs of sun and moon
     included, is `sky`. The sky is above the fog, if there is any.
     """
 
@@ -272,10 +273,10 @@ class SceneDescription:
     materials: dict[str, Material]
     camera: Camera
     sky: Spectrum | SkyDome | None = None
-    next_frame: NextFrame | None = None  # of a sequence
-    # of all that lies between; None: clear air. Only renderers that say so can render it
+    next_frame: NextFrame | None = None  # state at the next frame of a sequence
+    # fog between all objects; None: clear air. Only renderers that declare it can render fog
     fog: Fog | None = None
-    openings: tuple[Opening, ...] = ()  # where light of the sky is hard to find by chance
+    openings: tuple[Opening, ...] = ()  # openings that random paths to the sky rarely hit
 
     def light_groups(self) -> tuple[str, ...]:
         """Return the names of the groups that have an emitter, `sky` first, the others sorted."""

@@ -1,4 +1,4 @@
-"""Scores: one row per metric and object, and how sure a metric is of them."""
+"""Scores: one row per metric and object, with its interval, and what they state in the ledger."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ from ..uncertainty import ledger
 class Score:
     """One number about one picture, or one object in it.
 
-    In the result of a run `low` and `high` are the ends of its 95 % interval (`score_intervals`).
-    From a metric they are the spread over the pixels of its one picture. NaN where they are not
-    known.
+    In the result of a run, `low` and `high` are the ends of the 95 % interval (`score_intervals`).
+    As a metric returns them, they are the spread over the pixels of one picture. They are NaN where
+    they are not known.
     """
 
     metric: str
@@ -27,7 +27,7 @@ class Score:
     high: float = float("nan")
 
 
-# of valid pixels; scores of pictures that differ by more stand on unlike pixels
+# largest difference between shares of valid pixels; beyond it, scores describe different pixels
 UNLIKE_SHARES = 0.05
 
 
@@ -61,7 +61,7 @@ def objects_remark(unlike: dict[str, dict[str, float]]) -> str:
 
 
 def shares_remark(shares: dict[str, float]) -> str:
-    """Return the remark beside scores of pictures with unlike shares of valid pixels, by name."""
+    """Return the remark on scores of pictures with unlike shares of valid pixels, by name."""
     listed = ", ".join(f"{name} {share:.2f}" for name, share in shares.items())
     return (
         f"Shares of valid pixels differ by more than {UNLIKE_SHARES:g} ({listed}): "
@@ -80,12 +80,12 @@ def half_interval(score: Score) -> float:
 
 
 def state_errors(scores: list[Score]) -> None:
-    """State in the ledger how wrong the scores of one metric may be: half of the widest 95 %
-    interval, once per unit.
+    """State the error of the scores of one metric in the ledger: half of the widest 95 % interval,
+    once per unit.
 
-    Scores of the whole picture speak for the metric, those of objects where there are no others.
-    Scores without any interval may be wrong by anything: the bound is infinite. A metric that
-    bounds its error itself is left alone.
+    Scores of the whole picture are used, or those of objects if there are no others. If no score
+    has an interval, the bound is infinite. Nothing is added for a metric that has stated its error
+    itself.
     """
     if ledger.stated():
         return

@@ -64,13 +64,13 @@ class SkyDome:
         return self.parts[0].spectrum.wavelength_nm
 
     def at(self, wavelength_nm: npt.ArrayLike) -> np.ndarray:
-        """Return the radiance, W m-2 sr-1 nm-1, of the uniform sky that gives level ground as much
-        light, with the discs.
+        """Return the radiance, W m-2 sr-1 nm-1, of the uniform sky that gives level ground the same
+        irradiance as this sky with its discs.
         """
         return self.irradiance(wavelength_nm) / np.pi
 
     def irradiance(self, wavelength_nm: npt.ArrayLike) -> np.ndarray:
-        """Return the irradiance of level ground, W m-2 nm-1, by parts and discs."""
+        """Return the irradiance of level ground, W m-2 nm-1, from all parts and discs."""
         total = np.zeros(np.shape(wavelength_nm))
         for part in self.parts:
             total += part.spectrum.at(wavelength_nm) * cosine_integral(part.pattern)
@@ -80,8 +80,8 @@ class SkyDome:
         return total
 
     def radiance(self, directions: npt.ArrayLike, wavelength_nm: npt.ArrayLike) -> np.ndarray:
-        """Return the radiance, W m-2 sr-1 nm-1, (..., wavelength) towards unit vectors (..., 3)
-        that leave the ground, without the discs.
+        """Return the radiance without the discs, (..., wavelength), W m-2 sr-1 nm-1, seen from the
+        ground in the directions of unit vectors (..., 3).
         """
         return sum(
             (
@@ -102,8 +102,8 @@ def sky_direction(elevation_deg: npt.ArrayLike, azimuth_deg: npt.ArrayLike) -> n
 
 
 def sky_elevations_deg(rows: int) -> np.ndarray:
-    """Return the elevations of the rows of a pattern, -90 to 90 degrees: 90 s |s| for s even from
-    -1 to 1, so that they are densest at the horizon.
+    """Return the elevations of the rows of a pattern, -90 to 90 degrees: 90 s |s| for evenly spaced
+    s from -1 to 1, so that they are densest at the horizon.
     """
     s = np.linspace(-1, 1, rows)
     return 90 * s * np.abs(s)

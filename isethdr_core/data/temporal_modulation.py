@@ -2,7 +2,7 @@
 
 Light without the dim `component` is constant. Otherwise each component holds the mean of its light
 over time, and the coordinates `frequency_hz`, `duty`, `depth` and `phase` describe its modulation
-(`physics.modulation.Modulation`).
+(`physics.detector.temporal_modulation.Modulation`).
 """
 
 from __future__ import annotations
@@ -60,7 +60,7 @@ def components(light: xr.DataArray) -> list[tuple[Modulation, xr.DataArray]]:
 
     Raises
     ------
-    UnitError : the dim is not the first, is empty, or a coordinate is missing or no modulation.
+    UnitError : the dim is not the first or is empty, or a coordinate is missing or invalid.
     """
     if DIM not in getattr(light, "dims", ()):
         return [(Modulation(), light)]

@@ -1,10 +1,10 @@
 """Display views of a linear picture, for people and for scores of displayed pictures. Never part of
 a stage.
 
-`display` gives 8 bit sRGB. A picture and its truth share one white, which is stated beside each
-score made from it. `false_colour` gives luminance on a logarithmic scale in cd/m2. `write_exr` and
-`write_png` write files for other programs: float values in cd/m2, or 16 bit with a stated transfer
-function.
+`display` gives 8 bit sRGB. A picture and its reference picture share one white, which is stated
+with each score made from it. `false_colour` gives luminance on a logarithmic scale in cd/m2.
+`write_exr` and `write_png` write files for other programs: float values in cd/m2, or 16 bit with a
+stated transfer function.
 """
 
 from __future__ import annotations
@@ -46,11 +46,12 @@ def lamp_mask(luminance: np.ndarray) -> np.ndarray:
 
 
 def white_cd_m2(truth: np.ndarray | xr.Dataset, lamps: np.ndarray | None = None) -> float:
-    """Return the luminance shown as white: the 99th percentile of the truth without its lamps.
+    """Return the luminance shown as white: the 99th percentile of the reference picture without its
+    lamps.
 
     Parameters
     ----------
-    truth : picture Dataset or luminance (y, x), cd/m2.
+    truth : reference picture: a picture Dataset or luminance (y, x), cd/m2.
     lamps : (y, x) bool, pixels that are lamps; None takes `lamp_mask`.
 
     Returns
@@ -91,9 +92,9 @@ def tone(relative: np.ndarray, compression: float = COMPRESSION) -> np.ndarray:
     """Return displayed luminance 0..1 from luminance relative to white: log(1 + a t) / log(1 + a),
     t clipped to 0..1.
 
-    The slope at black is a / log(1 + a), so a = 100 lifts the dark 21.7 times; a = 0 is linear. The
-    curve is that of Drago et al. 2003 (equation 4) with a constant base: one pixel's value depends
-    on no other pixel.
+    The slope at black is a / log(1 + a), so a = 100 makes dark pixels 21.7 times brighter; a = 0 is
+    linear. The curve is that of Drago et al. 2003 (equation 4) with a constant base: one pixel's
+    value depends on no other pixel.
     """
     t = np.clip(relative, 0.0, 1.0)
     return t if compression == 0 else np.log1p(compression * t) / np.log1p(compression)
@@ -136,24 +137,25 @@ def display(
     Parameters
     ----------
     picture : picture Dataset or xyz (y, x, 3), cd/m2.
-    white_cd_m2 : luminance shown as white; use the truth's `white_cd_m2` for both picture and
-        truth.
+    white_cd_m2 : luminance shown as white; use `white_cd_m2` of the reference picture for both the
+        picture and the reference picture.
     compression : a of `tone`, for "global".
-    operator : "global" (`tone`), or by the surroundings: "exposure_fusion", "local_laplacian"
-        (`local_tone`).
+    operator : "global" (`tone`), or a local operator, which depends on a pixel's surroundings:
+        "exposure_fusion", "local_laplacian" (`tone_mapping`).
     white_xyz : XYZ of a white in the scene's light, which then shows as neutral (`white_balance`);
         None shows the light as it is.
     natural_colour : whether colours fade where the curve compresses (`saturation`), for "global";
-        without it a compressed picture looks gaudy. Scores that judge looks keep their colours.
+        without it a compressed picture looks gaudy. Scores of appearance use pictures without it.
     """
     code = _displayed(picture, white_cd_m2, compression, operator, white_xyz, natural_colour)
     return np.rint(255 * code).astype(np.uint8)
 
 
 def _within_gamut(linear: np.ndarray, grey: np.ndarray) -> np.ndarray:
-    """Return linear sRGB that fades towards the grey of its luminance until it fits into 0..1.
+    """Move linear sRGB towards the grey of its luminance until it fits into 0..1.
 
-    Clipping each channel would turn a bright red lamp magenta, as its blue goes on rising.
+    Clipping each channel would turn a bright red lamp magenta, because its red is clipped and its
+    blue is not.
     """
     colour = linear - grey
     above = colour.max(-1, keepdims=True)
@@ -266,7 +268,7 @@ def write_exr(picture: np.ndarray | xr.Dataset, path: Path, primaries: str = "xy
 
 @dataclass(frozen=True)
 class ToneMapping:
-    """How `display` maps luminance to a display; its parameters of the same names."""
+    """How luminance is mapped to a display: parameters of `display` with the same names."""
 
     compression: float = COMPRESSION
     operator: str = "global"
@@ -290,7 +292,7 @@ def write_png(
         `white_cd_m2`.
     transfer : "srgb": `display` in 16 bit. "pq": absolute luminance up to 10 000 cd/m2 (SMPTE ST
         2084), primaries of sRGB; brighter values and colours outside the gamut are clipped.
-    tone_mapping : for "srgb".
+    tone_mapping : parameters of `display`, for "srgb".
 
     Notes
     -----

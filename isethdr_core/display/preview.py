@@ -1,10 +1,10 @@
 """Preview: scene radiance denoised for viewing, light group by light group. Never part of a stage.
 
-A rendering with few paths is averaged over similar tiles, as in non-local means (Buades, Coll,
+A rendering with few samples is averaged over similar tiles, as in non-local means (Buades, Coll,
 Morel 2005). Similarity is judged by the stated noise of the tiles (Rousselle, Knaus, Zwicker 2012).
 Only tiles of one object with nearly the same normal and distance are averaged. The result is X, Y
 and Z of each light group, which weights may still mix. It is no radiance: lenses, sensors and
-stores do not accept it. If light comes from rare paths, most of it is in few tiles, and the
+stores do not accept it. If few paths carry most of the light, most of it is in few tiles, and the
 averaging loses part of it (docs/explanation/accuracy.md).
 """
 
@@ -85,7 +85,7 @@ def guides(scene: xr.Dataset) -> Callable[[Any, Any], np.ndarray | float]:
             near = np.minimum(lookup["distance"][p], lookup["distance"][q])
             second = np.maximum(lookup["distance"][p], lookup["distance"][q])
             with np.errstate(invalid="ignore"):
-                # sky lies at no distance, as other sky does
+                # two tiles of sky are both at infinity: their distances are equal
                 part = np.where(second == near, 0.0, (second - near) / second)
             weight = weight * np.exp(-((np.nan_to_num(part, nan=1.0) / DISTANCE) ** 2))
         return weight
@@ -108,8 +108,8 @@ def averaged(
     A tile with the error s is averaged with another of error t with the weight exp(-max(0, d)), d =
     ((x - y)^2 - v) / v, v = s^2 + min(s, t)^2, mean over the surroundings and X, Y, Z (the distance
     of Rousselle et al. 2012 with k = 1). A noisy bright tile may use quiet dark ones, but not the
-    reverse. The error of a tile that few paths found dark is poorly known: it is set to that of the
-    tiles around it.
+    reverse. The error of a tile with few bright samples is poorly known, so every variance is
+    raised to at least the median of the 3 x 3 tiles around it.
     """
     from scipy.ndimage import median_filter, uniform_filter
 
@@ -145,5 +145,5 @@ def averaged(
 
 
 def _cut(length: int, shift: int) -> slice:
-    """Return the part of an axis whose tiles have a neighbour `shift` farther."""
+    """Return the part of an axis in which each tile has a neighbour `shift` tiles after it."""
     return slice(max(-shift, 0), length - max(shift, 0))

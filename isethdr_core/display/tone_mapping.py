@@ -14,33 +14,32 @@ import numpy as np
 
 from ..physics.colour.colour_spaces import srgb_decode, srgb_encode
 
-LEVELS = 6
+LEVELS = 6  # largest number of halvings of the size in a pyramid
 REACH_PX = 4 * 2**LEVELS
 # exposure fusion
 STOPS = tuple(
     range(-4, 7)
-    # of the exposures that are fused, relative to that of the white; a stop apart, tones rise
-    # everywhere
+    # exposures that are fused, in stops relative to that of the white; with a spacing of one stop,
+    # brighter light is displayed brighter everywhere
 )
 # best exposed code value, and the standard deviation of its weight (Mertens et al. 2009)
 WELL = 0.5
 SPREAD = 0.2
 FAINT = 1e-12  # weight of a sample that no exposure shows well
 # local Laplacian
-SIGMA = np.log(2.5)  # natural logarithm: contrasts up to this are detail and stay
-BETA = 0.4  # larger ones shrink to this power: two decades below white to 0.16 of white
+SIGMA = np.log(2.5)  # largest contrast that is detail and is kept, natural logarithm
+BETA = 0.4  # exponent of larger contrasts: two decades below white become 0.16 of white
 # luminance / white: darker and brighter samples are shown as these
 DARKEST = 1e-5
 BRIGHTEST = 1e3
 
 
 def exposure_fusion(relative: np.ndarray) -> np.ndarray:
-    """Return displayed linear luminance 0..1 (y, x): exposures of the picture blended where each
-    shows most.
+    """Return displayed linear luminance 0..1 (y, x): a blend of several exposures of the picture.
 
-    Weights are how well exposed and how rich in contrast a sample is; they are blended in Laplacian
-    pyramids (Mertens, Kautz, Van Reeth 2009, without their weight of saturation: there is one
-    luminance).
+    The weight of a sample increases with its contrast and towards the best exposed code value. The
+    exposures are blended in Laplacian pyramids (Mertens, Kautz, Van Reeth 2009, without their
+    weight of colour saturation, because luminance has no colour).
 
     Parameters
     ----------
@@ -106,8 +105,8 @@ def _depth(shape: tuple[int, int]) -> int:
 
 
 def _gaussian(image: np.ndarray) -> list:
-    """Return the picture and ever smaller ones, each blurred and taken at every second pixel (Burt,
-    Adelson 1983).
+    """Return the Gaussian pyramid: the picture and smaller ones, each a blur of the one before,
+    taken at every second pixel (Burt, Adelson 1983).
     """
     levels = [image]
     for _ in range(_depth(image.shape)):

@@ -20,8 +20,8 @@ from typing import Any
 
 from .code_facts import RULES, Facts, digest_of, facts_of
 
-MOST_ENTRIES = 4000  # of a cache file; those added last stay
-LONGEST_WAIT_S = 5.0  # for another process that writes; after it nothing is cached
+MOST_ENTRIES = 4000  # largest number of records in a cache file; the newest ones stay
+LONGEST_WAIT_S = 5.0  # longest wait for another process that writes; then nothing is cached
 
 Stamp = tuple[int, int]  # time of the last change (ns) and size (bytes)
 
@@ -36,7 +36,7 @@ def stamp_of(path: str) -> Stamp:
 
 
 class KeptTable:
-    """A table of JSON records in one SQLite file, of which a process reads those that it needs.
+    """A table of JSON records in one SQLite file. A process reads only the records that it needs.
 
     A file that cannot be read or written counts as empty: a cache must never stop a run.
     """
@@ -96,9 +96,9 @@ class KeptTable:
         return None
 
     def _connected(self) -> sqlite3.Connection:
-        """Return a connection; one for each call, for a forked process may share none."""
+        """Return a new connection for each call, because forked processes must not share one."""
         connection = sqlite3.connect(self._path or "", timeout=LONGEST_WAIT_S)
-        # after a power cut the cache is made again
+        # without waiting for the disk: a cache that a power cut damaged is made again
         connection.execute("PRAGMA synchronous = OFF")
         return connection
 
@@ -108,7 +108,7 @@ class CodeCache:
 
     Parameters
     ----------
-    folder : where they are kept between processes; None: nowhere.
+    folder : folder in which they are kept between processes; None: they are not kept.
     """
 
     def __init__(self, folder: Path | None) -> None:
@@ -159,7 +159,7 @@ class CodeCache:
                 kept_record: dict[str, Any] = entry["record"]
                 return kept_record
         record, paths = make()
-        # of a file as it was when it was read
+        # the stamp of a file is from the time when it was read
         stamps = {path: self._contents.get(path, (stamp_of(path),))[0] for path in sorted(paths)}
         self._kept_digests.put(key, {"record": record, "stamps": stamps})
         return record

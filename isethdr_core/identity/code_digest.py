@@ -40,7 +40,7 @@ class Code:
     libraries: dict[str, str] = field(default_factory=dict)  # distribution: version
     modules: tuple[str, ...] = ()  # the modules that were reached, for people
     data: tuple[str, ...] = ()  # data files and compiled modules, below their package
-    has_source: bool = True  # False: its digest holds in this process alone
+    has_source: bool = True  # False: the digest is valid in this process only
 
 
 class CodeReader:

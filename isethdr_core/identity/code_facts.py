@@ -47,22 +47,22 @@ class Facts:
 
     tree: str  # digest of the normal form, references and strings numbered
     references: list[Reference] = field(default_factory=list)
-    strings: list[str] = field(default_factory=list)  # numbered, of a file's or folder's form
-    suffixes: list[str] = field(default_factory=list)  # of files that are named by a pattern
-    imports: list[Spec] = field(default_factory=list)  # all that run; not for type checkers alone
+    strings: list[str] = field(default_factory=list)  # numbered; they may name a file or folder
+    suffixes: list[str] = field(default_factory=list)  # suffixes of files named by a pattern
+    imports: list[Spec] = field(default_factory=list)  # all that run, so not for type checkers
     imported: dict[str, Spec] = field(default_factory=dict)  # names bound by imports at the top
     stars: list[Spec] = field(default_factory=list)
     defined: list[str] = field(default_factory=list)  # other names bound at the top
-    lazy: dict[str, str] = field(default_factory=dict)  # name: module, of a table for `__getattr__`
+    lazy: dict[str, str] = field(default_factory=dict)  # {name: module} that `__getattr__` may read
     has_getattr: bool = False
     only_imports: bool = False  # only re-exports names
     has_effects: bool = False  # does more at import than bind names
     builds: list[str] = field(default_factory=list)  # `kind/name` of components that it builds
-    dynamic: bool = False  # has an import whose target its text does not show
+    dynamic: bool = False  # whether an import has a target that the text does not show
 
     @classmethod
     def from_record(cls, record: dict[str, Any]) -> Facts:
-        """Return the facts that `asdict` was called on, after JSON made lists of its tuples."""
+        """Return the facts of a record of `asdict` in which JSON replaced tuples by lists."""
         record = dict(record)
         record["references"] = [Reference(*r) for r in record["references"]]
         for name in ("imports", "stars"):
@@ -74,7 +74,8 @@ class Facts:
 def facts_of(source: bytes) -> Facts:
     """Return the facts of a file's bytes.
 
-    A file that is no Python of this version is named by its bytes, and may import anything.
+    A file that this version of Python cannot parse is identified by its bytes, and is assumed to
+    import anything.
     """
     try:
         tree = ast.parse(source)
@@ -110,7 +111,7 @@ def _facts_of_tree(tree: ast.Module) -> Facts:
 
 
 def digest_of(content: bytes) -> str:
-    """Return 16 hex digits that name bytes."""
+    """Return 16 hex digits that identify bytes."""
     return hashlib.blake2b(content, digest_size=8).hexdigest()
 
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 CORE = "isethdr_core"
-SECOND_SPELLING = "isethdr"  # the same names
+SECOND_SPELLING = "isethdr"  # module with the same public names
 # modules that components compute with; every other part of the core belongs to the frame
 FOLLOWED = (
     "isethdr_core.physics",

@@ -55,11 +55,11 @@ class Edition:
     """The code of one commit, as the names of that time state it."""
 
     commit: str
-    version: str  # of the distribution
+    version: str  # version of the distribution
     packages: dict[str, str]  # digest of the bytes of a package, or of a module of the core
     components: dict[str, dict[str, Any]]  # by identity: class, fields, code
     frame: str  # digest of the part of the core that runs a chain
-    settings: dict[str, Any]  # default settings of a config beside its components
+    settings: dict[str, Any]  # default settings of a config, without its components
 
 
 class Different(Exception):
@@ -73,7 +73,7 @@ def radiance_names(scene: object, renderer: object, effort: Sequence[str]) -> It
     ----------
     scene : scene component.
     renderer : renderer component.
-    effort : fields of the renderer that buy accuracy only, and so are no part of the name.
+    effort : fields of the renderer that change only the accuracy; they are no part of the name.
     """
     for edition in editions():
         try:
@@ -144,7 +144,7 @@ def _described(edition: Edition, component: Any, without: Sequence[str] = ()) ->
     """Return a component as it was described in an edition."""
     values = {k: v for k, v in asdict(component).items() if k not in without}
     component_edition = edition.components.get(provenance.identity(component))
-    if component_edition is None:  # of another package: its names are made of what it is now
+    if component_edition is None:  # a component of another package is described as it is now
         cls = type(component)
         return {"class": f"{cls.__module__}.{cls.__qualname__}", **values}
     _same(edition, provenance.identity(component), component_edition["code"], values)
@@ -188,7 +188,9 @@ def _digest_now(name: str) -> str:
 
 
 def value_class(value: Any) -> str:
-    """Return which values of a field count as tested together: all finite numbers but zero do."""
+    """Return the class of a field's value. Values of one class count as tested together; all finite
+    numbers except zero are one class.
+    """
     if isinstance(value, (int, float)) and not isinstance(value, bool):
         if value == 0:
             return "zero"

@@ -15,7 +15,7 @@ from .name_bindings import Spec
 from .package_sources import Located, Sources
 
 EMPTY = "empty"  # digest of a package without a file of its own
-MOST_STEPS = 20  # down from a package to a module; more would be a circle
+MOST_STEPS = 20  # largest number of steps from a package down to a module; more is a cycle
 
 
 class Target(NamedTuple):
@@ -24,7 +24,7 @@ class Target(NamedTuple):
     kind: str  # module: followed; library; outside: neither; unknown: any module of the package
     module: str  # dotted name of a followed module
     name: str  # the rest, or the dotted name outside
-    through: tuple[str, ...] = ()  # modules that run on the way
+    through: tuple[str, ...] = ()  # modules that are executed on the way to it
 
 
 class ImportResolver:
@@ -65,7 +65,7 @@ class ImportResolver:
         for part in path[1:]:
             at = f"{at}.{part}"
             if self._sources.locate(at) is None:
-                return Target("outside", "", at)  # of another platform or version: cannot run
+                return Target("outside", "", at)  # for another platform or version: cannot run
             through += self._on_the_way(at)
         if path[1:] and through and through[-1] == at:
             through = through[:-1]

@@ -27,12 +27,13 @@ class Module:
     name: str
     own: str  # digest of its normal form
     only_imports: bool = False  # only re-exports names
-    targets: list[Target] = field(default_factory=list)  # of its references, as they are numbered
-    strings: list[str] = field(default_factory=list)  # as they are numbered; data by content
+    targets: list[Target] = field(default_factory=list)  # targets of its numbered references
+    # numbered strings; the name of a data file is replaced by the content of the file
+    strings: list[str] = field(default_factory=list)
     next: set[str] = field(default_factory=set)  # modules that it reaches directly
-    libraries: set[str] = field(default_factory=set)  # that it imports, by import name
+    libraries: set[str] = field(default_factory=set)  # libraries that it imports, by import name
     data: set[str] = field(default_factory=set)  # data files that it names, below their package
-    files: set[str] = field(default_factory=set)  # on which these contents depend
+    files: set[str] = field(default_factory=set)  # files on which these contents depend
 
     def add_data(self, files: list[str], folder: str) -> None:
         """Note data files of the package in `folder`."""
@@ -136,7 +137,9 @@ class ModuleReader:
             module.add_data(files, data.folder)
 
     def _whole_package(self, module: Module) -> None:
-        """Let a module reach all modules and data of its package: its text does not show which."""
+        """Let a module reach all modules and data of its package, because its text does not show
+        which of them it uses.
+        """
         module.next |= set(self._sources.all_modules(module.name))
         data = self._sources.data_of(module.name)
         files = [path for group in data.by_name.values() for path in group]

@@ -10,7 +10,7 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from typing import NamedTuple
 
-# calls that import what only their arguments tell
+# calls that import a module which only their arguments name
 DYNAMIC = {"importlib.import_module", "__import__", "exec", "eval", "runpy.run_path"}
 DYNAMIC |= {"importlib.util.spec_from_file_location", "runpy.run_module"}
 
@@ -28,7 +28,7 @@ class Scope:
     """The names that the body of a module, function or class binds."""
 
     kind: str  # module, function or class
-    bound: set[str]  # by anything but an import
+    bound: set[str]  # names that anything but an import binds
     imported: dict[str, Spec]
 
 
@@ -76,7 +76,7 @@ def scope_of(kind: str, body: Iterable[ast.stmt], args: ast.arguments | None = N
             continue
         bound |= {
             name
-            for key in ("name", "rest")  # of `except ... as` and of patterns
+            for key in ("name", "rest")  # names in `except ... as` and in patterns
             if isinstance(node, ast.ExceptHandler | ast.MatchAs | ast.MatchStar | ast.MatchMapping)
             and isinstance(name := getattr(node, key, None), str)
         }
@@ -125,7 +125,7 @@ def specs_of(statements: Iterable[ast.Import | ast.ImportFrom]) -> list[Spec]:
 
 
 def names_imported_anywhere(statements: Iterable[ast.Import | ast.ImportFrom]) -> dict[str, Spec]:
-    """Return every name that any import of the file binds; of several the first in the file."""
+    """Return every name that any import of the file binds, with the first import that binds it."""
     bindings: dict[str, Spec] = {}
     for node in sorted(statements, key=lambda s: s.lineno, reverse=True):
         bindings |= dict(bindings_of(node))
@@ -200,7 +200,7 @@ def lazy_table(tree: ast.Module) -> dict[str, str]:
 
 
 def dotted(node: ast.AST) -> str:
-    """Return `a.b.c` of names and attributes; empty where there is more to it."""
+    """Return `a.b.c` for a name with attributes; empty for any other expression."""
     names: list[str] = []
     while isinstance(node, ast.Attribute):
         names.insert(0, node.attr)

@@ -38,7 +38,7 @@ PLAIN_DECORATORS = {
 }
 # fields of a node on which no result depends
 SKIPPED_FIELDS = {"ctx", "type_comment", "kind", "type_ignores", "returns", "simple"}
-BUILD = re.compile(r"isethdr(_core(\.\w+)*)?\.build")  # makes a component by kind and name
+BUILD = re.compile(r"isethdr(_core(\.\w+)*)?\.build")  # builds a component by kind and name
 
 
 class Reference(NamedTuple):
@@ -67,10 +67,10 @@ class NormalForm:
 
     def __init__(self, tree: ast.Module, everywhere: dict[str, Spec], texts: set[int]) -> None:
         self.references: dict[Reference, int] = {}  # numbered in the order of their first use
-        self.strings: dict[str, int] = {}  # of a file's or folder's form, numbered as well
-        self.suffixes: set[str] = set()  # of files that are named by a pattern
+        self.strings: dict[str, int] = {}  # strings that may name a file or folder, numbered
+        self.suffixes: set[str] = set()  # suffixes of files named by a pattern
         self.builds: set[str] = set()  # `kind/name` of components that it builds
-        self.dynamic = False  # has an import whose target its text does not show
+        self.dynamic = False  # whether an import has a target that the text does not show
         self.top = scope_of("module", tree.body)
         self._everywhere = everywhere
         self._texts = texts
@@ -260,7 +260,7 @@ class NormalForm:
         return None
 
     def _import_beside(self, name: str) -> str:
-        """Return the reference of a name that an import binds beside something else."""
+        """Return the reference of a name that both an import and something else bind; else ""."""
         for depth, scope in enumerate(reversed(self._scopes)):
             if scope.kind == "class" and depth > 0:
                 continue
