@@ -16,7 +16,7 @@ from ..storage.object_home.calls import kept_here
 from ..sweeps.score_order import ROUNDING
 from ..uncertainty.ledger import Row
 from .terminal import console as open_console
-from .terminal import print_path, print_text, text_width
+from .terminal import duration, number_of, print_path, print_text, text_width
 
 if TYPE_CHECKING:
     from ..pipeline.memory_estimate import Expected
@@ -172,7 +172,7 @@ def seconds_text(seconds: float | None) -> str:
 
 
 def runtime_estimate_table(expected: dict, threads: int = 1) -> Table:
-    """Return the stages of a planned run with their expected seconds, and the time of all.
+    """Return the stages of a planned run with their expected time, and the time of all.
 
     Parameters
     ----------
@@ -180,24 +180,17 @@ def runtime_estimate_table(expected: dict, threads: int = 1) -> Table:
     threads : number of threads that compute the cameras.
     """
     table = Table("stage", title="will be computed", title_justify="left")
-    table.add_column("expected s", justify="right")
+    table.add_column("expected", justify="right")
     rows = together(expected)
     for title, seconds in rows.items():
-        table.add_row(title, seconds_text(seconds))
+        table.add_row(title, "?" if seconds is None else duration(seconds))
     unknown = sum(s is None for s in rows.values())
-    total_text = f"{elapsed_s(expected, threads):.2f}"
-    table.add_row(
-        f"all, the cameras on {threads} threads" if threads > 1 else "all",
-        (
-            total_text
-            if not unknown
-            else (
-                f"{total_text} + {unknown} unknown: no such stage is stored"
-                if unknown < len(rows)
-                else "unknown: no such run is stored yet"
-            )
-        ),
-    )
+    total = duration(elapsed_s(expected, threads))
+    if unknown == len(rows):
+        total = "?: no similar run is stored yet"
+    elif unknown:
+        total += f" + {number_of(unknown, 'stage')} without a stored example"
+    table.add_row(f"all, the cameras on {threads} threads" if threads > 1 else "all", total)
     return table
 
 

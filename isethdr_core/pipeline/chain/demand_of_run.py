@@ -37,7 +37,7 @@ def plan(chain: Chain, rows: Ledger) -> Demand:
             0.0,
             "1",
             "bound",
-            "a plan computes nothing; the bound of each omission is stated with it",
+            "a plan changes no number; each omission below states its own bound",
         )
         state_field(chain.scene, chain.lens)
         if chain.leave_out:

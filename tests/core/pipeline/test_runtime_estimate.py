@@ -258,7 +258,7 @@ def test_a_sum_with_an_unknown_part_is_unknown():
     console.print(runtime_estimate_table({"lens l": 2.0, "isp x": None}))
     console.print(ledger_table([], expected={}))
     text = console.export_text()
-    assert "2.00 + 1 unknown" in text and "?" in text
+    assert "2.0 s + 1 stage without a stored example" in text and "?" in text
 
 
 def test_the_cameras_share_their_threads_and_what_comes_before_them_does_not():

@@ -9,8 +9,8 @@ from __future__ import annotations
 import time
 from dataclasses import dataclass, field, replace
 
-from isethdr_core.cli.summary_tables import runtime_estimate_table, seconds_text
-from isethdr_core.cli.terminal import console, number_of
+from isethdr_core.cli.summary_tables import runtime_estimate_table
+from isethdr_core.cli.terminal import console, duration, number_of
 from isethdr_core.data.scene_description import SceneDescription
 from isethdr_core.motion.run_time import sub_frame_work
 from isethdr_core.pipeline.chain import Chain, camera_threads, chain, frame_of, plan
@@ -148,7 +148,7 @@ def print_runtime_estimate(request: Request) -> None:
     if found.unseen:
         total += f"; {found.unseen} were not compared, which takes too long"
     if found.known_s:
-        total += f": about {seconds_text(found.known_s)} s in all"
+        total += f": about {duration(found.known_s)} in all"
     if found.unknown:
         total += f"; not known: {', '.join(found.unknown)}"
     print(total)
