@@ -1,31 +1,31 @@
-"""Measured: the studies whose tables are pages of `docs/measured`. They run from a checkout, with
-`python -m isethdr_measured NAME key=value ...`; the wheel does not hold them.
+"""Measured: the studies that make the tables of `docs/measured`. They run from a checkout, with
+`python -m isethdr_measured NAME key=value ...`; the wheel does not contain them.
 
 | module                | content                                                                  |
 |-----------------------|--------------------------------------------------------------------------|
 | `__main__`            | the command                                                              |
 | `coloured_streaks`    | streaks of a dusty lens: one wavelength per band, and whole bands        |
-| `convolution_methods` | error against run time beside lamps up to 1e12 times the background      |
-| `denoised_scores`     | scores of the main job with and without denoising, beside MTF50          |
+| `convolution_methods` | error against run time next to lamps up to 1e12 times the background     |
+| `denoised_scores`     | scores of the main job with and without denoising, and its MTF50         |
 | `demosaic_methods`    | demosaic methods compared on charts                                      |
-| `fireflies`           | single tiles that a rendering made too bright, against a judge           |
+| `fireflies`           | single tiles that are far too bright, checked by a longer rendering      |
 | `fog_reference`       | fog by Mitsuba's own volumetric path integrator                          |
 | `fog_scattering`      | light that fog scatters once, and at any order                           |
-| `job_paths`           | a job whose scene and tables are made once, rendered many times          |
-| `lens_kernels`        | point spread kernels against direct sums, beside bright lamps too        |
+| `job_paths`           | a job that builds its scene and tables once and renders many times       |
+| `lens_kernels`        | point spread kernels against direct sums, also next to bright lamps      |
 | `merge_rules`         | merge rules over eight decades of light                                  |
 | `network_cost`        | seconds and memory of `isp=network`, with an untrained stand-in          |
-| `photographs`         | statistics of rendered streets beside those of photographs               |
-| `renderer_noise`      | noise and light of renderings whose paths follow need                    |
+| `photographs`         | statistics of rendered streets compared with those of photographs        |
+| `renderer_noise`      | noise and light of renderings that choose the paths of each tile by need |
 | `accuracy/`           | error against run time of each stage of the bundled components           |
 | `budget/`             | whether the error allowed is kept                                        |
-| `omission/`           | runs that leave out what they do not need, against runs that do not      |
-| `stability/`          | every stage and the whole chain through hard cases                       |
+| `omission/`           | runs that leave out unneeded work, against runs that compute everything  |
+| `stability/`          | hard cases for every stage and for the whole chain                       |
 """
 
 from __future__ import annotations
 
-# {name: "module:function" in this package}; as `isethdr_workflows.STUDIES`
+# {name: "module:function" in this package}, in the form of `isethdr_workflows.STUDIES`
 STUDIES = {
     "accuracy": "accuracy:accuracy",
     "budget": "budget:budget",

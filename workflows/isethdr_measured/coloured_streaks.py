@@ -1,5 +1,5 @@
-"""Coloured streaks: dust around a white lamp, bands of one wavelength each against bands integrated
-over their width.
+"""Coloured streaks around a white lamp behind dust: kernels of one wavelength per band, against
+kernels that are integrated over the width of the band.
 """
 
 from __future__ import annotations
@@ -21,27 +21,27 @@ F_NUMBER = 4.0
 PITCH_UM = 3.0
 DUST = {"blades": 0, "dust_per_mm2": 120.0, "scratches_per_mm2": 0.0}
 CHECKED_NM = (450.0, 550.0, 650.0)  # bands whose error is measured
-FINE = 0.005  # relative, allowed in the kernels that the usual ones are measured against
-SHOWN = 0.35  # of the display's white: light as bright as the mean of its radius
-GAP = 4  # white columns between both pictures
+FINE = 0.005  # relative error allowed in the reference kernels
+SHOWN = 0.35  # share of the display's white at which the mean light of each radius is shown
+GAP = 4  # number of white columns between both pictures
 
 
 def coloured_streaks(picture: str = "", tiles: int = 200, error: float = 0.03) -> list[dict]:
-    """Return one row per radius: the error of kernels of one wavelength, of integrated ones, and
-    what those state.
+    """Return one row per radius: the error of kernels of one wavelength, the error of integrated
+    kernels, and the error that the latter state.
 
     Parameters
     ----------
     picture : file for both point spreads in colour, one wavelength per band on the left; empty
         writes none.
     tiles : tiles from the lamp to the picture's border.
-    error : relative, allowed per tile.
+    error : relative error allowed per tile.
 
     Returns
     -------
-    rows with radius_tiles, one_wavelength, integrated (relative L1 against bands integrated to 0.5
-    %, worst of three bands), stated (by the kernels), sub_bands (speckles that the band draws out
-    into one, at 550 nm).
+    rows with radius_tiles, one_wavelength and integrated (relative L1 errors against bands
+    integrated to 0.5 %, worst of three bands), stated (error that the integrated kernels state),
+    sub_bands (number of speckles that the width of the band merges into one, at 550 nm).
     """
     flare = build("flare", "aperture", **DUST)
     usual, fine = (
@@ -66,8 +66,8 @@ def coloured_streaks(picture: str = "", tiles: int = 200, error: float = 0.03) -
 
 
 def compared(usual: Any, fine: Any, flare: Flare, wave: float, step: float, tiles: int) -> dict:
-    """Return {octave of radius: (error of one wavelength, error of the band's kernel, error it
-    states)}.
+    """Return {octave of radius: (error of one wavelength, error of the band's kernel, error that
+    the band's kernel states)}.
 
     Parameters
     ----------
@@ -75,13 +75,13 @@ def compared(usual: Any, fine: Any, flare: Flare, wave: float, step: float, tile
     fine : the same lens with finer sampling, the reference.
     flare : dirt on the lens.
     wave : middle of the band, nm.
-    step : distance of the bands, nm.
+    step : distance between the bands, nm.
     tiles : tiles from the lamp to the border of the kernel.
     """
     pitch = (PITCH_UM, PITCH_UM)
     reach = (tiles, tiles)
     waves = wave + step * np.array([-1.0, 0.0, 1.0])
-    # one wavelength: a band of 1 nm
+    # a single wavelength counts as a band of 1 nm
     single = kernels(KernelRequest(fine, (flare,), np.array([wave]), pitch, reach)).bands[0]
     usual_kernels, truth = (
         kernels(KernelRequest(lens, (flare,), waves, pitch, reach)) for lens in (usual, fine)
@@ -103,8 +103,8 @@ def compared(usual: Any, fine: Any, flare: Flare, wave: float, step: float, tile
 
 
 def write_picture(path: str, lens: Lens, flare: Flare, tiles: int) -> None:
-    """Write both point spreads, each light divided by the mean of its radius, so that all radii
-    show.
+    """Write a picture of both point spreads. Light is divided by its mean at the same radius, so
+    that all radii are visible.
 
     Parameters
     ----------
@@ -132,8 +132,13 @@ def write_picture(path: str, lens: Lens, flare: Flare, tiles: int) -> None:
 
 
 def shown(cube: Any, waves: np.ndarray) -> np.ndarray:
-    """Return sRGB (y, x, 3) uint8 of a point spread (band, y, x) of a lamp of equal energy, flat
-    over the radius.
+    """Return sRGB (y, x, 3) uint8 of the point spread of a lamp with an equal-energy spectrum. The
+    mean light of each radius is made equal.
+
+    Parameters
+    ----------
+    cube : (band, y, x) point spread.
+    waves : (band,) centres of the bands, nm.
     """
     value = xyz(cube.astype(float), waves)
     value /= xyz(np.ones((len(waves), 1)), waves)[..., 1].max()

@@ -1,4 +1,4 @@
-"""Convolution methods compared: error against run time beside lamps of up to 1e12 times the
+"""Convolution methods compared: error against run time in frames with lamps of up to 1e12 times the
 background.
 """
 
@@ -15,13 +15,13 @@ from isethdr_core.physics.convolution import prepare as ready
 from isethdr_core.physics.convolution.transform import whole_spectrum
 
 RATIOS = (1e2, 1e4, 1e6, 1e8, 1e12)
-LAMPS = 30  # of one pixel each
-SAMPLED = 40  # pixels at which long double sums are taken, and the darkest
+LAMPS = 30  # number of lamps, each one pixel large
+SAMPLED = 40  # number of random pixels with long double sums; the darkest pixel is added to them
 
 
 def convolution_methods(rows: int = 270, columns: int = 480) -> list[dict]:
-    """Return one row per lamp brightness and method, for a kernel that falls with the cube of
-    distance over the whole frame.
+    """Return one row per lamp brightness and method, for a kernel that covers the whole frame and
+    falls with the cube of the distance.
 
     Parameters
     ----------
@@ -42,7 +42,7 @@ def convolution_methods(rows: int = 270, columns: int = 480) -> list[dict]:
         image = frame(rows, columns, ratio)
         truth = None
         for method, function in METHODS.items():
-            function(image, prepared)  # plans and memory
+            function(image, prepared)  # sets up transforms and memory before the timed call
             start = process_time()
             result = function(image, prepared)
             seconds = process_time() - start
@@ -76,8 +76,13 @@ def frame(rows: int, columns: int, ratio: float) -> np.ndarray:
 
 
 def prepare(psf: np.ndarray, shape: tuple[int, int]) -> dict:
-    """Return the shared inputs of the methods: the product's kernel, the spectrum in both
-    precisions, and the psf.
+    """Return the shared inputs of the methods: the kernel as isethdr prepares it, its spectrum in
+    both precisions, and the psf.
+
+    Parameters
+    ----------
+    psf : kernel of (2 ny - 1, 2 nx - 1) pixels, its centre in the middle.
+    shape : (ny, nx) size of the frame, pixels.
     """
     kernel = ready(psf, shape)
     spectrum = whole_spectrum(kernel.spectrum, kernel.size) * kernel.peak
@@ -91,7 +96,7 @@ def prepare(psf: np.ndarray, shape: tuple[int, int]) -> dict:
 
 
 def product(image: np.ndarray, prepared: Any) -> np.ndarray:
-    """Return the convolution of the lenses: float64, with doubtful pixels summed directly."""
+    """Return the convolution that the lenses use: float64, with doubtful pixels summed directly."""
     return convolve(image, prepared["product"])
 
 
@@ -116,13 +121,13 @@ def lamps_of(image: np.ndarray) -> tuple[Any, np.ndarray]:
 
 
 def split(image: np.ndarray, prepared: Any) -> np.ndarray:
-    """Return lamps by float64, the rest by float32."""
+    """Return the convolution with lamps in float64 and the rest in float32."""
     background, lamps = lamps_of(image)
     return transform(lamps, prepared, np.float64) + transform(background, prepared, np.float32)
 
 
 def summed(image: np.ndarray, prepared: Any) -> np.ndarray:
-    """Return lamps by direct sums, the rest by float64."""
+    """Return the convolution with lamps by direct sums and the rest in float64."""
     background, lamps = lamps_of(image)
     ny, nx = image.shape
     total = transform(background, prepared, np.float64)
@@ -145,7 +150,8 @@ METHODS = {
 def direct(
     image: np.ndarray, psf: np.ndarray, result: Any
 ) -> tuple[tuple[np.ndarray, ...], np.ndarray]:
-    """Return sampled pixels, the darkest of `result` among them, and their long double sums.
+    """Return the positions of sampled pixels and the long double sums there. The darkest pixel of
+    `result` is among them.
 
     Parameters
     ----------

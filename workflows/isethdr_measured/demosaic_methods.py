@@ -1,5 +1,5 @@
-"""Demosaic methods compared: PSNR and colour difference on charts and on a stripe pattern, in light
-and in the dark.
+"""Demosaic methods compared: PSNR and colour difference on charts and on a stripe pattern, in
+bright and dim light.
 """
 
 from __future__ import annotations
@@ -24,8 +24,9 @@ ARRAYS = {
     "WGWR/GWRW/WBWG/BWGW": ("bilinear", "guided", "learned"),
 }
 PITCH_UM = 3.0  # at f/2 and 16 ms a white of 100 cd/m2 fills half of the well
-TILES = 4  # a pixel is this many tiles wide
-BORDER = 8  # pixels at the border are left out: what lies beyond is a matter of taste
+TILES = 4  # width of a pixel, tiles
+# width of the border that is left out, pixels; methods differ in how they extend the picture there
+BORDER = 8
 
 
 def demosaic_methods(rows: int = 120, columns: int = 160, luminances: str = "100,1") -> list[dict]:
@@ -34,12 +35,12 @@ def demosaic_methods(rows: int = 120, columns: int = 160, luminances: str = "100
     Parameters
     ----------
     rows, columns : size of the picture, pixels.
-    luminances : cd/m2 of a perfect white, parted by commas.
+    luminances : luminances of a perfect white, cd/m2, separated by commas.
 
     Returns
     -------
-    rows with psnr_db (of displayed sRGB, 8 bit) and ciede2000 (mean), both against the true picture
-    at the same white.
+    rows with psnr_db (of displayed sRGB, 8 bit) and ciede2000 (mean), both against the reference
+    picture at the same white.
     """
     out = []
     for level in (float(v) for v in luminances.split(",")):
@@ -80,7 +81,7 @@ def radiance(chart: str, level: float, rows: int, columns: int) -> Any:
     mixed = build("lighting", "weights", weights={"sky": 1.0})(scene)
     if chart == "stripes":
         x, y = np.meshgrid(np.arange(size["width"]) / TILES, np.arange(size["height"]) / TILES)
-        # from 0.05 to 0.4 cycles per pixel
+        # phase of a frequency that rises from 0.05 to 0.4 cycles per pixel
         phase = 2 * np.pi * (0.05 * x + 0.35 * x**2 / (2 * columns))
         mixed = mixed * (0.5 + 0.4 * np.sin(phase + 0.5 * y)).astype(np.float32)
         mixed.attrs = build("lighting", "weights", weights={"sky": 1.0})(scene).attrs

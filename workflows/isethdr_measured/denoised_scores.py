@@ -1,8 +1,8 @@
-"""Scores of the main job's cameras with and without denoising, beside the edges that it costs.
+"""Scores of the main job's cameras with and without denoising, and the sharpness that it costs.
 
 The scores are those of one shot: the picture as the isp returns it, and the same shot before
-denoising. MTF50 is that of a slanted edge (ISO 12233) through the lens of the main job without
-dirt, whose scatter the measurement of an edge would take for blur.
+denoising. MTF50 is that of a slanted edge (ISO 12233) through the lens of the main job. The lens
+has no dirt here, because the measurement of an edge would take the scatter of dirt for blur.
 """
 
 from __future__ import annotations
@@ -17,8 +17,8 @@ from isethdr_core.data.reference_picture import before_denoising, truth
 from isethdr_core.data.scores import Score
 from isethdr_core.plugins.registry import build, build_from_config
 
-EDGE_NAME = "slanted_edge"  # the chart and its metric
-CONTRASTS = (2.0, 10.0)  # of the edge
+EDGE_NAME = "slanted_edge"  # name of the chart and of its metric
+CONTRASTS = (2.0, 10.0)  # bright side of the edge over its dark side
 EDGE = {"width": 240, "height": 200, "horizontal_field_deg": 7.0, "luminance_cd_m2": 2.0}
 
 
@@ -30,13 +30,13 @@ def denoised_scores(
     Parameters
     ----------
     width, height : tiles of the main job's rendering.
-    shots : number of shots of each edge, whose MTF50 is averaged.
-    overrides : further settings of the main job, parted by spaces.
+    shots : number of shots of each edge over which MTF50 is averaged.
+    overrides : further settings of the main job, separated by spaces.
 
     Returns
     -------
-    rows with camera, score, unit, the value `denoised` and `plain` (the same shot before
-    denoising), and `share`, the first over the second.
+    rows with camera, score, unit, `denoised` (the score), `plain` (the score of the same shot
+    before denoising), and `share` (the first over the second).
     """
     settings = [f"renderer.width={width}", f"renderer.height={height}", "draws=1", "report=false"]
     config = hdr.compose([*settings, *overrides.split()])
@@ -78,7 +78,7 @@ def edges(config: Any, camera: str, shots: int) -> list[dict[str, Any]]:
     ----------
     config : composed config of the main job.
     camera : name of the camera in the config.
-    shots : shots with other noise, over which the MTF50 is averaged.
+    shots : number of shots with different noise over which MTF50 is averaged.
     """
     lens, isp = (build_from_config(kind, config[kind]) for kind in ("lens", "isp"))
     sensor = build_from_config("sensor", config.cameras[camera])
@@ -89,7 +89,7 @@ def edges(config: Any, camera: str, shots: int) -> list[dict[str, Any]]:
         mixed = build("lighting", "ideal")(scene)
         light = lens(mixed)
         found = []
-        for seed in range(shots):  # of the noise, which moves one measurement by some per cent
+        for seed in range(shots):  # noise changes a single measurement by some per cent
             picture = isp(sensor(light, hdr.generator(seed=seed)))
             reference = truth(mixed, picture)
             pair = picture, before_denoising(picture)

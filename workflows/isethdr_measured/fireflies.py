@@ -1,10 +1,11 @@
-"""Fireflies: single tiles that a rendering made far too bright by rare bright paths.
+"""Fireflies: single tiles of a rendering that rare bright paths make far too bright.
 
-A tile counts where its luminance is more than 8 times the median of the tiles of the same instance
-in 5 x 5 around it, and 5 standard deviations of the least noisy camera above that median, and where
-a judge does not confirm it. The judge follows at least ten times as many paths as any tile of the
-rendering may have, with other random numbers, through the tiles that stand out alone. It confirms a
-tile if its own luminance there is at least half as high.
+A tile stands out if its luminance is more than 8 times the median of the tiles of the same instance
+in the 5 x 5 tiles around it, and more than 5 standard deviations of the least noisy camera above
+that median. A second rendering, the judge, follows paths through these tiles alone, with other
+random numbers and ten times the largest number of paths that a tile of the first rendering may
+have. The judge confirms a tile if its own luminance there is at least half as high. A tile that
+stands out and is not confirmed is a firefly.
 """
 
 from __future__ import annotations
@@ -19,12 +20,12 @@ from .job_paths import JobPaths, job_paths
 
 Plane = npt.NDArray[Any]  # (y, x)
 
-TIMES_MEDIAN = 8.0
-SIGMAS = 5.0
-AROUND = 2  # tiles on each side: 5 x 5
-MORE_PATHS = 10  # times the most that a tile of the rendering has: those of the judge
+TIMES_MEDIAN = 8.0  # least luminance of a tile that stands out, over the median around it
+SIGMAS = 5.0  # least distance from that median, standard deviations of the least noisy camera
+AROUND = 2  # tiles on each side of a tile: 5 x 5 in all
+MORE_PATHS = 10  # paths of the judge, over the largest number that a tile of the rendering may have
 JUDGE_SEED = 77_000
-CONFIRMED = 0.5  # of a tile's luminance that the judge has to have
+CONFIRMED = 0.5  # least luminance by the judge, over that of the rendering, of a confirmed tile
 
 
 class Rendered(NamedTuple):
@@ -32,7 +33,8 @@ class Rendered(NamedTuple):
 
     luminance: Plane  # cd/m2
     instance: Plane
-    sigma: Plane  # of the least noisy camera that looks, cd/m2; infinite where none does
+    # noise of the least noisy camera that sees the tile, cd/m2; infinite where no camera does
+    sigma: Plane
 
 
 def fireflies(width: int = 160, height: int = 90, overrides: str = "") -> list[dict[str, Any]]:
@@ -41,13 +43,13 @@ def fireflies(width: int = 160, height: int = 90, overrides: str = "") -> list[d
     Parameters
     ----------
     width, height : tiles of the rendering.
-    overrides : further settings of the main job, parted by spaces.
+    overrides : further settings of the main job, separated by spaces.
 
     Returns
     -------
-    row with the tiles looked at, those that stand out, those that the judge does not confirm, the
-    judge's paths per tile, and the largest luminance over that of the judge among those that stand
-    out.
+    one row with the number of tiles that a camera sees, of those that stand out, and of those among
+    the latter that the judge does not confirm; the judge's paths per tile; and, over the tiles that
+    stand out, the largest ratio of the rendering's luminance to the judge's.
     """
     size = [f"renderer.width={width}", f"renderer.height={height}"]
     job = job_paths([*size, *overrides.split()])
@@ -71,7 +73,9 @@ def fireflies(width: int = 160, height: int = 90, overrides: str = "") -> list[d
 
 
 def rendered(job: JobPaths) -> tuple[Rendered, npt.NDArray[np.float64]]:
-    """Return a rendering of a job as its cameras need it, and the weights (group,) in it."""
+    """Return a rendering of a job with as many paths as its cameras need, and the weights (group,)
+    of the light groups in it.
+    """
     settings = job.renderer
     rounds = Rounds(job.paths, job.instance, settings.seed, 0, settings.most_samples)
     render_by_need(rounds, job.limit, settings.limit_share())
@@ -84,13 +88,15 @@ def rendered(job: JobPaths) -> tuple[Rendered, npt.NDArray[np.float64]]:
 
 
 def standing_out(one: Rendered) -> npt.NDArray[np.bool_]:
-    """Return the tiles (y, x) that stand out of those of their instance around them."""
+    """Return a mask (y, x) of the tiles that stand out from the tiles of their instance around
+    them.
+    """
     median = median_around(one.luminance, one.instance)
     return (one.luminance > TIMES_MEDIAN * median) & (one.luminance > median + SIGMAS * one.sigma)
 
 
 def median_around(values: Plane, instance: Plane) -> Plane:
-    """Return the median (y, x) of the tiles of the same instance in 5 x 5 around each tile."""
+    """Return the median (y, x) over the tiles of the same instance in 5 x 5 around each tile."""
     rows, columns = values.shape
     side = range(2 * AROUND + 1)
     padded = np.pad(values.astype(float), AROUND, constant_values=np.nan)

@@ -19,7 +19,7 @@ from isethdr_core.scene import Fog, SceneDescription
 with needed("a reference of fog", extra="mitsuba"):
     import mitsuba as mi
 
-FAR_M = 3000.0  # to the sides of the fog's box
+FAR_M = 3000.0  # half width of the box that holds the fog, m
 
 Pictures = Callable[[int, int], npt.NDArray[np.float64]]
 
@@ -27,16 +27,17 @@ Pictures = Callable[[int, int], npt.NDArray[np.float64]]
 def volpath_pictures(
     scene: SceneDescription, view: View, group: str, max_depth: int, top_m: float = FAR_M
 ) -> Pictures:
-    """Return a function of seed and samples: the radiance (y, x) at 550 nm of one light group,
-    without lamps that are seen directly.
+    """Return a function of seed and samples per tile. It returns the radiance (y, x) of one light
+    group at 550 nm, without directly visible lamps.
 
     Parameters
     ----------
     scene : scene with fog.
     view : view of the camera.
     group : light group.
-    max_depth : segments of a path, scattering in fog and on surfaces alike; -1: all.
-    top_m : height of the upper end of the fog, above which the sky begins.
+    max_depth : largest number of segments of a path; scattering in fog and on surfaces both count;
+        -1: no limit.
+    top_m : height of the upper end of the fog, above which the sky begins, m.
     """
     assert scene.fog is not None
     span = 535.0, 575.0
@@ -70,7 +71,7 @@ def volpath_pictures(
 
 
 def medium_of(fog: Fog) -> Any:
-    """Return Mitsuba's homogeneous medium of a fog that is grey."""
+    """Return Mitsuba's homogeneous medium for a grey fog."""
     phase: dict[str, Any] = {"type": "hg", "g": fog.lobes[0].asymmetry}
     below = fog.lobes[0].share
     for lobe in fog.lobes[1:]:

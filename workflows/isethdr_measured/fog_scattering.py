@@ -1,8 +1,8 @@
 """Fog against Mitsuba's `volpath`: light scattered once, and light scattered at any order.
 
 The scene is small: dark ground, a board as large as a person 20 m ahead, two headlamps of the
-camera's car and two of a car that comes from 45 m. By night the lamps light it, by day an even sky
-above the fog.
+camera's car and two of an oncoming car 45 m away. By night the lamps light the scene. By day an
+even sky above the fog does.
 """
 
 from __future__ import annotations
@@ -35,9 +35,9 @@ Plane = npt.NDArray[np.float64]  # (y, x)
 COLUMNS = 16
 ROWS = 9
 BATCHES = 8
-ALL_ORDERS = 24  # segments of a path: more change the light of these scenes by less than the noise
-NEAR_M = 8.0
-FAR_M = 25.0
+ALL_ORDERS = 24  # segments of a path; more change the light of these scenes by less than the noise
+NEAR_M = 8.0  # farthest distance of the region `road_near`
+FAR_M = 25.0  # nearest distance of the region `road_far`
 
 
 def fog_scattering(
@@ -47,14 +47,15 @@ def fog_scattering(
 
     Parameters
     ----------
-    visibilities : m, parted by spaces.
-    samples : per tile and batch of `volpath`; there are eight batches.
+    visibilities : visibilities, m, separated by spaces.
+    samples : samples per tile in each of the eight batches of `volpath`.
     ours : samples per tile of this renderer.
 
     Returns
     -------
-    rows with the radiance of this renderer over that of `volpath`: with paths of two segments
-    (`once`; by night alone), and of all orders (`all`), each with its standard error.
+    rows with visibility_m, light, region, and the radiance of this renderer over that of `volpath`
+    with its standard error, for all orders of scattering (`over_all`), and by night also for paths
+    of two segments (`over_once`).
     """
     rows = []
     for visibility_m in map(float, visibilities.split()):
@@ -96,7 +97,7 @@ def rendered(
     ----------
     scene : scene with fog.
     group : light group.
-    max_depth : segments of a path; -1: all.
+    max_depth : largest number of segments of a path; -1: no limit.
     samples : paths per tile.
     seed : seed of the paths.
     """
@@ -115,9 +116,15 @@ def rendered(
 
 
 def regions_of(scene: SceneDescription, light: str) -> dict[str, npt.NDArray[np.bool_]]:
-    """Return the tiles (y, x) of each region: air, the board, the road nearby and far away.
+    """Return a mask (y, x) of the tiles of each region: air, the board, the road nearby and far
+    away.
 
-    Tiles with a lamp that is seen directly are left out: `volpath` here renders none.
+    Tiles with a directly visible lamp are left out, because `volpath` renders no such lamps here.
+
+    Parameters
+    ----------
+    scene : scene with fog.
+    light : `headlights` or `sky`.
     """
     renderer = MitsubaRenderer(width=COLUMNS, height=ROWS, margin=0.0, samples=1, step_nm=300.0)
     labels = renderer(scene, Demand(labels=frozenset({"instance", "distance"})))
@@ -138,7 +145,7 @@ def regions_of(scene: SceneDescription, light: str) -> dict[str, npt.NDArray[np.
 
 
 def small_scene(light: str) -> SceneDescription:
-    """Return the scene in clear air, by night or by day (`light` sky)."""
+    """Return the scene in clear air: by day if `light` is `sky`, else by night."""
     faces = np.array([[0, 1, 2], [0, 2, 3]])
     upright = np.array([[0.0, 1, -1], [0, -1, -1], [0, -1, 1], [0, 1, 1]])  # faces -x
     level = np.array([[-1.0, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]])

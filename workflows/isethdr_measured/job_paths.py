@@ -1,4 +1,4 @@
-"""Paths of one job whose scene and tables are made once: for studies that render it many times."""
+"""Paths of one job. Its scene and tables are made once, for studies that render it many times."""
 
 from __future__ import annotations
 
@@ -30,20 +30,22 @@ with needed("a study of the renderer", extra="mitsuba"):
     import mitsuba as mi
 
 Array = npt.NDArray[np.float64]
-LAUNCH = 4096  # paths of a tile and launch: float32 sums of more in a lane drift
+LAUNCH = 4096  # most paths of a tile in one launch; longer float32 sums lose precision
 
 
 @dataclass(frozen=True, eq=False)
 class JobPaths:
-    """The scene of a job, ready to follow paths, as `isethdr_mitsuba.frame.render_frame` does.
+    """The scene of a job, ready to follow paths as `isethdr_mitsuba.frame.render_frame` does.
 
     Attributes
     ----------
     renderer : renderer with its settings.
     paths : the integrator, `isethdr_mitsuba.paths.integrator.Paths`.
-    layer : (group, band, tile) light of lamps seen directly, without noise.
-    instance : (row, column) object of each tile.
-    cpu_s : CPU time of the scene and its tables, s.
+    view : the camera's view of the scene.
+    demand : what the cameras need of the rendering.
+    layer : (group, band, tile) radiance of directly visible lamps, which has no noise.
+    instance : (row, column) number of the object in each tile.
+    cpu_s : CPU time to make the scene and its tables, s.
     """
 
     renderer: Any
@@ -64,20 +66,20 @@ class JobPaths:
         return np.einsum("b,gbt->gt", xyz_weights(self.paths.wavelength_nm)[1], radiance)
 
     def limit(self, radiance: Array) -> NoiseLimit:
-        """Return the noise of the cameras for radiance (group, band, tile) without `layer`."""
+        """Return the cameras' noise limits for radiance (group, band, tile) without `layer`."""
         cube = Cube(self.groups, self.paths.wavelength_nm, self.view)
         whole = (radiance + self.layer).reshape(*self.layer.shape[:2], *self.view.shape)
         return self.demand.noise_limit(cube.dataset(whole))
 
     def of_tiles(self, seed: int, tiles: npt.NDArray[np.int64], paths: int) -> Array:
-        """Return radiance (group, band, tile) after a number of paths in whole launches, without
+        """Return radiance (group, band, tile) of some tiles after a number of paths, without
         `layer`.
 
         Parameters
         ----------
         seed : seed of the paths.
         tiles : (tile,) numbers of the tiles, sorted.
-        paths : paths through each tile.
+        paths : number of paths through each tile.
         """
         bands = len(self.paths.wavelength_nm)
         light = np.zeros((len(self.groups), bands, len(tiles)))

@@ -1,5 +1,5 @@
-"""Point spread kernels of the lens against direct sums over the pupil: their wings, and what their
-errors do to the electrons beside a bright lamp.
+"""Point spread kernels of the lens against direct sums over the pupil: errors of their wings, and
+the errors of electrons next to a bright lamp that follow from them.
 
 A direct sum integrates every chord of the pupil along x in closed form, and adds chords, points of
 a tile and wavelengths of a band one by one. It uses no lattice, transform or running sum. The
@@ -25,38 +25,41 @@ PITCH_UM = 3.0
 FOCAL_MM = 6.0
 F_NUMBER = 4.0
 WIDTH_NM = 10.0
-SIDE = 4  # tiles of a patch
-POINTS = 6  # of Gauss's rule from one tile's centre to the next, along each axis
-MORE_WAVELENGTHS = 4  # of Gauss's rule in a band, beside one per speckle that light moves by
-# chords of the pupil; a smaller shape has this least share of them and one that grows with its
-# height, beside so many per period of the outermost light
+SIDE = 4  # width of a patch, tiles
+POINTS = 6  # points of Gauss's rule from one tile's centre to the next, along each axis
+# wavelengths of Gauss's rule in a band, in addition to one for each speckle by which the pattern
+# moves over the band
+MORE_WAVELENGTHS = 4
+# number of chords of a shape: CHORDS times its share, which is LEAST_SHARE plus its height over
+# that of the pupil and at most 1, and MORE_CHORDS more per period of the outermost light over half
+# its height
 CHORDS = 2000
 LEAST_SHARE = 0.05
 MORE_CHORDS = 48
 WINGS_NM = (400.0, 550.0, 700.0)
 WINGS = ((20, 12), (66, 20), (150, 90))  # (x, y) tiles from the axis
 BANDS_NM = np.arange(400.0, 701.0, WIDTH_NM)
-LAMPS = (1e6, 1e7, 1e8)  # times the background
+LAMPS = (1e6, 1e7, 1e8)  # radiance of the lamp over that of the background
 BESIDE = ((20, -12), (66, 20), (120, -50))  # (x, y) tiles from the lamp
 LAMP_COLUMN = 40
-LEVEL = 2.5e-4  # W m-2 sr-1 nm-1 of the background: some hundred electrons in green
+LEVEL = 2.5e-4  # radiance of the background, W m-2 sr-1 nm-1: some hundred electrons in green
 
 
 class Patch(NamedTuple):
-    """`SIDE` x `SIDE` tiles from one on, in a band."""
+    """`SIDE` x `SIDE` tiles of a kernel in one band, given by the first column and row."""
 
-    x: int  # tiles from the axis
-    y: int
+    x: int  # first column, tiles from the axis
+    y: int  # first row, tiles from the axis
     centre_nm: float
 
 
 @dataclass(frozen=True)
 class Pupil:
-    """The pupil of a lens with flares, for direct sums; without phase."""
+    """The pupil of a lens with flares, for direct sums, without phase."""
 
     terms: list[tuple[Any, float]]  # shapes, mm, and their amplitudes
     radius_mm: float
-    distance_mm: float  # to the image
+    distance_mm: float  # distance from the pupil to the image
     energy_mm2: float
     blur_um_per_nm: float  # wavelength x f-number over the wavelength
 
@@ -72,14 +75,16 @@ class Pupil:
         )
 
     def light(self, patch: Patch) -> np.ndarray:
-        """Return the share of the light of the tile on the axis in each tile of a patch, (y, x)."""
+        """Return the share (y, x) of the light of the axial tile that falls on each tile of a
+        patch.
+        """
         outermost_um = (np.hypot(patch.x, patch.y) + SIDE) * PITCH_UM
         turns = outermost_um * WIDTH_NM / patch.centre_nm
         speckles = turns / (self.blur_um_per_nm * patch.centre_nm)
         parts, shares = _gauss(int(np.ceil(speckles)) + MORE_WAVELENGTHS)
         steps, step_shares = _gauss(POINTS)
         at = (np.arange(-1, SIDE)[:, None] + 0.5 + steps).ravel()  # tiles from the first centre
-        # the triangle that two tiles make of a point
+        # weight of a displacement between points of two tiles: a triangle
         triangles = np.maximum(0.0, 1 - np.abs(at - np.arange(SIDE)[:, None]))
         weights = triangles * np.tile(step_shares, SIDE + 1)
         x_um, y_um = ((first + at) * PITCH_UM for first in (patch.x, patch.y))
@@ -110,14 +115,17 @@ class Pupil:
 
 
 def _gauss(count: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return places from -1/2 to 1/2 and their shares, which sum to 1, of Gauss's rule."""
+    """Return the nodes of Gauss's rule from -1/2 to 1/2 and their weights, which sum to 1."""
     places, shares = np.polynomial.legendre.leggauss(count)
     return places / 2, shares / 2
 
 
 def _by_cosine(count: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return `count` places from -1 to 1 and their heights, by Gauss's two places in equal parts of
-    the angle whose cosine they are: chords of a disc, which end in a root, are exact.
+    """Return about `count` nodes from -1 to 1 and their weights.
+
+    The nodes are cosines of angles. The range of angles has equal parts, with the two nodes of
+    Gauss's rule in each. The lengths of a disc's chords go to zero as a square root; this rule
+    integrates them exactly.
     """
     parts = max(count // 2, 1)
     angle = (np.arange(parts)[:, None] + 0.5 + _gauss(2)[0]).ravel() * np.pi / parts
@@ -125,7 +133,7 @@ def _by_cosine(count: int) -> tuple[np.ndarray, np.ndarray]:
 
 
 def optics() -> tuple[Any, tuple[Any, ...]]:
-    """Return the lens and its flares: f/4 behind a dusty hexagon, even over the field."""
+    """Return the lens and its flares: f/4 with a dusty hexagonal aperture, without falloff."""
     fields = {"f_number": F_NUMBER, "focal_length_mm": FOCAL_MM, "falloff": "none"}
     return build("lens", "diffraction_limited", **fields), (build("flare", "aperture"),)
 
@@ -139,8 +147,9 @@ def kernel_wings(rows: int = 180, columns: int = 320) -> list[dict]:
 
     Returns
     -------
-    rows with band_nm, tiles_from_axis, l1_error (relative, of the patch), sum_error (relative) and
-    stated (the error per tile that the kernels state for that octave of distance).
+    rows with band_nm, tiles_from_axis, l1_error (of the patch, relative), sum_error (of the light
+    in the patch, relative) and stated (the error per tile that the kernels state for that octave of
+    distance, relative).
     """
     lens, flares = optics()
     pupil = Pupil.of(lens, flares)
@@ -166,7 +175,8 @@ def kernel_wings(rows: int = 180, columns: int = 320) -> list[dict]:
 
 
 def cut(kernel: Any, x: int, y: int) -> np.ndarray:
-    """Return a patch (y, x) of a kernel whose axis is in its middle; 0 beyond its border.
+    """Return a patch (y, x) of a kernel with its axis in the middle. A patch that is not entirely
+    inside the kernel is 0.
 
     Parameters
     ----------
@@ -182,7 +192,7 @@ def cut(kernel: Any, x: int, y: int) -> np.ndarray:
 
 
 def kernels_beside_lamps(rows: int = 180, columns: int = 320) -> list[dict]:
-    """Return what the errors of kernels do to electrons beside one lamp of one tile.
+    """Return the errors of electrons next to a lamp of one tile that the errors of kernels cause.
 
     Parameters
     ----------
@@ -192,8 +202,9 @@ def kernels_beside_lamps(rows: int = 180, columns: int = 320) -> list[dict]:
     -------
     rows with lamp_to_background, tiles_from_lamp, electrons (of the most sensitive channel, mean),
     largest_error (of a tile and channel below full scale, in standard deviations of the sensor's
-    noise), stated (the same in 99 % of the tiles of the frame, as the plan states it), core_tiles
-    (that are exact) and cpu_s (of the plan; with the first lamp, of all kernels).
+    noise), stated (largest error in 99 % of the tiles of the frame, as the plan states it),
+    core_tiles (radius of the exact core, tiles) and cpu_s (CPU seconds of the plan; with the first
+    lamp they include all kernels).
     """
     lens, flares = optics()
     pupil = Pupil.of(lens, flares)
@@ -226,7 +237,7 @@ def kernels_beside_lamps(rows: int = 180, columns: int = 320) -> list[dict]:
 
 
 def night(rows: int, columns: int, lamp: float) -> Any:
-    """Return mixed radiance: an even background, and a lamp of one tile.
+    """Return mixed radiance of an even background and a lamp of one tile.
 
     Parameters
     ----------
@@ -250,7 +261,7 @@ def _share_of_noise(
     ----------
     made, right : (band, y, x) shares of the lamp's light, by the kernels and by direct sums.
     lamp, gains : (band,) irradiance of the lamp's tile and of the background, over `LEVEL`.
-    response : of the sensor.
+    response : response of the sensor to light.
     """
     counting = response.efficiency(BANDS_NM) * photons_per_energy(BANDS_NM)
     counting = counting * (LEVEL * response.area_exposure_m2_s)  # electrons per irradiance

@@ -1,10 +1,10 @@
 """Merge rules compared over eight decades of light: signal to noise, bias, and whether the reported
 variance is right.
 
-One pixel of the split-pixel sensor is drawn many times at each level, through shot noise, full
-well, read noise and converter, and merged by every rule. Noise whose mean is known (the counts
-before the well, the read noises) is regressed out of the mean, so a bias of 0.1 % is one standard
-error at 1 e with 100 000 draws, where the plain mean shows 0.5 %.
+One pixel of the split-pixel sensor is simulated many times at each level, with shot noise, full
+well, read noise and converter, and merged by every rule. Noise with a known mean (the counts before
+the well, the read noises) is regressed out of the mean. At 1 e with 100 000 realisations, the
+standard error of the bias is then 0.1 %. That of the plain mean is 0.5 %.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from isethdr_core.plugins.registry import build
 if TYPE_CHECKING:
     from isethdr_sensors.sensor_model import SensorModel
 
-# standard deviations around the end of each capture
+# levels around the end of each capture, as standard deviations of shot noise from it
 TOPS_SD = (
     -8,
     -5,
@@ -37,7 +37,7 @@ TOPS_SD = (
     5,
 )
 DEFAULT = "inverse_variance"
-UNBIASED = 1e-3  # of the level
+UNBIASED = 1e-3  # largest bias of a rule that counts as unbiased, relative to the level
 
 
 def merge_rules(draws: int = 100000, seed: int = 1, levels: str = "") -> list[dict]:
@@ -45,17 +45,17 @@ def merge_rules(draws: int = 100000, seed: int = 1, levels: str = "") -> list[di
 
     Parameters
     ----------
-    draws : pixels per level.
+    draws : number of simulated pixels per level.
     seed : seed of the random numbers.
-    levels : electrons of the large photodiode, parted by commas; empty takes eight decades up to
-        the last end, and all ends of captures.
+    levels : levels, electrons of the large photodiode, separated by commas; empty takes levels over
+        eight decades, and levels around the end of every capture.
 
     Returns
     -------
     rows with level_e, rule, snr_db (level over rms error), bias_percent and its standard error,
-    reported_over_true (variance), near_top (within 4 sd below to 3 sd above the end of a capture,
-    where no rule can be good), and check: "", or in the last rows a figure of the default rule
-    beside its limit.
+    reported_over_true (variance), near_top (from 4 sd below to 3 sd above the end of a capture,
+    where no rule can be good), and check, which is empty except in the last rows, where it states a
+    figure of the default rule and its limit.
     """
     model = build("sensor", "split_pixel").model()
     rng = np.random.default_rng(seed)
@@ -77,13 +77,18 @@ def merge_rules(draws: int = 100000, seed: int = 1, levels: str = "") -> list[di
 
 
 def rules() -> dict:
-    """Return the isp's rules and two that only serve comparison."""
+    """Return the isp's rules and two further rules that only serve for comparison."""
     return {**RULES, "own_noise": own_noise, "hard_switch": hard_switch}
 
 
 def own_noise(groups: Any, per_light: np.ndarray) -> Merged:
-    """Return the textbook mean: every read weighted by its own noisy inverse variance, reads taken
-    as independent.
+    """Return the textbook mean: every read is weighted by its own noisy inverse variance, and reads
+    are assumed to be independent.
+
+    Parameters
+    ----------
+    groups : reads of each photodiode, in the order of `shot`.
+    per_light : sensitivity of each photodiode, on the scale of `shot`.
     """
     total = weight = 0.0
     for reads, light in zip(groups, per_light):
@@ -109,7 +114,14 @@ def own_noise(groups: Any, per_light: np.ndarray) -> Merged:
 
 
 def hard_switch(groups: Any, per_light: np.ndarray) -> Merged:
-    """Return the most sensitive charge below its top, best read, without blending."""
+    """Return the best read of the most sensitive photodiode whose charge is below its top, without
+    blending.
+
+    Parameters
+    ----------
+    groups : reads of each photodiode, in the order of `shot`.
+    per_light : sensitivity of each photodiode, on the scale of `shot`.
+    """
     x = v = None
     for reads, light in zip(groups, per_light):
         c = read_charge(reads, light)
@@ -128,7 +140,9 @@ def shot(
 ) -> tuple[list[list[Any]], list[np.ndarray], np.ndarray]:
     """Return (groups, per_light, controls) of many pixels under the same light.
 
-    Controls (draw, control) are the parts of the noise whose mean is known to be 0.
+    `groups` holds the reads of each photodiode, from the least sensitive to the most sensitive one,
+    and `per_light` the fill factor of each. `controls` (draw, control) are the parts of the noise
+    with a known mean of 0.
 
     Parameters
     ----------
@@ -174,8 +188,8 @@ def shot(
 
 
 def judged(merged: Any, controls: Any, level_e: float) -> dict:
-    """Return signal to noise, bias with its standard error, and reported over true variance of one
-    merged level.
+    """Return signal to noise, bias with its standard error, and the ratio of reported to true
+    variance, of one merged level.
 
     Parameters
     ----------
@@ -201,7 +215,7 @@ def judged(merged: Any, controls: Any, level_e: float) -> dict:
 
 
 def ends_e(model: SensorModel) -> list[float]:
-    """Return where each capture ends, in electrons of the large photodiode."""
+    """Return the highest level of each capture, in electrons of the large photodiode."""
     largest = max(d.fill_factor for d in model.photodiodes)
     return [
         min(r.swing_e, model.diode_of(r).full_well_e) * largest / model.diode_of(r).fill_factor
@@ -224,8 +238,8 @@ def near_top(model: SensorModel, level_e: float) -> bool:
 
 
 def default_levels(model: SensorModel) -> list[float]:
-    """Return levels over eight decades, four a decade, and those around the end of every
-    capture.
+    """Return levels over eight decades, four per decade, and levels around the end of every
+    capture, in electrons of the large photodiode.
     """
     around = [end + k * sd for end, sd in zip(ends_e(model), ends_sd(model)) for k in TOPS_SD]
     return sorted({*np.geomspace(7e-3, 7e5, 33).round(6), *np.round(around, 1)})
@@ -235,10 +249,15 @@ def required_figures(rows: Sequence[dict[str, Any]], model: SensorModel) -> list
     """Return rows that test the requirements on the default rule, from 1 e to 4 sd below the end of
     the small photodiode.
 
-    The rows are its worst bias (beyond two standard errors), its worst reported variance, and the
-    rule with the largest advantage over it: among the rules that are unbiased at every level, and,
-    more strictly, among all rules at levels where they are unbiased, away from the ends of
-    captures.
+    The rows are its worst bias (beyond two standard errors), its worst reported variance, and two
+    rules with the largest advantage over it. The first is the best of the rules that are unbiased
+    at every level. The second, a stricter test, is the best of all rules at levels where they are
+    unbiased, away from the ends of captures.
+
+    Parameters
+    ----------
+    rows : rows of all levels and rules, as `merge_rules` makes them.
+    model : split-pixel sensor.
     """
     end, sd = max(zip(ends_e(model), ends_sd(model)))
     usual_levels = [r for r in rows if 1 <= r["level_e"] <= end - 4 * sd]
@@ -293,7 +312,13 @@ def required_figures(rows: Sequence[dict[str, Any]], model: SensorModel) -> list
 
 
 def verdict(rows: Sequence[dict[str, Any]], model: SensorModel) -> dict:
-    """Return the worst figures of the default rule as numbers."""
+    """Return the worst figures of the default rule as numbers.
+
+    Parameters
+    ----------
+    rows : rows of all levels and rules, as `merge_rules` makes them.
+    model : split-pixel sensor.
+    """
     bias, variance, fair, beaten = required_figures(rows, model)
     ours = next(r for r in rows if r["rule"] == DEFAULT and r["level_e"] == beaten["level_e"])
     return {
@@ -305,5 +330,5 @@ def verdict(rows: Sequence[dict[str, Any]], model: SensorModel) -> dict:
 
 
 def _bias(row: Any) -> float:
-    """Return the part of a row's bias that two standard errors do not explain, relative."""
+    """Return the part of a row's bias beyond two standard errors, relative to the level."""
     return max(abs(row["bias_percent"]) - 2 * row["bias_error_percent"], 0.0) / 100

@@ -1,7 +1,7 @@
-"""Cost of `isp=network`: seconds a megapixel and memory of an untrained network, by size of tile.
+"""Cost of `isp=network`: seconds per megapixel and memory of an untrained network, by size of tile.
 
-The network is a stand-in: a U of plain 3 x 3 convolutions on packed cells, with random weights. Its
-picture means nothing, and no score is taken.
+The network is a stand-in: a U-shaped network of plain 3 x 3 convolutions on packed cells, with
+random weights. Its picture means nothing, and no score is computed.
 """
 
 from __future__ import annotations
@@ -27,9 +27,9 @@ MEGA = 1e6
 
 
 def network_cost(rows: int = 540, columns: int = 960, width: int = WIDTH) -> list[dict]:
-    """Return the CPU seconds a megapixel and the peak memory of isps on a Bayer capture.
+    """Return the CPU seconds per megapixel and the peak memory of isps on a Bayer capture.
 
-    Each isp has a process of its own, so that no memory is left over from another one.
+    Each isp has a process of its own, so that no memory is left over from another isp.
 
     Parameters
     ----------
@@ -77,7 +77,13 @@ def _shot(rows: int, columns: int) -> Any:
 
 
 def write_stand_in(path: Path, width: int) -> int:
-    """Write an untrained network of the contract for Bayer arrays; return its parameters.
+    """Write an untrained network with the contract for Bayer arrays; return the number of its
+    weights.
+
+    Parameters
+    ----------
+    path : file of the network.
+    width : channels of the network's first level.
 
     Raises
     ------
@@ -112,7 +118,7 @@ def write_stand_in(path: Path, width: int) -> int:
 
 
 class _Graph:
-    """The nodes and weights of a U of residual blocks of two 3 x 3 convolutions."""
+    """The nodes and weights of a U-shaped network of residual blocks of two 3 x 3 convolutions."""
 
     def __init__(self, helper: Any, width: int) -> None:
         self.helper = helper

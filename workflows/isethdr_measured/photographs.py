@@ -1,8 +1,8 @@
-"""How unlike photographs rendered streets are: the histogram of log luminance, the slope of the
-amplitude spectrum, and the differences of neighbouring tiles.
+"""Differences between rendered streets and photographs: the histogram of log luminance, the slope
+of the amplitude spectrum, and the differences of neighbouring tiles.
 
-The statistics are those of the literature on natural images, taken of the luminance of rendered
-radiance, before any lens or camera.
+The statistics are those of the literature on natural images. They are computed from the luminance
+of rendered radiance, before any lens or camera.
 
 References
 ----------
@@ -29,21 +29,22 @@ from isethdr_core.pipeline.chain import chain
 from isethdr_core.runs.rendering import render
 
 Array = npt.NDArray[np.float64]
-SLOPES = (-1.5, -0.8)  # of single photographs, Tolhurst et al. 1992
-NORMAL_KURTOSIS = 3.0  # of a normal distribution; that of photographs is higher
-LOWEST_CYCLES = 3.0  # per height of the picture: below, the window decides
-HIGHEST_CYCLES = 0.4  # per tile: above, corners and aliasing decide
-RINGS = 12  # of equal width in log frequency
+SLOPES = (-1.5, -0.8)  # range of slopes of single photographs, Tolhurst et al. 1992
+NORMAL_KURTOSIS = 3.0  # kurtosis of a normal distribution; that of photographs is higher
+LOWEST_CYCLES = 3.0  # cycles per height of the picture; below, the window changes the spectrum
+HIGHEST_CYCLES = 0.4  # cycles per tile; above, corners and aliasing change the spectrum
+RINGS = 12  # number of rings of frequency, of equal width in log frequency
 
 
 class Statistics(NamedTuple):
     """Statistics of one picture."""
 
     spread_decades: float  # standard deviation of log10 luminance
-    skew: float  # of log luminance
-    slope: float  # of the amplitude spectrum of luminance, log-log
-    log_slope: float  # the same of log luminance
-    kurtosis: float  # of differences of log luminance between neighbours across; 3 if normal
+    skew: float  # skewness of log luminance
+    slope: float  # slope of the amplitude spectrum of luminance on log-log axes
+    log_slope: float  # the same slope for log luminance
+    # kurtosis of differences of log luminance between neighbours along x; 3 if normal
+    kurtosis: float
 
 
 def photographs(
@@ -61,12 +62,12 @@ def photographs(
     lightings : configs of lighting, separated by commas.
     width : tiles across; the height is 9/16 of it.
     samples : paths per tile and light group.
-    seed : of the streets.
+    seed : seed of the streets.
 
     Returns
     -------
     rows with road, lighting and the fields of `Statistics`; `slope_seen` and `kurtosis_seen` say
-    whether photographs have such a slope and such a kurtosis, by the literature above.
+    whether the slope and the kurtosis occur in photographs according to the literature above.
     """
     rows = []
     for road in roads.split(","):
@@ -132,8 +133,8 @@ def statistics(picture: Array) -> Statistics:
 def amplitude_slope(picture: Array) -> float:
     """Return the slope of the amplitude spectrum over frequency on log-log axes.
 
-    The amplitude is the mean over all orientations in rings of equal width in log frequency; the
-    line through the rings is that of least squares. A Hann window avoids the jump at the borders.
+    The amplitude is the mean over all orientations in rings of equal width in log frequency. A line
+    is fitted to the rings by least squares. A Hann window avoids the jump at the borders.
 
     Parameters
     ----------

@@ -14,7 +14,7 @@ from .sensor import AcmeNano
 
 @hookimpl
 def isethdr_components():
-    """Return what Acme offers."""
+    """Return Acme's components."""
     return [
         Component("lens", "acme_plastic", AcmePlastic),
         Component("sensor", "acme_nano", AcmeNano),

@@ -1,4 +1,4 @@
-"""A lens without blur whose plastic takes a share of the light."""
+"""A lens without blur. Its plastic absorbs a share of the light."""
 
 from __future__ import annotations
 

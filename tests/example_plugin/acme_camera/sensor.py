@@ -86,8 +86,8 @@ class AcmeNano:
         )
 
     def _mean(self, light):
-        """Return (mean electrons (capture, y, x), filter index (y, x), quantum efficiency (channel,
-        wavelength)).
+        """Return mean electrons (capture, y, x), filter index (y, x) and quantum efficiency
+        (channel, wavelength).
         """
         import numpy as np
         import xarray as xr
@@ -97,7 +97,7 @@ class AcmeNano:
         from isethdr_core.physics.radiometry import band_widths_nm, photons_from_energy
         from isethdr_core.physics.resampling.area import integrate_tiles
 
-        light = time_mean(light)  # one row of this sensor sees many periods of any lamp
+        light = time_mean(light)  # each row of this sensor integrates many periods of any lamp
         quantities.check_irradiance(light)
         pitch = self.pitch_um * 1e-6
         nm = light.wavelength.values

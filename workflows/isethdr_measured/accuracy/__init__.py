@@ -1,25 +1,25 @@
-"""Accuracy: error against run time and memory of every stage that can be made cheaper or better.
+"""Accuracy: error against run time and memory of every stage with an accuracy setting.
 
 | file         | what is varied                                                    |
 |--------------|-------------------------------------------------------------------|
 | `point`      | one setting measured, and which settings no other beats           |
 | `diagram`    | the picture of one stage: error against seconds                   |
-| `changed`    | a setting that users need not know, for the time of a measurement |
+| `changed`    | changes an internal setting during a measurement                  |
 | `transport`  | paths per tile of the renderer, per light group                   |
-| `bands`      | bands that light is carried in                                    |
+| `bands`      | width of the spectral bands                                       |
 | `stored`     | mantissa bits kept in a store                                     |
 | `denoise`    | the denoising preview in place of more paths                      |
-| `psf`        | sub-bands of a point spread, and how far it reaches               |
-| `field`      | places of the field at which a point spread is made               |
-| `ghosts`     | pairs of surfaces and rays that ghosts are drawn from             |
-| `ghosts_by_chance` | its reference: photons of chance                            |
+| `psf`        | sub-bands of a point spread, and the size of its exact core       |
+| `field`      | field points at which a point spread is computed                  |
+| `ghosts`     | pairs of surfaces that are traced, and rays across a beam         |
+| `ghosts_by_chance` | the reference of `ghosts`: random photons                   |
 | `basis`      | functionals of the spectrum in place of bands                     |
 | `aberrated`  | the same through a pupil with a wavefront                         |
-| `convolve`   | ways to convolve twelve decades of light                          |
+| `convolve`   | methods of convolution, with lamps 1e8 times the background       |
 | `dynamics`   | integrators of a pixel that overflows                             |
-| `demosaic`   | ways to fill in missing colours                                   |
+| `demosaic`   | demosaic methods                                                  |
 | `merge`      | rules that merge captures                                         |
-| `metrics`    | how many pairs and draws a score is taken from                    |
+| `metrics`    | number of noise realisations that a score is averaged over        |
 """
 
 from __future__ import annotations
@@ -52,21 +52,21 @@ STAGES = (
 
 
 def accuracy(stage: str = "", pictures: str = "", reference: int = 0) -> list[dict]:
-    """Measure error against seconds and memory for every stage with an accuracy knob: one
+    """Measure error against seconds and memory for every stage with an accuracy setting, as one
     work-precision diagram each.
 
     Parameters
     ----------
-    stage : one stage alone; empty takes all.
-    reference : points per tile of the reference of the stage `psf`, the one that can outgrow
-        memory; 0 takes its own.
+    stage : name of one stage; empty takes all.
+    reference : points per tile and axis of the reference of the stage `psf`, the only reference
+        that can outgrow memory; 0 takes the default.
     pictures : folder for the diagrams; empty draws none.
 
     Returns
     -------
-    rows with stage, setting, error and what it is one of, CPU seconds, peak memory above the start
-    (MB), mark (`default`, `peer`), front (no other setting is both better and cheaper), the
-    reference and the reference's own error.
+    rows with stage, setting, error and the quantity that it is an error of, CPU seconds, peak
+    memory above the start (MB), mark (`default`, `peer`), front (no other setting is both better
+    and cheaper), the reference and the reference's own error.
 
     Raises
     ------

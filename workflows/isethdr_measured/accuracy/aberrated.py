@@ -1,5 +1,5 @@
-"""Functionals of the spectrum in place of bands, through a pupil with a wavefront: kernels are no
-mirror images of themselves.
+"""Functionals of the spectrum in place of bands, through a pupil with a wavefront. The kernels of
+such a lens have no mirror symmetry.
 """
 
 from __future__ import annotations
@@ -10,9 +10,9 @@ from isethdr_core.plugins.registry import build
 
 from .basis import against_bands
 
-# tiles; so slow that the exact core of a kernel reaches over all of them
+# (rows, columns) tiles of the scene
 SHAPE = (135, 240)
-F_NUMBER = 16.0
+F_NUMBER = 16.0  # so large that the exact core of a kernel covers the whole scene
 ZERNIKE_UM = {4: 0.05, 5: 0.03, 8: 0.03, 12: 0.03}  # as the preset wavefront_automotive
 
 

@@ -1,4 +1,4 @@
-"""Bands that light is carried in, against bands a fifth as wide, in electrons of a camera."""
+"""Width of the spectral bands: electrons of a camera, compared with those from bands of 2 nm."""
 
 from __future__ import annotations
 
@@ -21,8 +21,8 @@ SAMPLES = 64
 
 
 def measured() -> list[Work]:
-    """Return one diagram: median relative error of a pixel's electrons, same random paths in all
-    bands; seconds are those of the paths.
+    """Return one diagram: median relative error of a pixel's electrons. All band widths use the
+    same random paths. Seconds are those of the paths.
     """
     scene = build("scene", "night_drive")()
     default = build("renderer", "mitsuba").step_nm
@@ -45,7 +45,7 @@ def measured() -> list[Work]:
                 "default" if step == default else "",
             )
         )
-    # smooth spectra: as the square of the width
+    # for smooth spectra, the error is proportional to the square of the width
     own_error = points[0].error * (FINE_NM / STEPS_NM[0]) ** 2
     return [
         Work(
@@ -59,8 +59,8 @@ def measured() -> list[Work]:
 
 
 def electrons(scene: xr.Dataset) -> np.ndarray:
-    """Return mean electrons of a camera whose lens neither blurs nor vignettes, all groups with
-    weight 1.
+    """Return mean electrons (y, x) of a camera with a lens that neither blurs nor vignettes. All
+    light groups have the weight 1.
     """
     mixed = build(
         "lighting", "weights", weights=dict.fromkeys(map(str, scene.light_group.values), 1.0)

@@ -24,15 +24,13 @@ if TYPE_CHECKING:
 
     from isethdr_core.plugins.protocols import Flare, Lens
 
-# of the frame; of a tile, tangents
-SHAPE = (48, 64)
-TILE = 0.0005
+SHAPE = (48, 64)  # (rows, columns) tiles of the frame
+TILE = 0.0005  # width of a tile, tangents of the field angle
 BANDS_NM = np.arange(400.0, 701.0, 10.0)
-ALLOWED = (1.0, 0.1, 0.01)  # of the noise
-# radiance, W m-2 sr-1 nm-1; times the road
-ROAD = 4e-6
-LAMP = 1e8
-PIXELS = 200  # at which sums are taken
+ALLOWED = (1.0, 0.1, 0.01)  # errors allowed, standard deviations of the noise
+ROAD = 4e-6  # radiance of the road, W m-2 sr-1 nm-1
+LAMP = 1e8  # radiance of the lamps over that of the road
+PIXELS = 200  # number of tiles at which long double sums are taken
 
 
 def measured() -> list[Work]:
@@ -50,8 +48,8 @@ def measured() -> list[Work]:
 
 
 def against_bands(stage: str, lens: Lens, flares: Sequence[Flare], shape: tuple[int, int]) -> Work:
-    """Return the diagram of a lens with flares: functionals for the noise allowed, and the
-    computation band by band. Kernels are computed before.
+    """Return the diagram of a lens with flares: functionals for several errors allowed, and the
+    computation band by band. The kernels are computed in advance and not timed.
 
     Parameters
     ----------
@@ -116,8 +114,8 @@ def night(shape: tuple[int, int]) -> xr.DataArray:
 
 
 def counting(response: np.ndarray) -> Any:
-    """Return electrons (channel, band) per W m-2 nm-1 in one exposure of the most sensitive
-    photodiode.
+    """Return electrons (channel, band) of the most sensitive photodiode in one exposure, per W m-2
+    nm-1 of irradiance.
     """
     return (
         response.efficiency(BANDS_NM) * photons_per_energy(BANDS_NM) * response.area_exposure_m2_s
@@ -168,7 +166,7 @@ def worst(
     Parameters
     ----------
     light : ([channel or wavelength], y, x) photocurrent or irradiance on the sensor plane.
-    rows, columns : (tile,) positions of the tiles that are compared.
+    rows, columns : (tile,) row and column numbers of the compared tiles.
     truth : (channel, tile) electrons of the reference.
     noise : (channel, tile) standard deviation of the sensor's noise, electrons.
     response : response of the sensor to light.

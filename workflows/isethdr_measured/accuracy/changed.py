@@ -1,4 +1,4 @@
-"""Change internal settings, which users need not know, during a measurement."""
+"""Change internal settings, which are not part of the public interface, during a measurement."""
 
 from __future__ import annotations
 
@@ -9,7 +9,13 @@ from typing import Any
 
 @contextmanager
 def changed(module: Any, **values: Any) -> Iterator[Any]:
-    """Set names of a module to other values within the block."""
+    """Set attributes of a module to other values within the block.
+
+    Parameters
+    ----------
+    module : module that is changed.
+    values : new values, by the name of the attribute.
+    """
     original = {name: getattr(module, name) for name in values}
     try:
         for name, value in values.items():

@@ -1,4 +1,4 @@
-"""Ways to convolve light of many decades, against long double sums."""
+"""Convolution methods for light over many decades, against long double sums."""
 
 from __future__ import annotations
 
@@ -14,18 +14,19 @@ from isethdr_core.physics.convolution import convolve
 from ..convolution_methods import METHODS, direct, frame, prepare
 
 SHAPE = (270, 480)
-# relative: from far below to what 0.1 and 1 of the noise of 25 000 electrons are
+# relative errors allowed; the last two are 0.1 and 1 standard deviation of the shot noise of
+# 25 000 electrons, the first is far below
 ALLOWED = (
     1e-5,
     6e-4,
     6e-3,
 )
-RATIO = 1e8  # lamp over background: a headlight beside a dark road
+RATIO = 1e8  # lamp over background, as for a headlight next to a dark road
 
 
 def measured() -> list[Work]:
-    """Return one diagram: largest relative error of a sampled pixel beside lamps, kernels
-    prepared.
+    """Return one diagram: largest relative error of the sampled pixels of a frame with lamps. The
+    kernels are prepared in advance and not timed.
     """
     psf = skirt(SHAPE)
     prepared = prepare(psf, SHAPE)
@@ -68,15 +69,15 @@ def measured() -> list[Work]:
 
 
 def skirt(shape: tuple[int, int]) -> np.ndarray:
-    """Return a kernel that reaches over the whole frame and falls with the cube of the distance."""
+    """Return a kernel as large as the whole frame that falls with the cube of the distance."""
     y, x = (np.arange(1 - n, n) for n in shape)
     psf = (1 + np.hypot(y[:, None], x)) ** -3.0
     return psf / psf.sum()
 
 
 def circular(psf: np.ndarray, dtype: Any) -> Callable[..., Any]:
-    """Return the common rule: the kernel cut to the frame, one transform of the frame's own size,
-    light wrapped around.
+    """Return the common method: the kernel is cut to the frame, and one transform of the frame's
+    own size wraps light around the borders.
     """
     ny, nx = SHAPE
     cy, cx = (n // 2 for n in psf.shape)

@@ -1,4 +1,4 @@
-"""Ways to fill in missing colours, against the true picture."""
+"""Demosaic methods, against the reference picture."""
 
 from __future__ import annotations
 
@@ -18,15 +18,15 @@ BORDER = 8
 
 
 def measured() -> list[Work]:
-    """Return one diagram per filter array: rms error of luminance over its mean, on stripes that
-    grow finer, 100 cd/m2.
+    """Return one diagram per filter array: rms error of luminance over its mean, on stripes of 100
+    cd/m2 that grow finer from left to right.
     """
     return [array(cfa, methods) for cfa, methods in ARRAYS.items()]
 
 
 def array(cfa: str, methods: Sequence[str]) -> Work:
-    """Return the diagram of one filter array; the truth is the same camera's without noise and with
-    every colour in every pixel.
+    """Return the diagram of one filter array. The reference is the picture of the same camera
+    without noise and with every colour in every pixel.
     """
     rows, columns = SIZE
     mixed = radiance("stripes", 100.0, rows, columns)

@@ -1,4 +1,6 @@
-"""The denoising preview against more paths, by a long rendering with other random numbers."""
+"""The denoising preview compared with more paths. The reference is a long rendering with other
+random numbers.
+"""
 
 from __future__ import annotations
 
@@ -17,8 +19,8 @@ if TYPE_CHECKING:
 
 
 def measured() -> list[Work]:
-    """Return one diagram per light group: error of a tile's luminance with and without denoising;
-    seconds of paths and denoising of all groups.
+    """Return one diagram per light group: error of a tile's luminance with and without denoising.
+    Seconds are those of the paths of the group and of the denoising of all groups.
     """
     long, own_errors, short = rendered()
     filters = {"plain": tristimulus, "clean": denoised, "peers": common_rule}
@@ -29,7 +31,8 @@ def measured() -> list[Work]:
             looks, more_s, more_mb = timed(
                 lambda rendered_picture=rendering, way=noise_filter: way(rendered_picture)
             )
-            more_s = 0.0 if name == "plain" else more_s  # that is what every view takes
+            # every view needs the tristimulus values, so plain views cost nothing more
+            more_s = 0.0 if name == "plain" else more_s
             for group, look, true, source in zip(own_errors, looks, truth, long.source_seen.values):
                 points_of[name].setdefault(group, []).append(
                     (
@@ -52,8 +55,8 @@ def measured() -> list[Work]:
 
 
 def points(plain: Any, clean: Any, peers: Any) -> list[Point]:
-    """Return the points of one group. Denoised points state the number of paths without denoising
-    that would give the same error; None: no such number.
+    """Return the points of one group. The name of a denoised point states the number of paths
+    without denoising that would give the same error.
 
     Parameters
     ----------
@@ -74,8 +77,13 @@ def points(plain: Any, clean: Any, peers: Any) -> list[Point]:
 
 
 def as_paths(error: float, plain: Any) -> str:
-    """Return the number of paths without denoising that have an error, by linear interpolation
+    """Return the number of paths without denoising that gives an error, by linear interpolation
     between logarithms, without extrapolation.
+
+    Parameters
+    ----------
+    error : error with denoising.
+    plain : [(paths per tile, error, CPU s, peak MB)] without denoising.
     """
     paths, errors = (np.array(v, float) for v in zip(*((n, e) for n, e, *_ in plain if n)))
     order = np.argsort(errors)
@@ -85,8 +93,8 @@ def as_paths(error: float, plain: Any) -> str:
 
 
 def common_rule(scene: xr.Dataset) -> np.ndarray:
-    """Return X, Y, Z (light_group, 3, y, x) by non-local means of a picture's logarithm, one noise
-    for all of it (scikit-image).
+    """Return X, Y, Z (light_group, 3, y, x) after non-local means of the logarithm (scikit-image),
+    with one noise level for the whole picture.
     """
     with needed("non-local means", extra="mitsuba"):
         from skimage.restoration import denoise_nl_means
@@ -95,7 +103,7 @@ def common_rule(scene: xr.Dataset) -> np.ndarray:
     for xyz in tristimulus(scene):
         black = max(float(xyz[1].mean()), 1e-30) * 1e-3
         log = np.moveaxis(np.log(xyz + black), 0, -1)
-        # of neighbours, were there nothing but noise
+        # noise that would explain all differences between neighbours
         sigma = float(np.median(np.abs(np.diff(log, axis=1)))) * 1.4826 / np.sqrt(2)
         soft = (
             denoise_nl_means(

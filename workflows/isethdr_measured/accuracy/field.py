@@ -21,22 +21,22 @@ if TYPE_CHECKING:
 
     from isethdr_core.plugins.protocols import Lens
 
-SHAPE = (21, 29)  # tiles; so few that the exact core of a kernel reaches over all of them
-PITCH = 0.0015  # tangents: 6 um of a 4 mm lens
+SHAPE = (21, 29)  # tiles; so few that the exact core of a kernel covers all of them
+PITCH = 0.0015  # width of a tile, tangents of the field angle: 6 um behind a lens of 4 mm
 BAND_NM = 550.0
-# coma and astigmatism that grow with the field angle, degrees
+# {field angle, degrees: {Zernike term: um}}: coma and astigmatism that grow with the field angle
 FIELD_ZERNIKE_UM = {
     0: {},
     2: {8: 0.16, 5: 0.08},
 }
 RINGS = (0, 1, 2, 3, 4, 6)
-PATCHES = (2, 4)  # rings of places whose point spreads are each taken for a patch around
-DECADES = 3.0  # of light, evenly spread, so that every part of the field counts
+PATCHES = (2, 4)  # numbers of rings, where each tile takes the point spread of the nearest place
+DECADES = 3.0  # range of the light, evenly spread over the field so that every part of it counts
 
 
 def measured() -> list[Work]:
-    """Return one diagram: error of an image over the rings of field points, with kernels computed
-    anew each time.
+    """Return one diagram: error of an image for several numbers of rings of field points. Kernels
+    are computed anew each time.
     """
     lens = WavefrontLens(field_zernike_um=FIELD_ZERNIKE_UM, falloff="none")
     mixed = night()
@@ -72,15 +72,15 @@ def measured() -> list[Work]:
 
 
 def night() -> xr.DataArray:
-    """Return mixed radiance of one band, tiles of chance over `DECADES`."""
+    """Return mixed radiance of one band. Its tiles are random over `DECADES`."""
     light = 10.0 ** (DECADES * np.random.default_rng(0).random((1, *SHAPE)))
     y, x = (quantities.centres(n, n * PITCH) for n in SHAPE)
     return quantities.plane(light, [BAND_NM], x, y, quantities.RADIANCE)
 
 
 def one_per_tile(lens: Lens, mixed: xr.DataArray) -> np.ndarray:
-    """Return irradiance (y, x): every tile's light spread by the kernel of its own wavefront,
-    summed tile by tile.
+    """Return irradiance (y, x), summed tile by tile. The light of every tile is spread by the
+    kernel of its own wavefront.
     """
     x = mixed.x.values
     y = mixed.y.values
@@ -115,7 +115,7 @@ def one_per_tile(lens: Lens, mixed: xr.DataArray) -> np.ndarray:
 
 
 def anew(lens: Lens, mixed: xr.DataArray) -> np.ndarray:
-    """Return irradiance (y, x) with no kernel known before."""
+    """Return irradiance (y, x), with all kernels computed anew."""
     kernels.forget()
     return lens(mixed).values[0].astype(float)
 
@@ -126,7 +126,7 @@ def nearest(field_point: Any, step: float, x: np.ndarray, y: np.ndarray) -> np.n
     Parameters
     ----------
     field_point : point of the polar grid.
-    step : distance of the rings of the grid, tangents of the field angle.
+    step : distance between the rings of the grid, tangents of the field angle.
     x, y : (x,) and (y,) tile centres, tangents of the field angle.
     """
     u = np.asarray(x, float)[None, :]

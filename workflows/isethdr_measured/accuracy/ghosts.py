@@ -1,4 +1,4 @@
-"""Ghosts of a lamp: pairs of surfaces kept, and rays across a beam, against photons of chance."""
+"""Ghosts of a lamp: number of surface pairs and of rays across a beam, against random photons."""
 
 from __future__ import annotations
 
@@ -21,29 +21,27 @@ if TYPE_CHECKING:
 
     from isethdr_core.plugins.protocols import Flare, Lens
 
-# bare glass: ghosts at their worst
+# uncoated glass, which makes the strongest ghosts
 PRESCRIPTION = "cooke_triplet"
 F_NUMBER = 6.0
 FOCAL_MM = 50.0
 COATING = "none"
-# of the frame, tangents, and where its lamp is: 6.2 degrees off the axis
-TILES = 96
-PITCH = 0.008
-COLUMN = 61
-BLOCK = 8  # tiles: light of so many by so many is compared
+TILES = 96  # number of tiles along each axis of the frame
+PITCH = 0.008  # width of a tile, tangents of the field angle
+COLUMN = 61  # column of the lamp, 6.2 degrees off the axis
+BLOCK = 8  # width of the blocks of tiles in which light is compared, tiles
 BAND_NM = 550.0
 RADIANCE = 1e3
-ALLOWED = (0.1, 0.03, 0.01, 0.001)  # share of the scene's light that pairs left out may sum to
+ALLOWED = (0.1, 0.03, 0.01, 0.001)  # largest share of the scene's light in omitted pairs
 NODES = (4, 8, 16, 32)  # rays across a beam
-# a pair and batch
-PHOTONS = 2**14
+PHOTONS = 2**14  # photons per pair of surfaces and batch
 BATCHES = 8
-DOTS = 4000  # of a disc drawn from matrices
+DOTS = 4000  # number of points that make up a disc of the matrix method
 
 
 def measured() -> list[Work]:
-    """Return two diagrams: error of ghosts in blocks of tiles, over the pairs kept and over the
-    rays across a beam.
+    """Return two diagrams: error of ghosts in blocks of tiles, for several numbers of surface pairs
+    and of rays across a beam.
     """
     lens = IdealLens(f_number=F_NUMBER, focal_length_mm=FOCAL_MM)
     mixed = lamp()
@@ -106,7 +104,7 @@ def largest(mixed: xr.DataArray) -> float:
 
 
 def anew(flare: Flare, lens: Lens, mixed: xr.DataArray) -> Any:
-    """Return the ghosts' irradiance (y, x) with no ray known before.
+    """Return the ghosts' irradiance (y, x), with all rays traced anew.
 
     Parameters
     ----------
@@ -126,8 +124,8 @@ def blocks(light: xr.DataArray) -> np.ndarray:
 
 
 def by_chance(flare: Flare, lens: Lens, mixed: xr.DataArray) -> tuple[float, Any, Any]:
-    """Return the power of the lamp's image, and of its ghosts per block with the standard error, W
-    nm-1.
+    """Return the power of the lamp's image, the power of its ghosts in each block (y, x), and the
+    standard error of the latter, W nm-1, from random photons.
 
     Parameters
     ----------
@@ -137,10 +135,11 @@ def by_chance(flare: Flare, lens: Lens, mixed: xr.DataArray) -> tuple[float, Any
     """
     x = float(mixed.x[COLUMN])
     y = float(mixed.y[TILES // 2])
-    per_m2 = RADIANCE * PITCH**2 * (1 + x**2 + y**2) ** -2  # through a plane across the axis
+    # irradiance on a plane across the axis, W m-2 nm-1
+    per_m2 = RADIANCE * PITCH**2 * (1 + x**2 + y**2) ** -2
     edges = np.arange(-TILES // 2, TILES // 2 + 1, BLOCK) * PITCH * FOCAL_MM
-    # the lamp's row is half a tile off the middle, 0.3 % of the frame: turned by that little about
-    # the axis
+    # the lamp's row is half a tile off the middle, 0.5 % of the frame. The photons come from a lamp
+    # on the x axis instead, which turns their ghosts about the axis by that little.
     mean, error = flux_by_chance(
         flare.of_lens(lens), float(np.hypot(x, y)), BAND_NM, edges, Photons(PHOTONS, BATCHES)
     )
@@ -152,8 +151,8 @@ def by_chance(flare: Flare, lens: Lens, mixed: xr.DataArray) -> tuple[float, Any
 
 
 def discs(flare: Flare, lens: Lens, mixed: xr.DataArray, image_w: float) -> np.ndarray:
-    """Return irradiance (y, x) of ghosts as uniform discs, with position and size from first-order
-    optics (Lee and Eisemann 2013).
+    """Return irradiance (y, x) of ghosts drawn as uniform discs. Their positions and sizes come
+    from first-order optics (Lee and Eisemann 2013).
 
     Parameters
     ----------
@@ -165,7 +164,7 @@ def discs(flare: Flare, lens: Lens, mixed: xr.DataArray, image_w: float) -> np.n
     ghost_flare._ranked.cache_clear()
     traced, _ = flare.pairs(lens, [BAND_NM], largest(mixed))
     k = np.arange(DOTS)
-    # a sunflower's seeds
+    # points on a spiral with the golden angle cover a disc evenly
     radius = np.sqrt((k + 0.5) / DOTS)
     turn = k * np.pi * (3 - np.sqrt(5))
     edges = np.arange(-TILES // 2, TILES // 2 + 1) * PITCH * FOCAL_MM

@@ -2,8 +2,8 @@
 prescription.
 
 Parallel light falls on the front at random points, and every pair of surfaces is traced separately.
-Intersections with spheres are computed from their centres, and light is split by Fresnel's sines
-and tangents of angles (1823) for bare surfaces.
+Intersections with spheres are computed from their centres. At uncoated surfaces, light is split by
+Fresnel's formulas in sines and tangents of the angles (1823).
 """
 
 from __future__ import annotations
@@ -19,12 +19,13 @@ if TYPE_CHECKING:
 
     from isethdr_core.plugins.protocols import Lens
 
-MORE = 1.15  # start disc over the first surface: oblique light crosses its plane displaced
+# radius of the start disc over that of the first surface; oblique light crosses its plane displaced
+MORE = 1.15
 
 
 @dataclass(frozen=True)
 class Photons:
-    """How many photons are followed."""
+    """Number of photons that are followed."""
 
     count: int  # per pair of surfaces and batch
     batches: int  # their spread gives the error
@@ -42,8 +43,8 @@ def flux_by_chance(
         surface is the sensor, which does not reflect.
     tangent : tangent of the lamp's field angle, along x.
     wavelength_nm : wavelength of the light, nm.
-    edges_mm : borders of the blocks on the sensor that light is summed in, the same along x and y.
-    photons : how many, and their seed.
+    edges_mm : borders of the blocks on the sensor in which light is summed, the same along x and y.
+    photons : number of photons, and their seed.
 
     Returns
     -------
@@ -68,8 +69,8 @@ def flux_by_chance(
 
 
 def scattered(count: int, radius: float, seed: Sequence[int]) -> np.ndarray:
-    """Return (x, y) of points over a disc, evenly scattered (Sobol 1967, scrambled by chance: each
-    seed is an independent estimate).
+    """Return (x, y) of points scattered evenly over a disc (Sobol 1967). The points are scrambled
+    at random, so each seed gives an independent estimate.
 
     Parameters
     ----------
@@ -86,8 +87,8 @@ def scattered(count: int, radius: float, seed: Sequence[int]) -> np.ndarray:
 def landed(
     lens: Lens, n: Sequence[float], start: Any, tangent: float, front: int, back: int
 ) -> tuple[Any, Any, np.ndarray]:
-    """Return (x, y) mm on the sensor and the weight of photons reflected at `back`, then at
-    `front`; blocked ones are left out.
+    """Return x and y on the sensor, mm, and the weight of photons that are reflected at `back`,
+    then at `front`. Photons that an aperture blocks are left out.
 
     Parameters
     ----------
@@ -106,13 +107,13 @@ def landed(
     back_again = range(back - 1, front - 1, -1)
     on = range(front + 1, last)
     for leg, steps in enumerate((forth, back_again, on)):
-        # the medium that light comes from: before the surface, or behind it
+        # light comes from the medium in front of the surface (0) or behind it (1)
         n_before = 0 if leg != 1 else 1
         for k in steps:
             surface = surfaces[k]
             turns = k == (back, front, -1)[leg]
             at, normal = met(surface, at, direction)
-            # a ray that misses is NaN, and not kept
+            # a ray that misses the surface is NaN and is dropped here
             passing = np.hypot(at[:, 0], at[:, 1]) <= surface.semi_diameter_mm
             at = at[passing]
             direction = direction[passing]
@@ -143,7 +144,8 @@ def landed(
 
 
 def met(surface: Any, at: Any, direction: np.ndarray) -> Any:
-    """Return where rays meet a sphere or plane, and its normals; NaN where they miss.
+    """Return the points where rays meet a sphere or plane, and its normals there. Both are NaN for
+    rays that miss.
 
     Parameters
     ----------
@@ -160,22 +162,22 @@ def met(surface: Any, at: Any, direction: np.ndarray) -> Any:
     with np.errstate(invalid="ignore"):
         root = np.sqrt(along**2 - (to**2).sum(axis=1) + surface.curvature_per_mm**-2)
     near, far_side = (at + (sign * root - along)[:, None] * direction for sign in (-1, 1))
-    # of the two, that on the vertex's side
+    # of the two intersections, the one on the vertex's side is right
     first = np.abs(near[:, 2] - surface.z_mm) < np.abs(far_side[:, 2] - surface.z_mm)
     hit = np.where(first[:, None], near, far_side)
     return hit, (hit - centre) * surface.curvature_per_mm
 
 
 def fresnel(cosine: np.ndarray, n_from: float, n_to: float) -> tuple[np.ndarray, np.ndarray]:
-    """Return the reflectance of unpolarised light, and the cosine behind the surface, 0 where all
-    is reflected.
+    """Return the reflectance of unpolarised light, and the cosine behind the surface, which is 0
+    for total reflection.
 
     Parameters
     ----------
     cosine : (ray,) cosine of the angle of incidence, 0 to 1.
     n_from, n_to : refractive index before and behind the surface.
     """
-    first = np.arccos(np.minimum(cosine, 1 - 1e-14))  # straight on, sines are 0 / 0
+    first = np.arccos(np.minimum(cosine, 1 - 1e-14))  # at normal incidence, the ratio is 0 / 0
     sine = n_from / n_to * np.sin(first)
     second = np.arcsin(np.minimum(sine, 1.0))
     across = np.sin(first - second) / np.sin(first + second)

@@ -13,8 +13,8 @@ DRAWS = 40000
 
 
 def measured() -> list[Work]:
-    """Return one diagram: how far a rule's rms error lies above the best rule's, mean over all
-    levels away from the captures' ends.
+    """Return one diagram: excess of a rule's rms error over that of the best rule. It is the mean
+    over all levels from 1 e that are not near the end of a capture.
     """
     model = build("sensor", "split_pixel").model()
     rng = np.random.default_rng(1)

@@ -1,4 +1,4 @@
-"""Noise draws that a score is averaged over, against many other draws."""
+"""Number of noise realisations that a score is averaged over, against many other realisations."""
 
 from __future__ import annotations
 
@@ -22,8 +22,8 @@ METRICS = ("dynamic_range", "ciede2000", "ssim", "log_luminance_error", "contras
 
 
 def measured() -> list[Work]:
-    """Return one diagram per metric: rms difference of its score, in units of its own scatter from
-    draw to draw.
+    """Return one diagram per metric: rms difference of its score, in units of the score's standard
+    deviation between noise realisations.
     """
     default = compose([]).draws
     metrics = {name: build("metric", name) for name in METRICS}
@@ -35,8 +35,8 @@ def measured() -> list[Work]:
         scatter = float(known.std(ddof=1))
         points = []
         for draws in DRAWS:
-            # CPU seconds are those of one group; its error is averaged over all groups of so many
-            # draws
+            # the CPU seconds are those of one group of draws; the error is averaged over all groups
+            # of this size
             _, cpu_s, peak_mb = timed(
                 lambda draws=draws, metric=metric: [
                     metric(*one_shot(seed))[0].value for seed in range(draws)
@@ -44,7 +44,7 @@ def measured() -> list[Work]:
                 repeat=1,
             )
             groups = known[: MANY // draws * draws].reshape(-1, draws).mean(axis=1)
-            # of the draws that are not in the group
+            # mean of the draws that are not in the group
             other_mean = (known.sum() - groups * draws) / (MANY - draws)
             error = np.sqrt(np.mean((groups - other_mean) ** 2)) / scatter if scatter > 0 else 0.0
             points.append(
@@ -69,7 +69,9 @@ def measured() -> list[Work]:
 
 
 def shooter() -> Callable[..., Any]:
-    """Return a function seed -> (picture, truth, labels) of a colour chart in dim light."""
+    """Return a function seed -> (picture, truth, None) of a colour chart in dim light. None stands
+    for labels, which the chart does not have.
+    """
     mixed = build("lighting", "weights", weights={"sky": 1.0})(
         build("scene", "macbeth", width=160, height=120, luminance_cd_m2=5.0)()
     )

@@ -18,18 +18,17 @@ BAND_NM = 550.0
 WIDTH_NM = 30.0
 F_NUMBER = 4.0
 FOCAL_MM = 6.0
-TILES = 12  # from the axis to the border of what is compared
+TILES = 12  # number of tiles from the axis to the border of the compared area
 SUB_BANDS = (1, 2, 4, 8, 16)
-SUPPORT = (3, 6, 9)  # tiles of the exact core that are kept; light beyond is left out
-# of the reference: per tile and axis, and in the band
-POINTS = 24
-WAVES = 48
-ARRAYS = 6  # of the reference's size that are in memory together
+SUPPORT = (3, 6, 9)  # radii of the exact core that is kept, tiles; light beyond is left out
+POINTS = 24  # points of the reference, per tile and axis
+WAVES = 48  # wavelengths of the reference in the band
+ARRAYS = 6  # number of arrays of the reference's size that are in memory at the same time
 
 
 def measured(reference: int = 0) -> list[Work]:
-    """Return two diagrams: L1 error of a band's kernel, over sub-bands, and over the tiles that it
-    reaches.
+    """Return two diagrams: L1 error of a band's kernel, for several numbers of sub-bands, and for
+    several radii of its exact core.
 
     `reference` : points per tile and axis of the reference; 0 takes `POINTS`.
     """
@@ -40,10 +39,11 @@ def measured(reference: int = 0) -> list[Work]:
         lambda n: 8 * ARRAYS * ((2 * TILES + 2) * n) ** 2,
     )
     full, half, quarter = (airy(max(1, points // n)) for n in (1, 2, 4))
-    # the error of the midpoint rule goes with the step squared (Richardson 1911)
+    # the error of the midpoint rule is proportional to the step squared (Richardson 1911)
     truth = (4 * full - half) / 3
     coarser = (4 * half - quarter) / 3
-    # after extrapolation it goes with the fourth power: `before`, of twice the step, errs 16 times
+    # after extrapolation it is proportional to the fourth power: `coarser`, with twice the step,
+    # has 16 times the error
     own_error = float(np.abs(truth - coarser).sum()) / 15
     bands = []
     support = []
@@ -84,8 +84,12 @@ def measured(reference: int = 0) -> list[Work]:
 
 
 def core(count: int, tiles: int = TILES) -> np.ndarray:
-    """Return the lens's kernel (y, x) of the band, `tiles` from the axis to its border, with
-    `count` sub-bands; 0 as the lens chooses.
+    """Return the lens's kernel (y, x) of the band.
+
+    Parameters
+    ----------
+    count : number of sub-bands; 0: the lens chooses it.
+    tiles : tiles from the axis to the border of the kernel.
     """
     lens = DiffractionLimitedLens(f_number=F_NUMBER, focal_length_mm=FOCAL_MM)
     grid = Grid(1, (TILE_UM, TILE_UM), (tiles, tiles))
@@ -97,8 +101,12 @@ def core(count: int, tiles: int = TILES) -> np.ndarray:
 
 
 def airy(points: int) -> np.ndarray:
-    """Return the kernel (y, x) by midpoint sums of (2 J1(v) / v)^2, tile to tile, mean over the
-    band (Airy 1835).
+    """Return the kernel (y, x) from tile to tile, by midpoint sums of (2 J1(v) / v)^2 (Airy 1835).
+    It is the mean over the band.
+
+    Parameters
+    ----------
+    points : points of the sums, per tile and axis.
     """
     lens = DiffractionLimitedLens(f_number=F_NUMBER, focal_length_mm=FOCAL_MM)
     # v = 2 pi / wavelength x radius x sine, as in Fraunhofer's integral

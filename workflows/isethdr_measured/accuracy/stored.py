@@ -19,8 +19,8 @@ SIZE = (320, 180)  # tiles
 
 
 def measured() -> list[Work]:
-    """Return one diagram: error of a radiance read back against seconds to write and read it, with
-    its size on disk.
+    """Return one diagram: error of a radiance that is written and read back, against the seconds
+    for both, with its size on disk.
     """
     scene = radiance()
     exact = scene.radiance.values.astype(float)
@@ -61,8 +61,8 @@ def measured() -> list[Work]:
 
 
 def radiance() -> Any:
-    """Return the radiance of a colour chart with a grain of 2 %, as a rendering has it, over six
-    decades.
+    """Return the radiance of a colour chart over six decades, with a grain of 2 % like that of a
+    rendering.
     """
     scene = build("scene", "macbeth", width=SIZE[0], height=SIZE[1])().load()
     rng = np.random.default_rng(3)

@@ -31,11 +31,12 @@ ERROR_OF = "luminance-weighted median relative error of a tile"
 
 def measured() -> list[Work]:
     """Return one diagram per light group: luminance-weighted median relative error of a tile's
-    luminance, of tiles above 1 % of the mean.
+    luminance, over the tiles above 1 % of the mean.
 
-    Tiles in which a lamp or the sky itself is seen are left out: their light is known without
-    paths. Seconds are those of the passes that a group was part of, with the others that were,
-    without the scene's, which are the same for any number of paths.
+    Tiles that show a lamp or the sky directly are left out, because their light is known without
+    paths. Seconds are those of the passes that the group was part of, including the other groups
+    in these passes. They exclude the seconds of the scene, which are the same for any number of
+    paths.
     """
     long, own_errors, short = rendered()
     truth = luminance_of(long)
@@ -65,14 +66,16 @@ def measured() -> list[Work]:
 
 
 def setting(samples: int | None) -> str:
-    """Return the name of a number of paths; None: paths until the noise is low enough."""
+    """Return the name of a setting. `samples` is the number of paths per tile; None: paths are
+    followed until the noise is low enough.
+    """
     return f"{samples} paths" if samples else "to a noise of 0.1"
 
 
 @lru_cache(maxsize=1)
 def rendered() -> tuple[Any, dict[Any, Any], dict[int | None, Any]]:
     """Return (long rendering, {group: its own error}, {samples or None: (rendering, CPU s of its
-    paths, peak MB)}), with labels; made once.
+    paths, peak MB)}). The renderings have labels. They are made once per process.
     """
     sample_counts = (*SAMPLES, None)
     runs = [{"samples": LONG, "seed": 97}, *({"samples": n, "seed": 1} for n in sample_counts)]
@@ -87,9 +90,11 @@ def rendered() -> tuple[Any, dict[Any, Any], dict[int | None, Any]]:
 
 
 def own_errors(scene: xr.Dataset) -> dict:
-    """Return {group: `median_error` that the noise stated tile by tile makes, were it normal}."""
-    normal = 0.6745  # half of all normal deviates are below
-    stated_sd = normal * scene.xyz_noise.isel(xyz_channel=1).values  # of Y
+    """Return {group: `median_error` that follows from the stated noise of each tile, if the noise
+    is normally distributed}.
+    """
+    normal = 0.6745  # median of the absolute value of a normal deviate
+    stated_sd = normal * scene.xyz_noise.isel(xyz_channel=1).values  # noise of Y
     return {
         group: median_error(light + noise, light, ~luminance)
         for (group, light), noise, luminance in zip(
@@ -105,19 +110,19 @@ def of_paths(
     labels: frozenset[str] = frozenset(),
     repeat: int = 2,
 ) -> list[Any]:
-    """Return [(scene radiance, CPU s of its paths, peak MB)] for the changed fields of the renderer
-    in `runs`. The scene is built once.
+    """Return [(scene radiance, CPU s of its paths, peak MB)], one entry for each mapping of `runs`.
+    The scene is built once.
 
-    The radiance has the variable `source_seen` (light_group, y, x): tiles where a directly visible
-    lamp, which needs no paths, is more than 1 % of the light, or, with the label distance, tiles
-    that show the sky. The first call of each kind compiles kernels, so seconds are those of the
-    cheapest of `repeat`.
+    The radiance has the variable `source_seen` (light_group, y, x). It marks tiles where more than
+    1 % of the light comes from a directly visible lamp, which needs no paths. With the label
+    distance it also marks tiles that show the sky. The first call of each kind compiles kernels, so
+    seconds are those of the cheapest of `repeat` calls.
 
     Parameters
     ----------
     render : renderer.
     scene : description of the scene.
-    runs : changed fields of the renderer, one mapping for each result.
+    runs : fields of the renderer that are changed, one mapping for each result.
     labels : labels that the rendering holds.
     repeat : number of repetitions; the cheapest counts.
     """
@@ -134,13 +139,13 @@ def of_paths(
             )
             for run in runs
         )
-        # lamps are added to it
+        # a copy, because the renderer adds the light of visible lamps to it in place
         return replace(path_results[-1][0], radiance=path_results[-1][0].radiance.copy())
 
     with changed(frame, estimate=estimate):
         rendering = render(scene, Demand(labels=labels))
     lamps = rendering.radiance.values - path_results[-1][0].radiance
-    # the rounding of what is stored, which is no lamp
+    # differences this small come from rounding of the radiance, not from lamps
     lamps[lamps < 1e-6 * rendering.radiance.values] = 0.0
     return [
         (with_paths(rendering, paths, lamps), cpu_s, peak_mb)
@@ -149,7 +154,8 @@ def of_paths(
 
 
 def with_paths(scene: xr.Dataset, paths: Any, lamps: Any) -> Any:
-    """Return scene radiance with that of other paths, and where its lamps and the sky are seen.
+    """Return scene radiance with the light of other paths, and with `source_seen`, the tiles that
+    show lamps or the sky.
 
     Parameters
     ----------
@@ -169,8 +175,8 @@ def with_paths(scene: xr.Dataset, paths: Any, lamps: Any) -> Any:
     )
     groups = [str(g) for g in scene.light_group.values]
     noise = {g: float(n) for g, n in zip(groups, paths.noise) if np.isfinite(n)}
+    # seconds of the passes that a group was part of, over the largest of all groups
     took = {g: float(s) for g, s in zip(groups, paths.seconds / paths.seconds.max())}
-    # by share of the seconds: those of the passes that a group was part of
     return with_new_paths.assign_attrs(noise=noise, took=took)
 
 

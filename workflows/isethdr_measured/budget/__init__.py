@@ -1,9 +1,9 @@
-"""Budget: whether the error allowed is kept, and its cost relative to settings chosen by hand.
+"""Budget: whether runs keep the error allowed, and their cost relative to settings chosen by hand.
 
 | file     | content                                                       |
 |----------|---------------------------------------------------------------|
 | `scenes` | three small scenes on which no cost was measured              |
-| `chains` | the chain after the renderer, planned and by hand, and truth  |
+| `chains` | the chain after the renderer: planned, by hand, and reference |
 """
 
 from __future__ import annotations
@@ -27,8 +27,8 @@ if TYPE_CHECKING:
     from isethdr_core.pipeline.chain import Chain
 
 LEAST_WIDTH = 16
-SHARE = 0.99
-AGAIN = 5  # times that both are run in turns
+SHARE = 0.99  # share of the unsaturated pixels that have to keep the error allowed
+AGAIN = 5  # number of alternating runs of the planned chain and the chain by hand
 FRACTIONS = (0.03, 0.1, 0.3)
 BITS = (8, 10, 12, 16)
 KERNELS = (0.03, 0.015, 0.0075)
@@ -36,8 +36,8 @@ WAYS = ("photocurrent", "irradiance")
 
 
 def budget(width: int = 96) -> list[dict]:
-    """Run three unseen scenes at three error allowances and compare with the truth, and with the
-    best settings found by hand.
+    """Run three scenes at three error allowances; compare them with exact results and with the best
+    settings found by hand.
 
     Parameters
     ----------
@@ -45,14 +45,17 @@ def budget(width: int = 96) -> list[dict]:
 
     Returns
     -------
-    rows with scene, camera, fraction of the noise allowed, share of unsaturated pixels within it,
-    error of 99 % of them, what the ledger states, CPU seconds with kernels to be made and with
-    kernels at hand, both over those of the cheapest of the settings by hand that keep 99 % of the
-    pixels within the same fraction, those settings, and the truth's own error.
+    rows with scene, camera, allowed (error allowed, as a fraction of the noise), within (share of
+    the unsaturated pixels within it), error_99 (largest error of 99 % of them), stated_99 (the same
+    as the ledger states it), truth_error (of the reference itself), bits (stored mantissa bits),
+    cold_cpu_s and warm_cpu_s (CPU seconds with kernels still to be computed, and with stored
+    kernels), cold_over_best and warm_over_best (these seconds over those of the cheapest settings
+    by hand that keep 99 % of the pixels within the same fraction), best_by_hand and best_warm
+    (those settings).
 
     Raises
     ------
-    ConfigError : a width that leaves no field.
+    ConfigError : a width that is too small for the scenes.
     """
     if width < LEAST_WIDTH:
         raise ConfigError(
@@ -78,13 +81,13 @@ def _truths(cases: Any) -> dict:
 
 
 def _by_hand(cases: Any, truths: Any) -> dict:
-    """Return, per scene, [setting, errors, CPU seconds with kernels at hand, and with kernels to be
-    made].
+    """Return for each scene a list of (setting, errors, CPU seconds with stored kernels, CPU
+    seconds with kernels still to be computed).
     """
     hand: dict[str, list] = {name: [] for name in cases}
     for kernels in KERNELS:
         with empty_home() as folder:
-            # kernels are the same for all scenes: the first run takes the time of making them
+            # all scenes share the kernels, so only the first run includes the time to compute them
             making_s = None
             for name, (bits, way) in product(cases, product(BITS, WAYS)):
                 result = by_hand(
@@ -114,7 +117,7 @@ def _row(
             for _ in range(AGAIN)
         ]
     wrong = errors(result, truth)
-    # in turns: the machine is as busy for both
+    # the runs alternate, so that the load of the machine is the same for both
     ours, theirs = (min((p[k].warm_s for p in pairs if p[k]), default=float("nan")) for k in (0, 1))
     cold_s = ours + result.making_s
     cold = theirs + min((h[3] - h[2] for h in within_error if h[0] == best), default=float("nan"))

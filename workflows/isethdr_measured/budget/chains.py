@@ -1,4 +1,6 @@
-"""The chain after the renderer, planned or set by hand, and its truth: electrons of every pixel."""
+"""The chain after the renderer, planned or set by hand, and its reference: electrons of every
+pixel.
+"""
 
 from __future__ import annotations
 
@@ -28,14 +30,15 @@ if TYPE_CHECKING:
 
     from isethdr_core.plugins.protocols import Lens
 
-FINER = 9.0  # times less than a lens allows kernels by itself: the truth's, on other points
-WARM = 1  # runs with kernels at hand
+# default kernel error of the lens over that of the reference; the sample points then differ, too
+FINER = 9.0
+WARM = 1  # number of runs with stored kernels
 
 
 @dataclass(frozen=True)
 class Setting:
-    """Choices that a person could make: mantissa bits kept, error of kernels, the way through the
-    lens.
+    """Choices that a person could make: mantissa bits kept, error of kernels, and the quantity that
+    the lens computes.
     """
 
     bits: int
@@ -53,8 +56,8 @@ class Done:
     """
 
     electrons: list
-    warm_s: float  # with kernels at hand
-    making_s: float  # more, the first time
+    warm_s: float  # with stored kernels
+    making_s: float  # additional seconds of the first run, which computes the kernels
     bits: int | None
     stated: float = float("nan")
 
@@ -75,7 +78,8 @@ def parts_of(camera: str, lens: Lens) -> Chain:
 
 
 def planned(chain: Chain, scene: xr.Dataset, fraction: float, folder: Path, truth: list) -> Done:
-    """Return the result of a run on stored radiance for this fraction of the noise allowed.
+    """Return the result of a run on stored radiance that plans its own settings for an error
+    allowed.
 
     Parameters
     ----------
@@ -105,7 +109,7 @@ def planned(chain: Chain, scene: xr.Dataset, fraction: float, folder: Path, trut
 
 
 def by_hand(chain: Chain, scene: xr.Dataset, setting: Setting, folder: Path, truth: list) -> Done:
-    """Return the result of settings by hand, which do not depend on the light.
+    """Return the result of a run with settings by hand, which do not depend on the light.
 
     Parameters
     ----------
@@ -151,8 +155,8 @@ def _measured(
 def _stated(
     plan: Any, rows: Sequence[dict[str, Any]], exposure: propagation.Exposure, fraction: float
 ) -> float:
-    """Return the error in the last row of a run's ledger: of everything after the renderer, for the
-    worst capture.
+    """Return the error in the last row of a run's ledger. It covers everything after the renderer
+    and is that of the worst capture.
     """
     shots = propagation.electrons(exposure, 0.0, plan.light_errors)
     shots = propagation.with_parts(shots, exposure.captures, rows)
@@ -169,12 +173,17 @@ def _electrons(
 
 
 def exact(chain: Chain, scene: xr.Dataset) -> list:
-    """Return (captures, electrons, noise, unsaturated, own error) of a scene: every band in
-    float64, nothing left out, finer kernels.
+    """Return [captures, electrons, noise, unsaturated, own error] of a scene, as the reference:
+    every band in float64, nothing left out, finer kernels.
 
-    The convolution is SciPy's. The sample points of its kernels differ from those of all chains
-    under test. Its own error is the standard deviation of 99 % of the pixels due to its kernels, in
-    units of the noise.
+    The convolution is SciPy's. The sample points of the kernels differ from those of all chains
+    under test. The own error is the standard deviation that the kernels cause in electrons, in
+    units of the noise; 99 % of the pixels have at most this one.
+
+    Parameters
+    ----------
+    chain : components of the run.
+    scene : scene radiance.
     """
     lens = replace(chain.lens, speckle_error=chain.lens.speckle_error / FINER)
     flares = tuple(chain.flares.values())
@@ -224,6 +233,11 @@ def exact(chain: Chain, scene: xr.Dataset) -> list:
 def errors(result: Done, truth: list) -> np.ndarray:
     """Return the errors of all unsaturated pixels of all captures, in standard deviations of the
     noise.
+
+    Parameters
+    ----------
+    result : result of a chain under test.
+    truth : the reference, as `exact` returns it.
     """
     _, electrons, sigma, unsaturated, _ = truth
     return np.concatenate(

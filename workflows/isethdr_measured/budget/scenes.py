@@ -1,5 +1,5 @@
-"""Three small scenes that no table of costs was made from: a tunnel's mouth, a street with one
-lamp, a chart at noon.
+"""Three small scenes that were not used to derive any table of costs: a tunnel exit, a street with
+one lamp, and paint patches at noon.
 """
 
 from __future__ import annotations
@@ -15,7 +15,8 @@ if TYPE_CHECKING:
     import xarray as xr
 
 BANDS_NM = np.arange(400.0, 701.0, 20.0)
-TILE_UM = 10.0  # of the sensor plane: beyond the exact core of kernels most of the frame is left
+# width of a tile on the sensor plane, um; most of the frame lies beyond the exact core of a kernel
+TILE_UM = 10.0
 MARGIN = 1.2  # width rendered / width of the camera's field
 CAMERAS = {"tunnel": "split_pixel", "street": "rgbw", "noon": "bayer"}
 
@@ -27,12 +28,12 @@ def scene(name: str, width: int, focal_length_mm: float) -> xr.Dataset:
     ----------
     name : `tunnel`, `street` or `noon`.
     width : tiles along x in the camera's field; along y there are width * 9 / 16.
-    focal_length_mm : focal length, which sets the field of a tile, mm.
+    focal_length_mm : focal length, which sets the angular width of a tile, mm.
     """
     field = [n * TILE_UM * 1e-3 / focal_length_mm for n in (width, width * 9 // 16)]
     nx, ny = (2 * round(n * MARGIN / 2) for n in (width, width * 9 // 16))
     pitch = field[0] / width
-    # -1 to 1 across
+    # x goes from -1 to 1, and y has the same scale
     y, x = np.meshgrid(
         quantities.centres(ny, 2 * ny / nx), quantities.centres(nx, 2.0), indexing="ij"
     )
@@ -82,7 +83,9 @@ SODIUM = _band(589, 8) + 0.02
 
 
 def _tunnel(x: np.ndarray, y: np.ndarray, rng: np.random.Generator) -> np.ndarray:
-    """Walls at 3 cd/m2 that brighten towards the mouth, a mouth of 8000 cd/m2, two tail lamps."""
+    """Return radiance (group, band, y, x) of a tunnel: walls at 3 cd/m2 that brighten towards the
+    exit, an exit of 8000 cd/m2, and two tail lamps.
+    """
     walls = _paint(x.shape, rng, 6)
     radius = np.hypot(x - 0.2, y + 0.05)
     ambient = _light(np.where(radius < 0.17, 8e3, 3 / (0.3 + radius)), DAYLIGHT) * np.where(
@@ -95,8 +98,8 @@ def _tunnel(x: np.ndarray, y: np.ndarray, rng: np.random.Generator) -> np.ndarra
 
 
 def _street(x: np.ndarray, y: np.ndarray, rng: np.random.Generator) -> np.ndarray:
-    """A road at 0.02 to 2 cd/m2, lit by one lamp of 2e6 cd/m2 that is in the picture, a window of
-    50 cd/m2.
+    """Return radiance (group, band, y, x) of a street: a road at 0.02 to 2 cd/m2, lit by one lamp
+    of 2e6 cd/m2 that is in the picture, and a window of 50 cd/m2.
     """
     road = _paint(x.shape, rng, 4)
     ambient = _light(np.where(y < -0.1, 2e-3, 0.02) * np.ones(x.shape), DAYLIGHT) * road
@@ -108,6 +111,8 @@ def _street(x: np.ndarray, y: np.ndarray, rng: np.random.Generator) -> np.ndarra
 
 
 def _noon(x: np.ndarray, y: np.ndarray, rng: np.random.Generator) -> np.ndarray:
-    """Paints in daylight, 4000 cd/m2 of white, and a glint of the sun at 3e6 cd/m2."""
+    """Return radiance (group, band, y, x) of paint patches in daylight, where white has 4000 cd/m2,
+    and of a glint of the sun at 3e6 cd/m2.
+    """
     ambient = _light(4e3 * np.ones(x.shape), DAYLIGHT) * _paint(x.shape, rng, 5)
     return np.stack([ambient, _light(3e6 * (np.hypot(x - 0.5, y - 0.2) < 0.02), DAYLIGHT)])

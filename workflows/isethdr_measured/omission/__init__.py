@@ -1,8 +1,8 @@
-"""Omission: runs that leave out what they do not need beside the same runs that compute everything.
+"""Omission: runs that leave out unneeded work, against the same runs that compute everything.
 
 | file       | content                                                          |
 |------------|------------------------------------------------------------------|
-| `cases`    | ten scenes and cameras of very different need                    |
+| `cases`    | ten scenes and cameras with very different needs                 |
 | `compare`  | both runs of a case: work, largest difference, and its bound     |
 """
 
@@ -20,19 +20,20 @@ def omission(case: str = "", rendered: int = 1) -> list[dict]:
 
     Parameters
     ----------
-    case : one case only; empty takes all.
+    case : name of one case; empty takes all.
     rendered : 0 leaves out the rendered cases, which take minutes.
 
     Returns
     -------
-    rows with case, omissions of its plan, CPU seconds of the run and of the run with
-    `leave_out=false` (the least of two each; of five without rendering), their ratio, the share of
-    the plan in the second, the difference and the bound of the reading nearest to its bound, in
-    electrons, and agree.
+    rows with case, its omissions, CPU seconds of the run and of the run with `leave_out=false` (the
+    least of two runs each, or of five for cases that are not rendered), the ratio of the second to
+    the first, the seconds of the plan as percent of the second, the difference and the bound of the
+    reading that comes nearest to its bound, in electrons, and agree (the difference is within the
+    bound).
 
     Raises
     ------
-    ConfigError : no such case.
+    ConfigError : there is no such case.
     """
     known = {name: entry for name, entry in CASES.items() if rendered or not entry.rendered}
     if case and case not in known:

@@ -1,4 +1,4 @@
-"""Ten scenes and cameras of very different need, each as overrides of the main job."""
+"""Ten scenes and cameras with very different needs, each as overrides of the main job."""
 
 from __future__ import annotations
 
@@ -18,23 +18,23 @@ METRICS = (
 
 @dataclass(frozen=True)
 class Case:
-    """One run: its overrides, and whether its scene has to be rendered."""
+    """One run: its overrides, and whether its scene is rendered."""
 
     overrides: tuple[str, ...]
     rendered: bool = False
 
 
 def only(*metrics: str) -> tuple[str, ...]:
-    """Return the overrides that take away all metrics but these."""
+    """Return the overrides that remove all metrics except these."""
     return tuple(f"~metric.{name}" for name in METRICS if name not in metrics)
 
 
-# the main job's tiles, as many paths as the noise takes
+# tiles of the main job, with paths until the noise is low enough
 TRACED = (
     "scene.trees=[1,2]",
     "report=false",
 )
-TILES = ("renderer.width=192", "renderer.height=108")  # or 0.3 of them each way
+TILES = ("renderer.width=192", "renderer.height=108")  # 0.3 of the main job's, along each axis
 CHART = (
     "~renderer",
     "lighting=ideal",
@@ -48,11 +48,11 @@ SHARP = ("~flare.dirt", "lens=ideal")
 PICTURE = ("lens.focal_length_mm=8",)  # 1.6 million pixels of 3.75 um
 
 CASES = {
-    # lamps off, levels alone: no lamp, no noise
+    # the lamps are off, and the sensor returns mean levels without noise
     "noon, mean": Case(
         (*TRACED, *SHARP, "lighting=day", "sensor=bayer", "sensor.noise=false"), True
     ),
-    # every lamp is on and the exit is bright: nearly all of it is needed
+    # every lamp is on and the exit is bright, so nearly everything is needed
     "tunnel": Case(
         (
             "experiment=tunnel_exit",
@@ -119,7 +119,7 @@ CASES = {
     "ramp, soft knee, mean": Case(
         ("scene=luminance_ramp", *CHART, *SHARP, *PICTURE, "sensor=lofic", "sensor.noise=false")
     ),
-    # light so even that no sensor sees where the lens spreads it far
+    # the light is so even that no sensor can see the wings of the lens
     "grey field, four noisy shots": Case(
         ("scene=uniform", *CHART, *CLEAN, "sensor=rgbw", *only("snr", "dynamic_range"))
     ),

@@ -1,5 +1,5 @@
-"""Both runs of a case, alternating and each in an empty home: their work, the largest difference of
-their readings, and the difference allowed.
+"""Both runs of a case: their work, the largest difference of their readings, and the difference
+allowed. The runs alternate, and each starts with an empty home folder.
 """
 
 from __future__ import annotations
@@ -23,22 +23,23 @@ from .cases import CHART, CLEAN, SHARP, TILES
 if TYPE_CHECKING:
     from omegaconf import DictConfig
 
-FLOAT32 = 2.0**-22  # relative: irradiance and what is made of it, each rounded to float32
-# of both runs, rendered or not: the first grows the process's memory, and short ones scatter by a
-# fifth
+# relative error of rounding irradiance, and the quantities computed from it, to float32
+FLOAT32 = 2.0**-22
+# number of runs of each kind, by whether the case is rendered; the first run enlarges the memory of
+# the process, and the times of short runs scatter by a fifth
 TURNS = {True: 2, False: 5}
 NOISE_SD = "standard deviations of the sensor's noise"
 
 
 def compared(name: str, case: Any, turns: int | None = None) -> dict:
-    """Return the row of one case. Both runs alternate, and the least work of each counts, because
-    the load of the machine adds to it.
+    """Return the row of one case. Both runs alternate. The least CPU time of each counts, because
+    the load of the machine only adds to it.
 
     Parameters
     ----------
     name : name of the case.
     case : overrides of the configuration, and whether it is rendered.
-    turns : number of runs of each kind; None: as `TURNS` has it.
+    turns : number of runs of each kind; None takes it from `TURNS`.
     """
     config = compose(list(case.overrides))
     whole = compose([*case.overrides, "leave_out=false"])
@@ -77,15 +78,15 @@ def fresh(config: DictConfig) -> tuple[dict, float]:
 
 
 def measured(work: Any) -> tuple[Any, float]:
-    """Return (result, CPU seconds of all threads)."""
+    """Return (result of `work`, CPU seconds of all threads)."""
     start = time.process_time()
     result = work()
     return result, time.process_time() - start
 
 
 def planned(config: DictConfig) -> Ledger:
-    """Return the ledger of a plan, made from the config as `isethdr plan` does, including the
-    search for stored results.
+    """Return the ledger of a plan. The plan is made from the config as by `isethdr plan`, including
+    the search for stored results.
     """
     rows = Ledger()
     built = chain(config)
@@ -122,9 +123,14 @@ def largest(few: dict, every: dict) -> tuple[float, float]:
     that bound, in electrons.
 
     Light may differ by the bound of the ledger: the lens's error in standard deviations of noise,
-    the omitted bands, rounding. A reading may differ by twice this bound, because a count follows
-    its mean by at most so much. If light differs at all, one electron and one code more are
-    allowed, because counts and codes are whole numbers.
+    the omitted bands, rounding. A reading may differ by twice this bound, because a photon count
+    changes by at most twice the change of its mean. If light differs at all, one electron and one
+    code more are allowed, because counts and codes are whole numbers.
+
+    Parameters
+    ----------
+    few : readings of the run with omissions.
+    every : readings of the run that computes everything.
     """
     difference = np.abs(few["electrons"] - every["electrons"])
     sd = sum(
@@ -146,8 +152,8 @@ def largest(few: dict, every: dict) -> tuple[float, float]:
 
 
 def warmed(rendered: Any = ()) -> None:
-    """Run a small chart, and every case that is to be `rendered` with two paths per tile in both
-    ways, so that no measured run includes imports or compilation.
+    """Run a small chart once, and each case of `rendered` with two paths per tile, both with and
+    without omissions. No measured run then includes imports or compilation.
 
     Code is compiled once per machine, so otherwise the first run would take longer.
     """
