@@ -34,7 +34,7 @@ class Port:
     """An input or an output of a network."""
 
     name: str
-    shape: tuple[int | None, ...]  # None: free
+    shape: tuple[int | None, ...]  # None: any size
     type: str  # as onnxruntime writes it, for example tensor(float)
 
 
@@ -106,7 +106,8 @@ def open_session(path: str | PathLike[str], feature: str, threads: int = 1) -> O
     ----------
     path : path of the file.
     feature : what needs the network, as the subject of messages: "isp=network".
-    threads : threads of onnxruntime. One, as for linear algebra: processes share the cores.
+    threads : number of threads of onnxruntime. The default is one, as for linear algebra, because
+        processes share the cores.
 
     Raises
     ------

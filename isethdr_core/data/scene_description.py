@@ -73,7 +73,7 @@ class RetroReflection:
     and R_L of beads hardly depends on distance.
     """
 
-    peak: float  # largest f times the cosines, 1/sr, at reflectance 1
+    peak: float  # height of the peak, 1/sr, at reflectance 1
     width: float  # width of the peak in t
     falloff: float  # exponent of the fall beyond `width`, above 1
     entrance: float = 1.0  # tangent of h at which the light has fallen to 1 / e

@@ -63,7 +63,7 @@ class Sources:
         return "library" if _installed(located.path) else "own"
 
     def locate(self, module: str) -> Located | None:
-        """Return where a module of an own package lies; None where there is none of that name."""
+        """Return where a module lies; None if there is no module of that name."""
         if module not in self._located:
             parent, _, last = module.rpartition(".")
             if not parent:
@@ -86,7 +86,7 @@ class Sources:
                 return None
         try:
             spec = util.find_spec(name)
-        except (ValueError, ImportError):  # made in this process, without a spec
+        except (ValueError, ImportError):  # a module made in this process, without a spec
             return None
         if spec is None:
             return None
@@ -140,7 +140,7 @@ class Sources:
 class DataFiles:
     """Data files of one package, by file name, by folder name, and by suffix."""
 
-    folder: str = ""  # of the package
+    folder: str = ""  # folder of the package
     by_name: dict[str, list[str]] = field(default_factory=dict)  # {file name: paths}
     by_folder: dict[str, list[str]] = field(default_factory=dict)  # {folder without modules: paths}
     by_suffix: dict[str, list[str]] = field(default_factory=dict)  # {suffix with its dot: paths}

@@ -5,7 +5,7 @@
 | `iset_rules` | the ISETHDR paper's rules for weights                            |
 | `limits`     | ranges of the fields of lightings                                |
 | `mix`        | the weighted sum of light groups, and their luminance maps       |
-| `modulation` | variation of light groups in time: the config's table, checked   |
+| `modulation` | temporal modulation of light groups: the config's table, checked |
 | `solver`     | weights from luminance maps, one unknown at a time               |
 | `target`     | one photometric target: a statistic of a group and its luminance |
 | `targets`    | lighting whose weights are solved from photometric targets       |

@@ -1,5 +1,5 @@
-"""The ISETHDR paper's way to weights: lamps by their maximum, sky by its 30th percentile, then a
-median.
+"""Weights by the rule of the ISETHDR paper: lamps by their maximum, the sky by its 30th percentile,
+then all of them by the median of the picture.
 """
 
 from __future__ import annotations
@@ -37,8 +37,8 @@ class IsetLighting:
         check_ranges(self)
 
     def __call__(self, radiance: xr.Dataset) -> xr.DataArray:
-        """Return mixed radiance, W m-2 sr-1 nm-1; `iset_weights` in its attributes are those before
-        the median's scale.
+        """Return mixed radiance, W m-2 sr-1 nm-1. Its attribute `iset_weights` holds the weights
+        before they are scaled to the median.
         """
         names = mix.group_names(radiance)
         self.check_groups(names)
@@ -68,7 +68,7 @@ class IsetLighting:
         return mix.mix(radiance, scaled, iset_weights=weights)
 
     def check_groups(self, groups: Sequence[str]) -> None:
-        """Raise ConfigError unless all four groups of ISET are there."""
+        """Raise ConfigError unless `groups` contains all four groups of ISET."""
         for name in GROUPS:
             if name not in groups:
                 raise ConfigError(

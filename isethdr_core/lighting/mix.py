@@ -20,7 +20,7 @@ from .modulation import check_groups
 if TYPE_CHECKING:
     import xarray as xr
 
-# the bands of one inner chunk of a stored cube: a block decompresses each chunk once
+# number of bands in one inner chunk of a stored cube: a block decompresses each chunk once
 BLOCK_BANDS = 8
 
 
@@ -69,9 +69,9 @@ def mix(
 ) -> xr.DataArray:
     """Return mixed radiance: the sum over groups of weight times radiance.
 
-    Sums in float64 and rounds once, so that mixing is linear to half a unit of float32. A group of
-    weight 0 is never read; at most `BLOCK_BANDS` bands of one group are in memory beside the
-    result.
+    The sum is computed in float64 and rounded once, so that mixing is linear to half a unit of
+    float32. A group of weight 0 is never read. At most `BLOCK_BANDS` bands of one group are in
+    memory in addition to the result.
 
     Parameters
     ----------
@@ -133,9 +133,7 @@ def mix(
 def _parts(
     weights: dict[str, float], modulation: dict[Any, Any]
 ) -> dict[Modulation, dict[str, float]]:
-    """Return the groups that have light, with their weights, by how they vary; constant ones
-    first.
-    """
+    """Return {modulation: {group: weight}} of the groups with light; constant groups come first."""
     check_groups(modulation, list(weights))
     how = {g: modulation.get(g, Modulation()) for g, w in weights.items() if w != 0}
     how = {g: Modulation() if constant(m) else m for g, m in how.items()}

@@ -10,7 +10,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-_LARGEST_STEP = 200  # doublings in a bracket search: 60 decades, more than any light
+_LARGEST_STEP = 200  # most doublings in a bracket search: 60 decades, more than any light spans
 
 
 def statistic(luminance: np.ndarray, name: str, percentile: float = 50.0) -> float:

@@ -56,7 +56,7 @@ def parse(targets: dict[str, Any]) -> tuple[Target, ...]:
 def draw(targets: tuple[Target, ...], seed: int) -> dict[str, float]:
     """Return the wanted luminance of each group, cd/m2, uniform in its range.
 
-    Each draw is keyed by (seed, group), so that adding a group never moves another.
+    Each draw is keyed by (seed, group), so that adding a group never changes another draw.
     """
     luminance_cd_m2: dict[str, float] = {}
     for t in targets:

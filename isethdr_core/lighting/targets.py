@@ -28,7 +28,8 @@ if TYPE_CHECKING:
     from ..physics.detector.temporal_modulation import Modulation
     from ..pipeline.demand import Demand
 
-# relative: a target is met within this; the searches end at 1e-14, sums of float32 light at 1e-7
+# relative residual up to which a target counts as met; the searches end at 1e-14, and sums of
+# float32 light have errors of 1e-7
 REACHED = 1e-6
 
 
@@ -44,7 +45,7 @@ class TargetsLighting:
     weights: dict[str, Weight] = field(default_factory=dict)
     others: Weight = 1.0  # weight of all other groups; 1 keeps the light of the scene
     # light groups that may be scaled, all by one factor, to reach dynamic_range, median_cd_m2 or
-    # mean_cd_m2, which need some; all others keep their light
+    # mean_cd_m2; each of these needs at least one such group; all other groups keep their light
     moves: list[str] = field(default_factory=list)
     # earlier spelling of `moves` with a single group; accepted until version 1.0
     ambient: str | None = None
@@ -125,8 +126,8 @@ class TargetsLighting:
         return mix.mix(radiance, weights, self._varying(), targets=targets, infeasible=infeasible)
 
     def check_groups(self, groups: Sequence[str]) -> None:
-        """Raise ConfigError where a target, weight or modulation names a group that is not
-        there.
+        """Raise ConfigError if a target, weight or modulation names a group that is not in
+        `groups`.
         """
         for t in self._own(groups):
             if t.group not in groups:
@@ -145,7 +146,7 @@ class TargetsLighting:
         check_groups(self._varying(), groups)
 
     def _own(self, groups: Sequence[str]) -> list[target.Target]:
-        """Return the targets without those of no light for groups that are not there."""
+        """Return the targets, without targets of luminance 0 for groups that are not there."""
         return [t for t in target.parse(self.targets) if t.high > 0 or t.group in groups]
 
     def _moving(self) -> bool:
@@ -161,7 +162,7 @@ class TargetsLighting:
         return without_dark_groups(demand, self._known(), self.others)
 
     def _known(self) -> dict[str, float]:
-        """Return the weights that are known in advance to be 0."""
+        """Return a number for each named group: 0 if its weight is known in advance to be 0."""
         known = {**self.weights, **{t.group: t.high for t in target.parse(self.targets)}}
         if self._moving():
             known |= {g: known.get(g, self.others) or 1.0 for g in self._moves()}
@@ -186,7 +187,7 @@ class TargetsLighting:
         self, radiance: xr.Dataset, groups: Sequence[str]
     ) -> tuple[dict[str, float], dict[Any, Any]]:
         """Return the weight of every group, and {name: {wanted, reached}} of every target."""
-        # read once, and only where a target asks
+        # each map is read once, and only if a target needs it
         map_of = cache(lambda group: mix.luminance_map(radiance, group))
         self.check_groups(groups)
         own_light = self._own(groups)
@@ -194,7 +195,8 @@ class TargetsLighting:
         targets = target.draw(target.parse(self.targets), self.seed)
         at_one = {t.group: _statistic(radiance, t, map_of) for t in own_light}
         for group, value in at_one.items():
-            # a group without light cannot be scaled to any: as built, and reported
+            # a group without light cannot be scaled to a luminance: it keeps the weight 1, and the
+            # missed target is reported
             weights[group] = targets[group] / value if value > 0 else 1.0
         picture = {}
         if self._moving():
@@ -236,7 +238,8 @@ class TargetsLighting:
         if level:
             name = "mean_cd_m2" if level[0] == "mean" else "median_cd_m2"
             reached = solver.statistic(total_light, level[0], level[1])
-            # the weights of the movable groups are used up: all groups move together
+            # the dynamic range fixes the weights of the movable groups, so all groups are scaled
+            # together to reach the level
             if self.dynamic_range and reached > 0:
                 scale = level[2] / reached
                 weights = {g: scale * w for g, w in weights.items()}
@@ -248,15 +251,15 @@ class TargetsLighting:
 def _statistic(
     radiance: xr.DataArray, t: target.Target, map_of: Callable[[str], np.ndarray]
 ) -> float:
-    """Return the statistic a target speaks of, cd/m2, of its group at weight 1."""
+    """Return the statistic that a target names, of its group at weight 1, cd/m2."""
     if t.statistic == "lamp_axis":
         return _lamp_axis(radiance, t)
     return solver.statistic(map_of(t.group), t.statistic, t.percentile)
 
 
 def _lamp_axis(radiance: xr.DataArray, t: target.Target) -> float:
-    """Return the luminance on its axis, cd/m2 at weight 1, of the brightest lamp that the target
-    means; 0 without one.
+    """Return the largest luminance on the axis of a lamp, cd/m2 at weight 1, among the lamps that
+    the target names; 0 if there are none.
     """
     lamps = radiance.attrs.get("lamps")
     if lamps is None:

@@ -38,8 +38,8 @@ class WeightsLighting:
         self._varying()
 
     def __call__(self, radiance: xr.Dataset) -> xr.DataArray:
-        """Return mixed radiance, W m-2 sr-1 nm-1; `weights` in its attributes multiply the scene's
-        own radiance.
+        """Return mixed radiance, W m-2 sr-1 nm-1. Its attribute `weights` holds the factors on the
+        scene's own radiance.
         """
         weights = mix.all_weights(self.weights, self.others, mix.group_names(radiance))
         if self.relative_to_mean_cd_m2:
@@ -47,7 +47,7 @@ class WeightsLighting:
         return mix.mix(radiance, weights, self._varying())
 
     def check_groups(self, groups: Sequence[str]) -> None:
-        """Raise ConfigError where a weight or a modulation names a group that is not there."""
+        """Raise ConfigError if a weight or a modulation names a group that is not in `groups`."""
         all_weights(self.weights, self.others, groups)
         check_groups(self._varying(), groups)
 
@@ -103,7 +103,7 @@ def without_dark_groups(demand: Demand, weights: dict[str, float], others: float
         return demand
     listed = tuple(weights) if demand.groups is None else demand.groups
     lit = tuple(g for g in listed if weights.get(g, others) != 0)
-    if not lit:  # a scene of no group at all cannot be made; black then comes from the weights
+    if not lit:  # a scene without a light group cannot be made; weights of 0 then make it black
         return demand
     for group in listed:
         if group not in lit:

@@ -15,7 +15,7 @@ import numpy as np
 
 from ..physics.detector.temporal_modulation import Modulation, constant, light_s
 
-PIECES_PER_PERIOD = 8  # of a ripple, so that it is nearly straight within each
+PIECES_PER_PERIOD = 8  # pieces of a ripple per period, so that each piece is nearly straight
 
 
 class Window(NamedTuple):
@@ -33,7 +33,7 @@ class SubFrame(NamedTuple):
 
 
 class TimedLight(NamedTuple):
-    """A modulation, and the factor on the mean light over all time that it applies to."""
+    """A modulation, and the factor by which the lamp's mean light over time is multiplied."""
 
     modulation: Modulation
     factor: float
@@ -56,9 +56,9 @@ def within(window: Window, shot_s: float, modulation: Modulation) -> list[TimedL
 
     Parameters
     ----------
-    window : window of the sub-frame, as a modulation.
-    shot_s : duration of the shot.
-    modulation : modulation of the lamp over all time; constant light is the window itself.
+    window : window of the sub-frame, within the shot.
+    shot_s : duration of the shot, s.
+    modulation : modulation of the lamp over all time; constant light fills the whole window.
     """
     if constant(modulation):
         return [_pulse(window, shot_s, 1.0)]

@@ -24,8 +24,8 @@ from .sub_frames import cheaper
 class SubFrameWork(NamedTuple):
     """The sub-frames that a run is expected to have."""
 
-    count: int | None  # with the start of the shot; None where it is not known
-    # chain and missing radiance of each one after the start that is not stored
+    count: int | None  # number of them, the start of the shot included; None: not known
+    # chain and missing radiance of each later sub-frame that is not stored
     to_render: tuple[tuple[Chain, Demand], ...] = ()
 
 

@@ -19,8 +19,8 @@ class MotionSettings:
     """How finely motion during a shot is sampled."""
 
     step_px: float = 1.0  # largest motion from one sub-frame to the next, in pixels
-    sub_frames: int | None = None  # number of sub-frames; None: as `step_px` asks for
-    most_sub_frames: int = 65  # largest number where `step_px` decides
+    sub_frames: int | None = None  # number of sub-frames; None: `step_px` decides
+    most_sub_frames: int = 65  # largest number of sub-frames if `step_px` decides
 
     def __post_init__(self) -> None:
         if not (_is_number(self.step_px) and 0 < self.step_px <= LONGEST_STEP_PX):

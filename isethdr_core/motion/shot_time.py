@@ -10,14 +10,14 @@ from ..plugins.protocols import HasPixelPitch, KnowsImageSize, KnowsItsField, Ti
 
 
 class ShotTime(NamedTuple):
-    """The time of a shot, and the finest pixels that take it."""
+    """The time of a shot, and the size of its finest pixels."""
 
     seconds: float  # from the start of the first exposure to the end of the last
     pixels_per_field: float  # pixels per unit of the field coordinates, on the axis
 
 
 def shot_time(scene: Any, lens: Any, cameras: dict[str, Any]) -> ShotTime:
-    """Return the longest shot of all cameras and their finest pixels.
+    """Return the time of the longest shot of all cameras, and their finest pixels.
 
     Parameters
     ----------
@@ -27,7 +27,7 @@ def shot_time(scene: Any, lens: Any, cameras: dict[str, Any]) -> ShotTime:
 
     Raises
     ------
-    ConfigError : scene, lens or a sensor does not state what this follows from.
+    ConfigError : scene, lens or a sensor does not state the data that this needs.
     """
     if not (isinstance(scene, KnowsItsField) and isinstance(lens, KnowsImageSize)):
         which = lens if isinstance(scene, KnowsItsField) else scene

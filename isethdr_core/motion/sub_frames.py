@@ -1,8 +1,9 @@
 """Sub-frames: the light of a scene that moves during a shot.
 
-The first sub-frame is the scene itself, at the start of the shot; labels and reference picture are
-its own. Each further one is the scene of a later moment. It is rendered with fewer samples and a
-seed of its own: what stands still is the mean of all sub-frames, whose noise is stated.
+The first sub-frame is the scene itself, at the start of the shot. Labels and reference picture are
+those of this moment. Each further sub-frame is the scene of a later moment. It is rendered with
+fewer samples and its own seed: still parts of the picture are the mean of all sub-frames, and the
+noise of this mean is stated.
 """
 
 from __future__ import annotations
@@ -33,7 +34,7 @@ from .shot_time import ShotTime, shot_time
 from .visible_motion import displacement
 
 STILL = 0.1  # share of `step_px`; a scene that moves less during a shot counts as still
-LEAST_SAMPLES = 2  # from one sample the renderer cannot estimate its noise
+LEAST_SAMPLES = 2  # smallest number; from one sample the renderer cannot estimate its noise
 LARGEST_ERROR_ALLOWED = 0.999  # relative noise that a renderer accepts
 # effort fields of renderers, and their value for one of several sub-frames that are averaged
 CHEAPER: dict[str, Callable[[float, int], float]] = {
@@ -92,7 +93,7 @@ def in_motion(
 
     Raises
     ------
-    ConfigError : the duration of the shot is not known; a moment at which the scene does not exist.
+    ConfigError : the duration of the shot is not known, or the scene does not exist at a moment.
     """
     settings = chain.motion
     if settings is None:
@@ -147,8 +148,8 @@ def largest_motion(scene: Any, still: xr.Dataset, shot_s: float) -> float:
 
 
 def cheaper(renderer: Any, number: int, steps: int) -> Any:
-    """Return the renderer of one sub-frame: with less effort, because the mean over all sub-frames
-    counts, and with random numbers of its own.
+    """Return the renderer of one sub-frame. It has less effort, because the mean over all
+    sub-frames counts, and its own random numbers.
 
     Parameters
     ----------
@@ -235,8 +236,9 @@ def _mixed(
 
 
 def _with_noise(still: xr.Dataset, moments: list[_Moment], shot_s: float) -> xr.Dataset:
-    """Return the scene at the start of a shot, with the noise of the mean over all sub-frames,
-    which are independent; without noise where one of them states none.
+    """Return the scene at the start of a shot, with the noise of the mean over all sub-frames.
+
+    The noise of the sub-frames is independent. If one of them states no noise, none is returned.
     """
     stated = [name for name in (NOISE, HALF_DIFFERENCE) if name in still]
     unknown = [name for name in stated if any(name not in m.scene for m in moments)]

@@ -1,7 +1,7 @@
 """Visible motion: by how far each tile of a scene moves in the field during a shot.
 
-The point that a tile shows is carried along with its object, as a rigid body, and is seen by the
-camera of a later moment. The sky lies at infinity and moves by the camera's turns alone.
+The point that a tile shows moves with its object, as a rigid body, and is seen by the camera of a
+later moment. The sky lies at infinity, so it moves only if the camera turns.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from ..data.camera_geometry import projection_of
 from ..data.scene_description import Camera, SceneDescription
 from ..physics.optics.projection import direction
 
-LABELS = ("distance", "instance")  # that `displacement` reads
+LABELS = ("distance", "instance")  # labels that `displacement` reads
 
 
 def displacement(description: SceneDescription, scene: xr.Dataset) -> np.ndarray:
@@ -22,7 +22,7 @@ def displacement(description: SceneDescription, scene: xr.Dataset) -> np.ndarray
 
     Parameters
     ----------
-    description : with `next_frame`.
+    description : scene description with `next_frame`.
     scene : radiance with the labels `distance` and `instance`.
     """
     following = description.next_frame

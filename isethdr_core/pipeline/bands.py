@@ -1,4 +1,4 @@
-"""Bands that can be left out: outer bands that neither a sensor nor the truth needs.
+"""Bands that can be left out: outer bands that neither a sensor nor the reference picture needs.
 
 Only outer bands are dropped, and at least two bands stay: the width of a band follows from the
 distance to its neighbours.
@@ -25,7 +25,9 @@ if TYPE_CHECKING:
     from ..plugins.protocols import Scene
 
 BANDS = "bands"  # key of the ledger entry for bands left out of the light
-UNSEEN = 1e-6  # of the largest colour matching function: beyond, a band adds nothing to the truth
+# a band adds nothing to the reference picture where the colour matching functions are below this
+# share of the largest one
+UNSEEN = 1e-6
 
 
 def offered_nm(source: Scene) -> tuple[float, ...] | None:
@@ -51,8 +53,8 @@ def offered_nm(source: Scene) -> tuple[float, ...] | None:
 def for_sensors_and_truth(
     offered: tuple[float, ...] | None, sensed: tuple[float, ...] | None
 ) -> tuple[float, ...] | None:
-    """Return the bands out of `offered` that the sensors (`sensed`) or the truth need; None where
-    that is all of them, or not known.
+    """Return the bands out of `offered` that the sensors (`sensed`) or the reference picture need;
+    None if these are all bands, or are not known.
     """
     if offered is None or sensed is None:
         return None
@@ -75,8 +77,8 @@ def for_sensors_and_truth(
 
 
 def of_demand(scene: xr.Dataset, demand: Demand) -> xr.Dataset:
-    """Return the scene radiance at the bands of `demand`, unread; all of it where the demand names
-    none or others.
+    """Select the bands of `demand` from scene radiance, without reading it. The scene is returned
+    unchanged if the demand names no bands, or a band that the scene lacks.
     """
     bands = demand.wavelength_nm
     if bands is None or not set(bands) < set(scene.wavelength.values.tolist()):
@@ -94,8 +96,8 @@ def of_demand(scene: xr.Dataset, demand: Demand) -> xr.Dataset:
 
 
 def outer(flags: ArrayLike) -> slice:
-    """Return the slice from the first to the last true entry, of two entries at least; everything
-    where none is true.
+    """Return the slice from the first to the last true entry, with at least two entries; the slice
+    of all entries if none is true.
     """
     where = np.flatnonzero(flags)
     if not len(where) or len(flags) < 2:

@@ -27,8 +27,9 @@ class Response:
 
     channels: tuple[str, ...]
     efficiency: Callable[[Any], Any]  # wavelength_nm -> (channel, wavelength) electrons per photon
-    area_exposure_m2_s: float  # of the most sensitive photodiode: photocurrent x this = electrons
-    read_noise_e: float  # least of all readings
+    # area x exposure of the most sensitive photodiode; times photocurrent, it gives electrons
+    area_exposure_m2_s: float
+    read_noise_e: float  # smallest read noise of all readings
     full_scale_e: float = math.inf  # largest charge that any reading measures
     noise_fraction_allowed: float = 0.1  # error of light, in standard deviations of the noise
     window_m: tuple[float, float] | None = None  # as `Demand.window_m`
@@ -36,8 +37,8 @@ class Response:
 
     @property
     def error_allowed(self) -> float:
-        """Relative error of light that stays within `noise_fraction_allowed` where noise is least
-        beside it: at full scale.
+        """Relative error of light that stays within `noise_fraction_allowed` even at full scale,
+        where the noise is smallest relative to the light.
         """
         if math.isinf(self.full_scale_e):
             return 0.0
@@ -48,7 +49,7 @@ class Response:
         )
 
     def __add__(self, other: Response) -> Response:
-        """Return the response of both sensors together, to the noise of the finer one."""
+        """Return the response of both sensors together, with the smaller noise of the two."""
         return Response(
             self.channels + other.channels,
             lambda w: np.concatenate([self.efficiency(w), other.efficiency(w)]),
@@ -87,17 +88,17 @@ class Demand:
     groups: tuple[str, ...] | None = None  # light groups
     wavelength_nm: tuple[float, ...] | None = None  # band centres
     labels: frozenset[str] = frozenset()  # depth, distance, instance, category, normal
-    error_allowed: float = 0.0  # relative; 0: exact computation
-    # of the sensors; None: light is needed wavelength by wavelength
+    error_allowed: float = 0.0  # relative error allowed; 0: exact computation
+    # response of the sensors; None: light is needed wavelength by wavelength
     response: Response | None = None
-    margin: bool = True  # tiles beyond the camera's field
+    margin: bool = True  # whether tiles beyond the camera's field are needed
     window_m: tuple[float, float] | None = (
         # (width, height) of the image plane that sensors cover, around the axis; inf: all
         None
     )
-    stored_error_allowed: float = 0.0  # relative, of the rounding of stored radiance
-    # function(scene radiance that is nearly right): a renderer need be no better than the cameras;
-    # None: not known
+    stored_error_allowed: float = 0.0  # relative error allowed for rounding of stored radiance
+    # function(scene radiance that is nearly right) -> noise of the light that equals the noise of
+    # the cameras: a renderer need not be better; None: not known
     noise_limit: Callable[[xr.Dataset], NoiseLimit] | None = field(default=None, compare=False)
 
     def with_groups(self, groups: Iterable[str]) -> Demand:

@@ -19,24 +19,27 @@ class CameraAtWork:
 
     chain: Chain  # components of the run
     rows: Ledger  # gets the rows of the camera's stages
-    name: str  # of the camera in the config
+    name: str  # name of the camera in the config
     shot: CameraShot  # the light on the camera, and where its results are kept
 
     def with_own_rows(self) -> CameraAtWork:
-        """Return the same with an empty ledger, for stages that run side by side."""
+        """Return the same camera with an empty ledger, for stages that run side by side."""
         return replace(self, rows=Ledger())
 
 
 @dataclass
 class Camera:
-    """The results of one camera: captures, picture, truth on the same grid, labels, and scores."""
+    """The results of one camera: captures, picture, reference picture on the same grid (`truth`),
+    labels, and scores.
+    """
 
     captures: Any
     picture: Any
     truth: Any
     labels: Any
     scores: list[Score] = field(default_factory=list)  # means over all noise realisations
-    scores_of: dict[str, list[Score]] = field(default_factory=dict)  # of the first shot, by metric
+    # scores of the first noise realisation, by metric
+    scores_of: dict[str, list[Score]] = field(default_factory=dict)
 
     @property
     def scores_of_first_shot(self) -> list[Score]:

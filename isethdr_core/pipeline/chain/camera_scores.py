@@ -83,7 +83,7 @@ def averaged_scores(work: CameraAtWork, camera: Camera) -> list[Score]:
     for row in of_errors.rows:
         if row.errors:
             work.rows.append(row)
-        else:  # such a row is not kept: its omissions move to the row before
+        else:  # a row without errors is not kept: its omissions move to the row before
             work.rows[-1].left_out += row.left_out
     return over_draws(realisations, errors)
 
@@ -143,8 +143,8 @@ def varies(chain: Chain, sensor: Sensor) -> bool:
 
 
 def further_scores(work: CameraAtWork, camera: Camera, draw: int) -> list[Score]:
-    """Return the scores of the same shot with other noise. Only their values count: its error terms
-    are those of the first shot.
+    """Return the scores of the same shot with other noise. Only their values are used: the error
+    terms are those of the first shot.
 
     Parameters
     ----------

@@ -51,7 +51,7 @@ def through_cameras(chain: Chain, rows: Ledger, shot: Shot) -> dict[str, Camera]
 
 
 def through_camera(chain: Chain, rows: Ledger, name: str, shot: Shot) -> Camera:
-    """Return the results of one camera, with its scores against the truth.
+    """Return the results of one camera, with its scores against the reference picture.
 
     Parameters
     ----------

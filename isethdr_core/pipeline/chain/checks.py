@@ -1,7 +1,7 @@
 """Checks: combinations of components that cannot work together, refused before any work.
 
-Each check asks the components that know something in advance. Those that do not are checked when
-their results arrive.
+Each check uses the data that components state in advance. Components that state nothing are checked
+when their results arrive.
 """
 
 from __future__ import annotations
@@ -35,8 +35,8 @@ def check_combination(chain: Chain, rendered: bool) -> None:
 
 
 def check_motion(chain: Chain) -> None:
-    """Raise ConfigError if motion during the shot is asked for, and its duration is not known, or
-    the scene does not exist at its end.
+    """Raise ConfigError if motion during the shot is requested, and the duration of the shot is not
+    known or the scene does not exist at its end.
     """
     if chain.motion is not None and isinstance(chain.scene, MovesInTime):
         end_s = chain.scene.time_s + shot_time(chain.scene, chain.lens, chain.cameras).seconds
@@ -44,8 +44,8 @@ def check_motion(chain: Chain) -> None:
 
 
 def check_exposures(chain: Chain) -> None:
-    """Raise ConfigError if an exposure is carried for a camera whose exposure is not automatic, or
-    that cannot take it.
+    """Raise ConfigError if an exposure is carried to a camera without automatic exposure, or to a
+    camera that cannot use this exposure.
     """
     for name, exposure in (chain.exposures or {}).items():
         sensor = chain.cameras[name]

@@ -35,9 +35,9 @@ class Chain:
     leave_out: bool = True  # False: everything is computed, needed or not
     reported: bool = True  # whether a report shows the scene, under all versions
     unreported: tuple[str, ...] = ()  # configured versions, if no report shows them
-    shares: Division | None = None  # of the error allowed; None: as the components declare
-    motion: MotionSettings | None = None  # during a shot; None: nothing moves
-    # carried into this frame, by camera; None: the run is no frame of a sequence
+    shares: Division | None = None  # division of the error allowed; None: as components declare
+    motion: MotionSettings | None = None  # motion during a shot; None: nothing moves
+    # exposures that are carried into this frame, by camera; None: the run is no frame of a sequence
     exposures: Mapping[str, Exposure] | None = None
 
     def components(self) -> list[object]:

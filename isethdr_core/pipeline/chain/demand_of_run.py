@@ -54,7 +54,7 @@ def plan(chain: Chain, rows: Ledger) -> Demand:
         if chain.motion is not None and isinstance(chain.scene, MovesInTime):
             demand = demand.with_labels(*LABELS_OF_MOTION)
         check_memory(chain, demand)
-        if not has_response:  # no noise of the sensors is known that could hide noise of the light
+        if not has_response:  # the noise of the sensors is not known, so it sets no limit
             return demand
         sharp = replace(chain, lens=in_focus(chain.lens))
         imaged = partial(on_sensor, sharp, demand=demand)
@@ -99,7 +99,7 @@ def demand_of_sensors(chain: Chain, demand: Demand) -> Demand:
 
 
 def relative_allowed(chain: Chain) -> float:
-    """Return the relative error allowed of all light after the radiance; 0: the exact way."""
+    """Return the relative error allowed of all light after the radiance; 0: exact computation."""
     union_of_sensors = ledger.collected(
         lambda: union([narrowed(sensor, Demand()) for sensor in chain.cameras.values()])
     )

@@ -32,10 +32,10 @@ def chain(config: DictConfig, rendered: bool = False) -> Chain:
 
     Parameters
     ----------
-    config : composed.
-    rendered : whether the radiance of the scene is stored already. Lightings are then checked by
-        the groups of that radiance, when they mix it: to know the groups beforehand, a street is
-        laid out, which takes seconds.
+    config : composed config.
+    rendered : whether the radiance of the scene is stored already. Lightings are then checked
+        against the groups of that radiance when they mix it. To know the groups earlier, a street
+        would have to be laid out, which takes seconds.
 
     Raises
     ------

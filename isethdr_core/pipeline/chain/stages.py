@@ -31,7 +31,7 @@ def stage(
     name : name of the stage after its kind; it may be empty.
     component : component that the hooks receive; None if the stage has none.
     call : function without arguments that computes the result.
-    kept : where a result of an earlier run may be. It takes the place of the call, and its row
+    kept : place of a result of an earlier run. If there is one, it replaces the call, and its row
         replaces the row of this stage.
     """
     end_if_unwanted()
