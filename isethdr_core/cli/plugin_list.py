@@ -4,6 +4,7 @@ run are not loaded.
 
 from __future__ import annotations
 
+from dataclasses import replace
 from itertools import groupby
 
 from ..errors import ConfigError, did_you_mean
@@ -11,7 +12,7 @@ from ..plugins import registry
 from ..plugins.component import KEYED, KINDS, Component
 from ..plugins.descriptions import Description, descriptions
 from ..plugins.field_docs import FieldRow
-from ..plugins.presets import Preset, component_of, presets
+from ..plugins.presets import Preset, component_of, presets, values_of
 from .terminal import console as open_console
 from .terminal import print_text
 
@@ -93,26 +94,37 @@ def _print_one(kind: str, name: str) -> list[registry.BrokenPlugin]:
     if preset is not None:
         print_text(f"{_based(preset)}{preset.summary}")
         print("\nsets")
-        for field, value in preset.fields:
-            print_text(f"{field}={value}", FIELD, MORE)
-        print(f"\ncomponent {component.name}")
+        for field, (value, setter) in values_of(preset).items():
+            origin = "" if setter == name else f"  (set by {setter})"
+            print_text(f"{field}={value}{origin}", FIELD, MORE)
+        print(f"\ncomponent {component.name}, with the values of {name}")
     for paragraph in (about.summary, *about.paragraphs):
         print_text(paragraph)
-    _print_fields(kind, about)
+    _print_fields(kind, about, values_of(preset) if preset is not None else {})
     if preset is None:
         _print_presets_of(kind, component)
     return failed
 
 
-def _print_fields(kind: str, about: Description) -> None:
-    """Print each field with its default, unit, range and meaning, by the class that defines it."""
+def _print_fields(kind: str, about: Description, values: dict[str, tuple[str, str]]) -> None:
+    """Print each field with its value, unit, range and meaning, by the class that defines it.
+
+    Parameters
+    ----------
+    kind : kind of the component.
+    about : description of the component.
+    values : values of a preset by field, as `values_of` returns them; other fields have their
+        defaults.
+    """
     way = f"{kind}.KEY.FIELD=VALUE" if kind in KEYED else f"{kind}.FIELD=VALUE"
     print_text(f"Fields, set with {way}:" if about.fields else "It has no fields.")
     for origin, rows in groupby(about.fields, key=lambda row: row.origin):
         module, _, owner = origin.partition(":")
         print_text(f"defined by {owner} in {module}")
         for row in rows:
-            print_text(field_text(row), FIELD, MORE)
+            value, _ = values.get(row.name, (row.default, ""))
+            changed = f"  (default {row.default})" if value != row.default else ""
+            print_text(field_text(replace(row, default=value)) + changed, FIELD, MORE)
             if row.meaning:
                 print_text(row.meaning, MORE)
 

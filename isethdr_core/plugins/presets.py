@@ -48,13 +48,32 @@ def presets(group: str) -> dict[str, Preset]:
 
 def component_of(preset: Preset) -> str:
     """Return the name of the component that a preset is based on, through other presets."""
+    return [preset, *_bases(preset)][-1].based_on
+
+
+def values_of(preset: Preset) -> dict[str, tuple[str, str]]:
+    """Return all fields that a preset sets, with those of the presets that it is based on.
+
+    Returns
+    -------
+    {field: (value as typed, name of the preset that sets it)}.
+    """
+    return {
+        field: (value, each.name)
+        for each in reversed([preset, *_bases(preset)])
+        for field, value in each.fields
+    }
+
+
+def _bases(preset: Preset) -> list[Preset]:
+    """Return the presets that a preset is based on, the nearest first."""
     all_presets = presets(preset.group)
-    visited = {preset.name}
-    name = preset.based_on
-    while name in all_presets and name not in visited:
-        visited.add(name)
-        name = all_presets[name].based_on
-    return name
+    found: list[Preset] = []
+    base = all_presets.get(preset.based_on)
+    while base is not None and base != preset and base not in found:
+        found.append(base)
+        base = all_presets.get(base.based_on)
+    return found
 
 
 def described_file(text: str) -> tuple[str, list[str]]:

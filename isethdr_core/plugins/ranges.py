@@ -54,7 +54,7 @@ class Range:
         return self.least <= value <= self.most  # false for NaN
 
     def __str__(self) -> str:
-        return f"{self.least:g} to {self.most:g}"
+        return f"{_text(self.least)} to {_text(self.most)}"
 
     def nearest(self, value: float) -> float:
         """Return the allowed value next to `value`: the least one for NaN."""
@@ -249,3 +249,9 @@ def undeclared(annotation: Any) -> bool:
     if annotation in NUMBERS:
         return True
     return any(undeclared(part) for part in get_args(annotation) if not isinstance(part, str))
+
+
+def _text(number: float) -> str:
+    """Return a number with six digits where they give its value, else with fifteen."""
+    short = f"{number:g}"
+    return short if float(short) == number else f"{number:.15g}"

@@ -108,6 +108,10 @@ def test_a_preset_is_shown_with_what_it_sets_and_its_component(capsys):
     shown = capsys.readouterr().out
     assert "(from typical_bayer)" in shown and "\n  cfa=RG/WB\n" in shown
     assert "component dual_gain" in shown
+    # what typical_bayer sets holds too, and the fields show it
+    assert "\n  pitch_um=3.0  (set by typical_bayer)\n" in shown
+    assert "\n  pitch_um=3.0  [0.05 to 100000 um]  (default 2.8)\n" in shown
+    assert "\n  black_dn=64.0  [0 to 16777216 DN]\n" in shown
     with pytest.raises(ConfigError, match="did you mean 'bayer'"):
         print_plugins("sensor", "bayr")
 
