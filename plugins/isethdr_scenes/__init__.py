@@ -4,8 +4,8 @@
 |---|---|
 | night_drive, tunnel | the components: a country road, and a tunnel with a bright exit |
 | street, street_models, street_detail | a street: the component, its meshes, their detail |
-| placing | what stands on a road and beside it, drawn before any mesh is made |
-| traffic | a street moves on by seconds: drivers, junctions, people who walk |
+| placing | objects on and beside a road, placed before any mesh is made |
+| traffic | motion of a street over time: drivers, junctions, pedestrians |
 | placement, placement_tunnel | positions of all objects |
 | builders | from positions to models and a scene description |
 | limits, validation | ranges of fields; checks of several fields together |
@@ -14,7 +14,7 @@
 | living_spectra | reflectances of cloth, hair, fur, leaves, bark and stone |
 | dipped_beam | candela of a dipped beam over two angles |
 | measured_spectra | tables of colour-science, kept on disk after their first use |
-| road_surfaces | asphalt, dry to wet, and markings, by numbers fitted to r-tables |
+| road_surfaces | asphalt from dry to wet, and markings, fitted to r-tables |
 | textures | surfaces that vary between two spectra |
 | variation | materials that differ from object to object, and dust |
 | retro_reflectors | sheeting, reflectors and animal eyes |
@@ -23,14 +23,14 @@
 | contact_sheets | small pictures of things, and the command `isethdr things` |
 | things | families of vehicles, people, animals and plants, drawn from ranges |
 | photometry | families of lamps, files of measured ones, limits of regulations |
-| roads | networks of roads as OpenDRIVE describes them, and where things stand on them |
-| scenario | who stands where at the start of an OpenSCENARIO file |
+| roads | networks of roads as OpenDRIVE describes them, and poses of things on them |
+| scenario | places of the entities at the start of an OpenSCENARIO file |
 | sky | day, twilight and night by direction, with sun and moon |
 | charts | test charts whose radiance is known |
-| stored | radiance of the home folder by the name of its store |
+| stored | radiance from the home folder, selected by the name of its store |
 | iset_exr | scenes of the published ISETHDR deposit |
-| pictures | pictures and spectral cubes of one's own, from files and arrays |
-| iset_import | all scenes of a tree of the deposit, into the home folder |
+| pictures | the user's own pictures and spectral cubes, from files and arrays |
+| iset_import | import of all scenes of the deposit's folder tree into the home folder |
 | iset_exr_files | the files of such a scene: EXR and MAT |
 """
 
@@ -71,7 +71,7 @@ __getattr__ = class_getter(__name__, COMPONENTS)
 
 @hookimpl
 def isethdr_components() -> list[Component]:
-    """Return the scenes."""
+    """Return the scene components."""
     return COMPONENTS
 
 
@@ -86,5 +86,5 @@ def isethdr_commands(app: typer.Typer) -> None:
 
 @hookimpl
 def isethdr_config_paths() -> list[str]:
-    """Return the presets' folder."""
+    """Return the folder of the presets."""
     return ["pkg://isethdr_scenes.conf"]

@@ -1,5 +1,5 @@
-"""Builders: from recipes to models. A recipe is a tuple of a name and its arguments; equal recipes
-share one model.
+"""Build models from recipes. A recipe is a tuple of a name and its arguments; equal recipes share
+one model.
 """
 
 from __future__ import annotations
@@ -96,10 +96,10 @@ def describe(
 
     Parameters
     ----------
-    name : of the scene.
+    name : name of the scene.
     scene : component with the fields of camera, sky, fog, headlamps, road surface and seed.
     ground : road surface, on which spots and camera stand.
-    spots : what is placed.
+    spots : objects to place.
     target : (3,) point at which the camera looks, m.
     light : name of a lamp spectrum by light group.
     """
@@ -128,15 +128,14 @@ def describe(
 def place(
     spots: list[Spot], ground: Ground, spectra: dict[str, str], beam: str = "dipped_r112_b"
 ) -> tuple[dict[str, Model], tuple[Placed, ...]]:
-    """Return the models and the placed objects of `spots`; `spectra` names a lamp spectrum per
-    light group, `beam` the family of all headlamps that are on.
+    """Return the models and the placed objects of `spots`.
 
     Parameters
     ----------
-    spots : what is placed; equal ones share a model.
+    spots : objects to place; those with equal recipes and lamps share a model.
     ground : road surface, on which they stand.
     spectra : name of a lamp spectrum by light group.
-    beam : family of all headlamps that are on.
+    beam : family of the beam of all headlamps that are on.
     """
     names = {}
     models = {}
@@ -145,7 +144,7 @@ def place(
         key = (spot.recipe, spot.lamps)
         if key not in names:
             names[key] = f"{spot.recipe[0]}{len(names)}"
-            # what depends on the ground serves one scene only
+            # models in world coordinates fit one scene only, so the cache is bypassed
             built = _built if spot.recipe[0] not in IN_PLACE else _built.__wrapped__
             model = _switched(replace(built(spot.recipe), name=names[key]), spot.lamps, spectra)
             models[names[key]] = _with_beam(model, beam)
@@ -165,14 +164,16 @@ def place(
 
 @lru_cache(maxsize=24)
 def _built(recipe: tuple) -> Model:
-    """Return the model of a recipe. One night drive has about twenty; the next one shares half of
-    them.
+    """Return the model of a recipe, cached: a night drive has about twenty recipes, and shares half
+    of them with the next one.
     """
     return RECIPES[recipe[0]](*recipe[1:]).model()
 
 
 def _switched(model: Model, lamps: tuple[str, ...], spectra: dict[str, str]) -> Model:
-    """Return the model with only the kinds in `lamps` on, in the spectra asked for."""
+    """Return the model with only the lamp kinds in `lamps` on; `spectra` sets their spectra by
+    light group.
+    """
 
     def switch(part: Piece) -> Piece:
         lamp = part.lamp
@@ -188,7 +189,7 @@ def _switched(model: Model, lamps: tuple[str, ...], spectra: dict[str, str]) -> 
 
 
 def _with_beam(model: Model, beam: str) -> Model:
-    """Return the model with headlamps of the family `beam`; they are built with dipped beams of
+    """Return the model with headlamps of the family `beam`; models are built with dipped beams of
     class B.
     """
     if beam == "dipped_r112_b":

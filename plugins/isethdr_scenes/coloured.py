@@ -1,7 +1,7 @@
 """Materials of a stated colour: the smoothest reflectance of an sRGB colour, under a finish.
 
-Their names hold what they are, `colour_rrggbb_finish`, so that a part names one as any other
-material.
+The name of such a material, `colour_rrggbb_finish`, states its colour and finish. So a part can
+name it like any other material.
 """
 
 from __future__ import annotations
@@ -18,8 +18,8 @@ from .pictures.rgb_to_spectra import primary_reflectances
 
 PREFIX = "colour_"
 NM = np.arange(400.0, 701.0, 20.0)
-DARKEST = 0.01  # no surface reflects less or more
-BRIGHTEST = 0.90
+DARKEST = 0.01  # least reflectance of a surface
+BRIGHTEST = 0.90  # greatest reflectance of a surface
 # roughness of the coat
 COATS = {"gloss": 0.06, "satin": 0.30}
 METAL_ROUGHNESS = 0.25

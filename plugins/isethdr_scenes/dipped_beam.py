@@ -18,23 +18,26 @@ import numpy as np
 from isethdr_core.scene import IntensityTable
 
 # --- degrees ---
-CUT_OFF_DOWN = 0.81  # of the middle of the step at the left; its inflection lies at 0.57
-RISE = np.tan(np.radians(15.0))  # of the cut-off on the right
-STEP_WIDTH = 0.105  # of the logistic step; the sharpness G is 0.2 to 0.3
-HOT_RIGHT = 1.0
-HOT_HALF_WIDTH = 4.2
-# where hot spot and flood have half of their light, below
+# angle below the horizon of the middle of the logistic step on the left; the inflection of the
+# cut-off lies at 0.57
+CUT_OFF_DOWN = 0.81
+RISE = np.tan(np.radians(15.0))  # slope of the cut-off on the right
+STEP_WIDTH = 0.105  # scale of the logistic step; the sharpness G is 0.2 to 0.3
+HOT_RIGHT = 1.0  # angle of the hot spot to the right
+HOT_HALF_WIDTH = 4.2  # half width of the hot spot at 1/e
+# angles below the horizon at which hot spot and flood have half of their intensity
 HOT_DOWN = 2.1
 FLOOD_DOWN = 4.5
+# half widths of the flood and of the stray light at 1/e
 FLOOD_HALF_WIDTH = 22.0
 STRAY_UP = 10.0
 STRAY_ASIDE = 30.0
-EDGE = 50.0  # the table ends there
+EDGE = 50.0  # largest angle of the table
 
 
 @dataclass(frozen=True)
 class BeamLevels:
-    """Candela of the parts of a dipped beam."""
+    """Luminous intensities of the parts of a dipped beam."""
 
     hot_cd: float
     flood_cd: float
@@ -59,7 +62,7 @@ def candela_of(levels: BeamLevels, left_deg: np.ndarray, up_deg: np.ndarray) -> 
     ----------
     levels : intensities of the parts of the beam, cd.
     left_deg : angles left of the axis, degrees.
-    up_deg : angles above the axis, degrees; both broadcast.
+    up_deg : angles above the axis, degrees; they broadcast with `left_deg`.
     """
     left, up = np.broadcast_arrays(np.asarray(left_deg, float), np.asarray(up_deg, float))
     down = np.maximum(-up, 0.0)
@@ -75,14 +78,14 @@ def candela_of(levels: BeamLevels, left_deg: np.ndarray, up_deg: np.ndarray) -> 
 
 @cache
 def beam_table(levels: BeamLevels) -> tuple[IntensityTable, float]:
-    """Return a beam as a table relative to its largest intensity, and that, cd."""
+    """Return the table of a beam relative to its largest intensity, and that intensity, cd."""
     left, up = nodes_deg()
     value = candela_of(levels, left, up[:, None])
     return IntensityTable(left, up, value / value.max()), float(value.max())
 
 
 def nodes_deg() -> tuple[np.ndarray, np.ndarray]:
-    """Return the nodes (left, up) of the table, degrees: fine about the cut-off."""
+    """Return the nodes (left, up) of the table, degrees; they are dense around the cut-off."""
     aside = np.r_[np.arange(0, 8, 0.25), np.arange(8, 20, 1.0), np.arange(20, EDGE + 1, 3.0)]
     down = np.r_[np.arange(2.0, 6, 0.25), np.arange(6, 14, 1.0), np.arange(14, EDGE + 1, 3.0)]
     above = np.r_[np.arange(3.0, 6, 0.25), np.arange(6, EDGE + 1, 4.0)]

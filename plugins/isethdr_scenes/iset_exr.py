@@ -60,7 +60,7 @@ class IsetExr:
             )
 
     def input_files(self) -> tuple[Path, Path, Path, Path]:
-        """Return the files that the scene is read from: their content is part of a run's name.
+        """Return the files of the scene. Their content is part of a run's name.
 
         Raises
         ------
@@ -81,11 +81,11 @@ class IsetExr:
         return tuple(self._light_files())
 
     def check_files(self) -> None:
-        """Check the names of the channels and the map of distances; no light is read.
+        """Check the names of the channels and the map of distances; no radiance is read.
 
         Raises
         ------
-        CatalogError : no file of the scene, one that cannot be read, or a band is missing or there
+        CatalogError : the scene has no file, a file cannot be read, or a band is missing or there
             twice.
         UnitError : the map of distances does not hold distances.
         """
@@ -110,7 +110,7 @@ class IsetExr:
 
         Raises
         ------
-        CatalogError : no file of the scene, or a file is cut off or lacks a channel.
+        CatalogError : the scene has no file, or a file is cut off or lacks a channel.
         UnitError : light in a file is negative or not finite, or two files differ in size or
             wavelengths.
         """

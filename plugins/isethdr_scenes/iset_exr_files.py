@@ -83,7 +83,7 @@ def _bands(names: Iterable[str], path: Path) -> dict[float, str]:
 
 
 def read_instance(path: Path) -> np.ndarray:
-    """Return the instance map (y, x) uint32; what is not a positive number there is 0, no instance.
+    """Return the instance map (y, x) uint32. Tiles without a positive number are 0: no instance.
 
     Raises
     ------
@@ -140,7 +140,7 @@ def checked_distance(depth: np.ndarray, path: Path) -> np.ndarray:
 
     Raises
     ------
-    UnitError : no real numbers, a negative distance, or no distance at all.
+    UnitError : the map holds no real numbers, a negative distance, or no finite distance.
     """
     label = f"{path}: sceneMeta.depthMap"
     expected = "expected real distances in metres, 0 or more; fetch the file again, or move it away"
@@ -159,7 +159,7 @@ def is_deposit_file(path: Path) -> bool:
 
     Raises
     ------
-    CatalogError : a link without a target, or something that is no file.
+    CatalogError : the path is a link without a target, or no file.
     """
     if path.is_file():
         return True

@@ -12,7 +12,7 @@
 | green        | traffic signal LED                    | model: Gaussian at 503 nm, FWHM 30 nm |
 | daylight     | CIE D65                               | colour-science                        |
 
-Only the shape matters: a lamp's level is its candela. Each is scaled to a maximum of 1.
+Each spectrum is scaled to a maximum of 1: the intensity of a lamp in candela sets its level.
 """
 
 from __future__ import annotations
@@ -53,7 +53,9 @@ def spectrum_of(name: str) -> Spectrum:
 
 
 def sky_of(luminance_cd_m2: float, name: str = "daylight") -> Spectrum:
-    """Return a sky radiance, W m-2 sr-1 nm-1, of that luminance and the spectral shape `name`."""
+    """Return a sky radiance, W m-2 sr-1 nm-1, with a luminance, cd/m2, and the spectral shape
+    `name`.
+    """
     shape = spectrum_of(name)
     fine = np.arange(360.0, 831.0)
     scale = luminance_cd_m2 / float(luminance(shape.at(fine), fine))

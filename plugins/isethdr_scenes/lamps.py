@@ -3,8 +3,8 @@
 The lamps of vehicles and bicycles are tables of candela over two angles, from the families of
 `photometry.families`, each within the limits of its UN regulation (`photometry/rules.csv`). Street
 and tunnel luminaires and traffic signals are tables of `photometry.luminaires`. Windows, panels and
-destination signs are Lambertian: their luminance is the same in all directions. Intensities of
-these are typical values.
+destination signs are Lambertian: their luminance is the same in all directions. Their intensities
+are typical values.
 """
 
 from __future__ import annotations
@@ -20,18 +20,21 @@ from .lamp_spectra import spectrum_of
 from .photometry.families import family
 from .photometry.luminaires import luminaire
 
-HEADLAMP_GLOW = 4e-3  # share of a lamp's flux with which its lens glows towards all sides
-LENS_GLOW = 0.02  # of coloured and diffusing lenses
+# shares of a lamp's flux that its lens emits as a Lambertian surface
+HEADLAMP_GLOW = 4e-3
+LENS_GLOW = 0.02  # coloured and diffusing lenses
 
 
 @dataclass(frozen=True)
 class Kind:
-    """One kind of lamp, as built: a table of `family` or `luminaire`, Lambertian without one."""
+    """One kind of lamp with the table of a `family` or a `luminaire`; Lambertian without a
+    table.
+    """
 
     group: str
     spectrum: str
     intensity_cd: float
-    lambertian_share: float = 1e-3  # of a lamp with a table
+    lambertian_share: float = 1e-3  # Lambertian share of the flux of a lamp with a table
     family: str = ""
     luminaire: str = ""  # a table of `photometry.luminaires` instead of a family
 
@@ -64,7 +67,7 @@ KINDS = {
     "reverse": _table("other", "led_white", "reversing"),
     "bike_front": _table("other", "led_white", "bicycle_front"),
     "bike_tail": _table("other", "red", "bicycle_rear"),
-    # behind a diffusing lens; the axis of both is turned towards the road
+    # luminaires behind a diffusing lens; their axes point towards the road
     "street": _luminaire("road", glow=LENS_GLOW),
     "tunnel": _luminaire("tunnel", "led_white", glow=LENS_GLOW),
     # amber destination sign, some 100 cd/m2
@@ -78,14 +81,15 @@ KINDS = {
     "signal_red": _luminaire("signal", "red", "other", LENS_GLOW),
     "signal_amber": _luminaire("signal", "amber", "other", LENS_GLOW),
     "signal_green": _luminaire("signal", "green", "other", LENS_GLOW),
-    # per square metre, scaled by the builder: shop window, panel of a bus stop
+    # cd per square metre, which the builder multiplies by the area: shop window, panel of a bus
+    # stop
     "shop_window": Kind("other", "led_white", 80),
     "panel": Kind("other", "led_white", 150),
 }
 
 
 def groups_of(kinds: Iterable[str]) -> tuple[str, ...]:
-    """Return the light groups of a scene under a sky with these kinds of lamps: `sky` first."""
+    """Return the light groups of a scene with these kinds of lamps: `sky` first."""
     return ("sky", *sorted({KINDS[kind].group for kind in kinds}))
 
 
@@ -113,13 +117,14 @@ def _table_of(kind: Kind) -> IntensityTable | None:
 
 
 def lamp_of_family(kind: str, axis: tuple[float, float, float], name: str) -> Lamp:
-    """Return the lamp `kind` with the table and the intensity of the family `name` in place of its
-    own: a motorcycle's brake lamp is a `brake` of other candela.
+    """Return the lamp `kind` with the table and the intensity of the family `name`.
+
+    For example, the brake lamp of a motorcycle is a `brake` with another intensity.
 
     Parameters
     ----------
-    kind : kind of `KINDS`.
-    axis : (3,) direction along which it points, model coordinates, any length.
+    kind : one of `KINDS`.
+    axis : (3,) direction in which the lamp points, model coordinates, any length.
     name : family of `photometry.families`.
     """
     pattern = family(name)

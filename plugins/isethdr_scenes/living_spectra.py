@@ -1,8 +1,8 @@
 """Spectral reflectances of cloth, hair, skin, fur, leaves, bark and stone of the families of
 `things`.
 
-As those of `materials`, every value is a plausible model written down by hand, not a measurement:
-(wavelength nm, reflectance) nodes, linear between.
+As in `materials`, every value is a plausible model written down by hand, not a measurement.
+Spectra are (wavelength nm, reflectance) nodes with linear interpolation.
 """
 
 from __future__ import annotations
@@ -13,7 +13,8 @@ Nodes = float | list[tuple[float, float]]
 def _leaf(green: float, red: float, infrared: float = 0.45) -> list[tuple[float, float]]:
     """Return a leaf with these reflectances at 550, 620 to 680 and 740 nm.
 
-    Chlorophyll absorbs blue always and red in summer; in autumn red comes back.
+    A leaf always absorbs blue. In summer its chlorophyll also absorbs red; in autumn it reflects
+    red.
     """
     blue = 0.03 + 0.05 * green
     edge = red + 0.25 * (infrared - red)

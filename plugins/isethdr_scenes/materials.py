@@ -1,4 +1,4 @@
-"""Surface materials: spectral reflectances as (wavelength nm, value) nodes, linear between.
+"""Surface materials: spectral reflectances as (wavelength nm, value) nodes, linearly interpolated.
 
 Every value is a plausible model written down by hand, not a measurement: diffuse reflectances of
 paint, cloth, skin, fur, leaves, asphalt and concrete in the range that measurements of such
@@ -78,16 +78,17 @@ COATED = {  # name: (reflectance of the base, roughness of the coat)
     "metal_grey": (0.16, 0.25),
     "metal_red": ([(400, 0.03), (580, 0.05), (610, 0.30), (700, 0.42)], 0.2),
 }
-SHEETING_BASE = 0.60  # of white sheeting
-# coloured sheeting of the class: its shape, and R_A relative to that of the white one
+SHEETING_BASE = 0.60  # reflectance of white sheeting
+# coloured sheeting of class `ra2`: spectral shape, and R_A relative to white sheeting
 SHEETING = {
     "sheeting_red": ([(400, 0.02), (580, 0.03), (610, 0.45), (700, 0.60)], RED_OVER_WHITE),
-    # over white: ASTM D4956-01, Type III: yellow 170, blue 20, green 45; from memory
+    # R_A over that of white, 250; ASTM D4956-01, Type III: yellow 170, blue 20, green 45; from
+    # memory
     "sheeting_yellow": ([(400, 0.05), (480, 0.08), (520, 0.45), (700, 0.62)], 170 / 250),
     "sheeting_blue": ([(400, 0.12), (450, 0.22), (500, 0.10), (560, 0.03), (700, 0.04)], 20 / 250),
     "sheeting_green": ([(400, 0.03), (480, 0.10), (520, 0.22), (580, 0.06), (700, 0.04)], 45 / 250),
 }
-# name: (reflectance of the base, roughness of its coat, retro-reflector, times its R_A)
+# name: (reflectance of the base, roughness of its coat, retro-reflector, factor on its R_A)
 RETRO = {
     "plate_white": (0.70, 0.2, "ra1", 1.0),
     "post_reflector": (0.60, 0.2, "ra2", 1.0),
@@ -191,15 +192,15 @@ GLASS = {"glass": 0.84, "glass_tinted": 0.35}  # inner transmittance of the pane
 
 
 def _retro(name: str, value: Nodes, roughness: float, kind: str, times: float) -> Material:
-    """Return a plastic surface that sends light back."""
+    """Return a plastic material with retro-reflection."""
     colour = _spectrum(value)
     retro = retro_reflection(kind, colour, times)
     return Material(name, "plastic", colour, roughness, retro=retro)
 
 
 def _sheeting(name: str, shape: Nodes, share: float) -> Material:
-    """Return coloured sheeting with `share` of the R_A of the white one: its reflectance is scaled
-    to it, so that both have one surface.
+    """Return coloured sheeting with `share` of the R_A of white sheeting. The share scales the
+    reflectance, so both colours have the same retro-reflection lobe.
     """
     white = flat(SHEETING_BASE)
     scale = share * SHEETING_BASE / luminous_mean(_spectrum(shape))
@@ -224,14 +225,13 @@ MATERIALS: dict[str, Material] = (
 def used(
     models: dict[str, Model], road_surface: RoadSurfaceName = DEFAULT, seed: int = 0
 ) -> dict[str, Material]:
-    """Return the materials that the parts of `models` name, with textures of that seed; asphalt and
-    markings by surface, and what an asset pack states as a colour.
+    """Return the materials of the parts of `models`, with their textures.
 
     Parameters
     ----------
-    models : by name, with the materials of their parts.
+    models : models by name; their parts name materials, also colours of asset packs.
     road_surface : surface of asphalt and markings.
-    seed : of the textures.
+    seed : seed of the textures.
     """
     all_materials = MATERIALS | road_materials(road_surface)
     names = sorted({p.material for m in models.values() for p in m.parts})

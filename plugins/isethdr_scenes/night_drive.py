@@ -22,14 +22,14 @@ if TYPE_CHECKING:
     from .geometry.surroundings.ground import Ground
     from .placement import Spot
 
-# where the things of the scene still stand beside each other
+# ranges in which the objects of the scene still fit next to each other
 Oncoming = Annotated[float, Range(12, 80)]  # metres
 Ahead = Annotated[float, Range(8, 80)]  # metres
 Cyclist = Annotated[float, Range(6, 60)]  # metres
 Deer = Annotated[float, Range(15, 120)]  # metres
 Truck = Annotated[float, Range(30, 150)]  # metres
-Beside = Annotated[float, Range(0.5, 8)]  # degrees beside the headlamp
-Curvature = Annotated[float, Range(-0.003, 0.003)]  # 1 / m: a radius of 333 m
+Beside = Annotated[float, Range(0.5, 8)]  # degrees from the headlamp
+Curvature = Annotated[float, Range(-0.003, 0.003)]  # 1 / m; the limits are a radius of 333 m
 Vehicles = Annotated[int, Range(1, 6)]
 People = Annotated[int, Range(1, 4)]
 Animals = Annotated[int, Range(0, 3)]
@@ -42,7 +42,7 @@ class NightDrive:
     """Two-lane road with an oncoming car, a car ahead, a parked truck, people, deer, trees and
     street lamps.
 
-    Everything is geometry with spectral materials and lamps in candela; the weights of the lighting
+    All objects are meshes with spectral materials and lamps in candela; the weights of the lighting
     set the time of day. At weight 1 the sky is a uniform daylight sky of `sky_luminance_cd_m2`; a
     moonless night is a weight of 1e-7 to 1e-5. Ranges are (least, most); the seed selects values
     between them.
@@ -81,10 +81,10 @@ class NightDrive:
     braking: bool = False  # brake lights of the car ahead are on
     # asphalt: dry r1 to r4, c1, c2; damp; wet w1, w2, c2w3, c2w4 (docs/explanation/scenes.md)
     road_surface: RoadSurfaceName = DEFAULT
-    # uniform: a daylight sky, whose level the lighting sets. Others are the sky of an hour, with
-    # sun or moon, as built at weight 1 (docs/explanation/sky.md)
+    # uniform: a daylight sky; the lighting sets its level. Others: the sky at one hour with sun or
+    # moon; weight 1 gives its real level (docs/explanation/sky.md)
     sky: SkyName = "uniform"
-    # what the hour has otherwise: sun_elevation_deg, sun_azimuth_deg, moon_elevation_deg,
+    # changes to the hour of the sky: sun_elevation_deg, sun_azimuth_deg, moon_elevation_deg,
     # moon_azimuth_deg, moon_phase_deg, bortle, turbidity; or latitude_deg, longitude_deg, time_utc
     # and heading_deg
     hour: dict[str, Any] = field(default_factory=dict)
@@ -112,7 +112,7 @@ class NightDrive:
         return describe("night_drive", self, ground, spots, target, light)
 
     def light_groups(self) -> tuple[str, ...]:
-        """Return the light groups, from where things stand: no mesh is built."""
+        """Return the light groups, from the plan alone: no mesh is built."""
         _, spots = self.plan()
         return groups_of(kind for spot in spots for kind in spot.lamps)
 
@@ -121,5 +121,5 @@ class NightDrive:
         return camera_field(self.horizontal_field_deg, self.aspect, self.projection)
 
     def plan(self) -> tuple[Ground, list[Spot]]:
-        """Return (ground, spots): where everything stands, without building a mesh."""
+        """Return (ground, spots): the places of all objects, without building a mesh."""
         return plan(self)

@@ -1,8 +1,9 @@
 """Placement: the positions of all objects of a scene, computed from its seed before any mesh is
 made.
 
-Places are (s, y): metres along the road from below the camera, metres to the left of its middle
-line. Random numbers are drawn in a fixed order, so that the same seed gives the same places.
+Places are (s, y): s in metres along the road from the point below the camera, y in metres to the
+left of the road's middle line. Random numbers are drawn in a fixed order, so that the same seed
+gives the same places.
 """
 
 from __future__ import annotations
@@ -43,8 +44,8 @@ SHRUBS = 40
 SHRUB_M = (18.0, 130.0)
 SHRUB_Y_M = (7.0, 10.0)
 HOUSE = (96.0, -26.0)
-HOUSE_TURN_DEG = 225.0  # its lit windows face the road and who comes along it
-FAR_STEP_M = 0.09  # coarser sections for vehicles beyond 40 m
+HOUSE_TURN_DEG = 225.0  # the lit windows face the road and the camera
+FAR_STEP_M = 0.09  # length of the coarser sections of vehicles beyond 40 m
 SIDE_WALK_Y_M = EDGE_M - 0.25  # pedestrians walk on the paved shoulder
 
 DRIVING = (
@@ -56,7 +57,7 @@ DRIVING = (
 )
 BRAKING = ("brake", "brake_high")
 PARKED = ("position", "tail", "marker", "indicator_front", "indicator_rear")
-# share, least |y| m
+# share of all plants, least |y|, m
 PLANTS = {
     "oak": (0.20, 13.0),
     "birch": (0.12, 13.0),
@@ -94,14 +95,16 @@ def bearing_deg(point: np.ndarray, seen_from: np.ndarray) -> float:
 
 
 def oncoming_lamp(ground: Ground, s_m: float) -> np.ndarray:
-    """Return where the oncoming car at `s_m` has the headlamp nearer to the roadside, m."""
+    """Return the position (3,), m, of the headlamp of an oncoming car at `s_m` that is nearer to
+    the roadside.
+    """
     ahead, side, height = CAR_LAMP
     return ground.on(s_m - ahead, -OWN_LANE_M + side, height)
 
 
 def walk_beside(ground: Ground, y_m: float, bearing: float, seen_from: np.ndarray) -> float:
-    """Return the s in m, 6 to 150, at which a walker at `y_m` is seen at that bearing, which falls
-    with s.
+    """Return the place s, 6 to 150 m, at which the camera sees a walker at a bearing. The bearing
+    falls with s.
 
     Parameters
     ----------
@@ -189,8 +192,8 @@ def traffic(drive: NightDrive, ground: Ground, s: dict, rng: np.random.Generator
 
 
 def living(drive: NightDrive, ground: Ground, s: dict, rng: np.random.Generator) -> list[Spot]:
-    """Return the people and animals: a walker beside the oncoming headlamps, a rider, deer, and
-    some more.
+    """Return the people and animals: a walker next to the oncoming headlamps, a rider, a worker, a
+    child and deer, up to drawn numbers.
 
     Parameters
     ----------
@@ -246,11 +249,11 @@ def living(drive: NightDrive, ground: Ground, s: dict, rng: np.random.Generator)
         Spot("hind", ("deer", False, 0.05), "deer", s["deer"] + 8, -11.2, 130 + turn),
         Spot("second hind", ("deer", False, 0.05), "deer", s["deer"] + 22, -13.0, 40 - turn),
     ]
-    return spots[: people + 1] + deer[:animals]  # the bicycle is no person
+    return spots[: people + 1] + deer[:animals]  # + 1: the bicycle is no person
 
 
 def plants(drive: NightDrive, rng: np.random.Generator) -> list[Spot]:
-    """Return trees and bushes on both sides of the road, none on the house."""
+    """Return trees and bushes on both sides of the road, none in front of or inside the house."""
     spots = []
     total = int(rng.integers(drive.trees[0], drive.trees[1] + 1))
     for kind, (share, near_m) in PLANTS.items():
@@ -276,8 +279,8 @@ def plants(drive: NightDrive, rng: np.random.Generator) -> list[Spot]:
 
 
 def furniture(drive: NightDrive, ground: Ground, rng: np.random.Generator) -> list[Spot]:
-    """Return what was built: road, land, grass, guard rail, street lamps, posts, a house, and the
-    own headlamps.
+    """Return the fixed objects (road, land, grass, guard rail, street lamps, posts, signs, a house)
+    and the headlamps of the camera's car.
 
     Parameters
     ----------
@@ -323,7 +326,9 @@ def furniture(drive: NightDrive, ground: Ground, rng: np.random.Generator) -> li
 
 
 def shrubs(drive: NightDrive, s: dict) -> list[Spot]:
-    """Return shrubs on both verges, in groups, none where deer stand or before them."""
+    """Return shrubs on both verges, none next to the deer or in front of them, none in the lay-by
+    of the truck.
+    """
     rng = np.random.default_rng([drive.seed, SHRUBS])
     spots = []
     for k in range(min(SHRUBS, drive.trees[0])):
@@ -339,8 +344,8 @@ def shrubs(drive: NightDrive, s: dict) -> list[Spot]:
 
 
 def plan(drive: NightDrive) -> tuple[Ground, list[Spot]]:
-    """Return the ground and the spots of all objects of a `night_drive`; the same seed, the same
-    plan.
+    """Return the ground and the spots of all objects of a `night_drive`; the same seed gives the
+    same plan.
     """
     rng = np.random.default_rng(drive.seed)
     s = {

@@ -13,13 +13,13 @@ from .placement import BRAKING, DRIVING, OWN_LAMPS, OWN_LANE_M, PLANTS, Spot
 if TYPE_CHECKING:
     from .tunnel import Tunnel
 
-CLOSED_M = -80.0  # the dark end behind the camera
-OUTSIDE_M = 220.0  # land beyond the exit
+CLOSED_M = -80.0  # place of the dark end behind the camera
+OUTSIDE_M = 220.0  # length of the land beyond the exit
 WALKWAY_Y_M = 4.9
 
 
 def plan(tunnel: Tunnel) -> tuple[Ground, list[Spot]]:
-    """Return the ground and the spots of all objects of a `tunnel`; the same seed, the same
+    """Return the ground and the spots of all objects of a `tunnel`; the same seed gives the same
     plan.
     """
     rng = np.random.default_rng(tunnel.seed)

@@ -1,9 +1,9 @@
 """Retro-reflectors: plates, posts, road studs, stripes of clothing, vehicle reflectors, eyes.
 
-R_A, cd lx-1 m-2, decreases with the observation angle and with the entrance angle, each by a law of
-its own (`isethdr_core.scene.RetroReflection`). The fit covers the angles of the sources; outside
-them it is a model. The values are the minima for new material; real sheets have up to twice as
-much.
+R_A, cd lx-1 m-2, decreases with the observation angle and with the entrance angle. Each angle has
+its own law (`isethdr_core.scene.RetroReflection`). The fit covers the angles of the sources;
+outside them it is a model. The values are the minima for new material; real sheets have up to twice
+as much.
 
 | name | what | R_A at observation / entrance, degrees | source |
 |---|---|---|---|
@@ -14,13 +14,13 @@ much.
 | stud | road studs | 0.3/5: 185; 1/10: 21; 2/15: 2.1 | EN 1463-1 type 2 (4) |
 | animal_eye | deer | 0.33: 60; 1: 33; 2: 9 | a model (3) |
 
-(1) Assumed, from memory; of clothing 330 and of RA2 180 were confirmed. 70 and 250 are those of
-ASTM D4956-01, Types I and III, in a transcription. Plates: a stand-in for ISO 7591. (2) The
-regulation's text: at least 300, 5 and 100 mcd/lx, here on 30 cm2; amber 2.5 times. (3) A pupil
-that returns 15 % of its light, half of it within 1.4 degrees; no measurement was found. (4)
-Assumed, from memory: R_I of white studs with plastic reflectors, 220, 25 and 2.5 mcd/lx, over the
-face of 11.9 cm2 of `geometry.surroundings.road`; and R_I at 20 degrees of entrance is 112 / 279 of
-that at 0, as of ASTM D4280.
+(1) Assumed, from memory; only 330 (clothing) and 180 (RA2) were confirmed. The values 70 and 250
+are those of ASTM D4956-01, Types I and III, in a transcription. RA1 stands in for ISO 7591 (number
+plates). (2) The regulation's text: at least 300, 5 and 100 mcd/lx, here on 30 cm2; amber 2.5 times
+as much. (3) A pupil that returns 15 % of its light, half of it within 1.4 degrees; no measurement
+was found. (4) Assumed, from memory: R_I of white studs with plastic reflectors, 220, 25 and 2.5
+mcd/lx, over the face of 11.9 cm2 of `geometry.surroundings.road`. R_I at an entrance angle of 20
+degrees is 112 / 279 of that at 0, as in ASTM D4280.
 
 The product of two laws is within 10 to 25 % (rms) of the tables of ra1, ra2 and clothing; the worst
 cell, clothing at 1 / 20, is 73 % too bright.
@@ -57,11 +57,11 @@ def retro_names() -> tuple[str, ...]:
 def retro_reflection(name: str, colour: Spectrum, times: float = 1.0) -> RetroReflection:
     """Return the retro-reflection `name` of a material of reflectance `colour`.
 
-    `times` is a factor on R_A. The colour changes the spectral shape only, not R_A.
+    The colour changes the spectral shape only, not R_A.
 
     Parameters
     ----------
-    name : of a material of `retro_reflectors.csv`.
+    name : name of a row of `retro_reflectors.csv`.
     colour : reflectance of the material.
     times : factor on R_A.
     """
@@ -76,6 +76,6 @@ def retro_reflection(name: str, colour: Spectrum, times: float = 1.0) -> RetroRe
 
 
 def luminous_mean(spectrum: Spectrum) -> float:
-    """Return the mean of a spectrum weighed by V(lambda)."""
+    """Return the mean of a spectrum weighted by V(lambda)."""
     nm = np.arange(380.0, 781.0)
     return float(np.average(spectrum.at(nm), weights=v_lambda(nm)))

@@ -20,9 +20,11 @@ BETA_DEG = np.array(
     [0, 2, 5, 10, 15, 20, 25, 30, 35, 40, 45, 60, 75, 90, 105, 120, 135, 150, 165, 180], float
 )
 OBSERVER_DEG = 1.0
-EN_1436_DEG = (1.24, 2.29)  # elevation of lamp and observer: 30 m, 0.65 m and 1.2 m high
-Q0_REACH = (-4.0, 12.0, 3.0)  # lamps from 4 heights behind to 12 ahead, 3 to either side
-SPECULAR_ROW = 8  # tan(gamma) = 2
+# elevations of a lamp 0.65 m high and of an observer 1.2 m high at a distance of 30 m
+EN_1436_DEG = (1.24, 2.29)
+# extent of the lamps in mounting heights: 4 behind the observed point, 12 ahead, 3 to either side
+Q0_REACH = (-4.0, 12.0, 3.0)
+SPECULAR_ROW = 8  # row of tan(gamma) = 2
 
 
 class RoadFigures(NamedTuple):
@@ -68,9 +70,9 @@ def figures(table: np.ndarray) -> RoadFigures:
 
 
 def weighted_difference(table: np.ndarray, reference: np.ndarray) -> float:
-    """Return the rms difference of two tables over the rms of `reference`, cells weighed as by Q0.
+    """Return the rms difference of two tables over the rms of `reference`.
 
-    Cells where the reference has no value (0) do not count.
+    Cells have the weights of Q0. Cells where the reference has no value (0) do not count.
     """
     weights = Q0_WEIGHTS * (reference > 0)
     return float(
@@ -81,7 +83,7 @@ def weighted_difference(table: np.ndarray, reference: np.ndarray) -> float:
 def retro_luminance(
     bsdf: Bsdf, light_deg: float = EN_1436_DEG[0], observer_deg: float = EN_1436_DEG[1]
 ) -> float:
-    """Return R_L = L / E, mcd m-2 lx-1, E on a plane that faces the lamp (EN 1436:2018).
+    """Return R_L = L / E, mcd m-2 lx-1, with E on a plane that faces the lamp (EN 1436:2018).
 
     Lamp and observer stand in one vertical plane on the same side.
 
@@ -99,8 +101,8 @@ def retro_luminance(
 def _q0_weights(step: float = 0.02) -> np.ndarray:
     """Return weights (29, 20): Q0 = sum(weights * table) / 10^4.
 
-    Q0 is the mean of q over the solid angle of the lamps that the table is meant for. Cells are
-    interpolated bilinearly; both sides of the road are alike.
+    Q0 is the mean of q over the solid angle of the lamps of `Q0_REACH`. Cells are interpolated
+    bilinearly. The table is symmetric about the plane of the observer, so one side is enough.
     """
     back, ahead, aside = Q0_REACH
     along = np.arange(back + step / 2, ahead, step)
@@ -116,7 +118,7 @@ def _q0_weights(step: float = 0.02) -> np.ndarray:
     for below, vertical in ((0, 1 - down), (1, down)):
         for beside, horizontal in ((0, 1 - right), (1, right)):
             np.add.at(out, (row + below, column + beside), vertical * horizontal)
-    # the solid angle of equal areas of a plane of lamps goes as cos^3, and r = q cos^3
+    # equal areas of a plane of lamps have solid angles proportional to cos^3, and r = q cos^3
     return out / ((1 + tangent**2) ** -1.5).sum()
 
 

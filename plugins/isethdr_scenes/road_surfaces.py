@@ -1,4 +1,4 @@
-"""Road surfaces: asphalt and markings that reflect as measured roads do.
+"""Road surfaces: asphalt and markings fitted to the reflection of measured roads.
 
 Each surface consists of lobes (grains, wide and narrow facets) that are fitted to an r-table of CIE
 144:2001 at an observation angle of 1 degree, with light from 0 to 85 degrees off the normal, and to
@@ -15,9 +15,9 @@ in `road_surfaces.csv`.
 | c2w3 c2w4 | wet: C2 in the classes W3 and W4 | the CIE tables C2W3 and C2W4 |
 
 R_L of asphalt in headlamps, 5 to 20 mcd m-2 lx-1 dry and about 1 wet, is an assumption: no measured
-table was found. Fitted to the r-tables alone the same lobes give 2.5 to 8 dry.
+table was found. The same lobes fitted to the r-tables alone give 2.5 to 8 dry.
 
-Markings are paint with glass beads, by their R_L in the geometry of EN 1436 (30 m).
+Markings are paint with glass beads. Their R_L in the geometry of EN 1436 (30 m) sets the beads.
 """
 
 from __future__ import annotations
@@ -53,7 +53,7 @@ PAINT = Granular(
 )
 # yellow paint of road works: a model, with a steep edge near 510 nm
 YELLOW = Spectrum((400.0, 480.0, 510.0, 540.0, 600.0, 700.0), (0.05, 0.07, 0.20, 0.40, 0.52, 0.55))
-PAINT_R_L = 19.54  # mcd m-2 lx-1 of the paint between the beads, per reflectance
+PAINT_R_L = 19.54  # R_L of paint without beads over its reflectance, mcd m-2 lx-1
 BEAD_HALF_WIDTH_DEG = 6.0  # a model: angle over which beads in paint reflect light back
 
 
@@ -62,12 +62,12 @@ class RoadSurface:
     """A fitted surface, and the figures of the table to which it was fitted."""
 
     name: str
-    reflectance: float  # of the grains
+    reflectance: float  # reflectance of the grains
     granular: Granular
-    q0: float  # of the table, 1/sr
+    q0: float  # Q0 of the table, 1/sr
     s1: float
     s2: float
-    r_l: float  # of the fit, mcd m-2 lx-1 in the geometry of EN 1436
+    r_l: float  # R_L of the fit, mcd m-2 lx-1 in the geometry of EN 1436
 
 
 @cache
@@ -97,7 +97,9 @@ def _distribution(name: str) -> Literal["beckmann", "ggx"]:
 
 
 def asphalt(name: RoadSurfaceName) -> Material:
-    """Return the asphalt of a surface; its grains have the fitted reflectance weighed by V."""
+    """Return the asphalt of a surface. The mean reflectance of its grains, weighted by V(lambda),
+    is the fitted one.
+    """
     surface = road_surfaces()[name]
     nm, shape = np.array(ASPHALT_NODES).T
     mean = luminous_mean(Spectrum(tuple(nm.tolist()), tuple(shape.tolist())))
@@ -107,7 +109,13 @@ def asphalt(name: RoadSurfaceName) -> Material:
 
 
 def marking(r_l: float, reflectance: float = PAINT_REFLECTANCE) -> Material:
-    """Return the paint of a marking with beads that make `r_l`, mcd m-2 lx-1 (EN 1436, 30 m)."""
+    """Return the paint of a marking whose beads bring R_L to `r_l`, mcd m-2 lx-1 (EN 1436, 30 m).
+
+    Parameters
+    ----------
+    r_l : R_L of the marking; the paint alone reaches `PAINT_R_L` times `reflectance`.
+    reflectance : reflectance of the paint at all wavelengths.
+    """
     beads = max(r_l - PAINT_R_L * reflectance, 0.0) / reflectance
     light, observer = np.sin(np.radians(EN_1436_DEG))
     width = 1 - np.cos(np.radians(BEAD_HALF_WIDTH_DEG))

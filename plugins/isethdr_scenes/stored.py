@@ -1,8 +1,8 @@
-"""The scene `stored`: radiance of the home folder by its name, whatever has made it.
+"""The scene `stored`: radiance from the home folder by its name, whatever its source.
 
-Radiance is found again by its recipe as long as the code of its scene and its renderer stays the
-same. With another version of that code the recipe has another name, and would be rendered again.
-This scene names the store itself, so nothing is rendered.
+A run finds stored radiance by its recipe as long as the code of the scene and of the renderer stays
+the same. With another version of that code the recipe has another name, and the scene would be
+rendered again. This scene names the store itself, so nothing is rendered.
 """
 
 from __future__ import annotations
@@ -30,12 +30,12 @@ class Stored:
     def __call__(self) -> xr.Dataset:
         """Return radiance and labels; parts are read when they are used.
 
-        The errors that the renderer stated are stated again.
+        The errors that the renderer stated are recorded in the ledger of this run.
 
         Raises
         ------
         ConfigError : no store is named.
-        CatalogError : there is none of this name, or several.
+        CatalogError : no store has this name, or several have it.
         """
         scene = self._opened()
         rows = Ledger.from_records(_attributes(scene).get("ledger", ()))
@@ -45,7 +45,7 @@ class Stored:
         return scene
 
     def input_files(self) -> Iterator[Path]:
-        """Return the records of the stores: they name what has made the light."""
+        """Return the root files of the stores, which describe how the radiance was made."""
         folder = home() / "scenes"
         recipe = str(_attributes(self._opened())["recipe"])
         return folder.glob(f"{recipe}-*.zarr/{ROOT_FILE}")
@@ -55,7 +55,7 @@ class Stored:
 
         Raises
         ------
-        ConfigError, CatalogError : as the call.
+        ConfigError, CatalogError : as `__call__`.
         """
         self._opened()
 

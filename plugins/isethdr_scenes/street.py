@@ -68,12 +68,12 @@ Along = Annotated[float, Range(0, 1e6)]  # metres along a road
 LaneNumber = Annotated[int, Range(-100, 100)]
 SpeedLimit = Annotated[float, Range(5, 200)]  # km/h
 Time = Annotated[float, Range(0, 60)]  # seconds
-TrafficSecond = Annotated[float, Range(0, 86_400)]  # seconds: of a day
+TrafficSecond = Annotated[float, Range(0, 86_400)]  # seconds; a day has 86 400
 FrameRate = Annotated[float, Range(0.1, 10_000)]  # 1/s
-TARGET_M = 40.0
+TARGET_M = 40.0  # distance of the point at which the camera looks
 ROAD_FILE = ".xodr"
 KIND_WITHOUT_CHOICE = "city_2_lanes"
-NAN = float("nan")  # a bound that is not known
+NAN = float("nan")  # bound of an error of unknown size
 
 
 @dataclass(frozen=True)
@@ -81,7 +81,7 @@ class Street:
     """A road of one of 25 kinds, or of an OpenDRIVE file, with its traffic, seen from a car.
 
     Everything is drawn from the seed and placed before a mesh is built: no two things overlap, all
-    stand on the ground, and the first 6 m before the camera are free. Lamps and sky are as in
+    stand on the ground, and the first 6 m in front of the camera are free. Lamps and sky are as in
     `night_drive`. A density that cannot be placed is an error that says how many were placed.
     """
 
@@ -120,7 +120,8 @@ class Street:
     # SUMO (extra `traffic`); or a file of SUMO: path/to/rush.sumocfg, path/to/cars.rou.xml
     # (docs/how-to/sumo_traffic.md)
     traffic: str = PLACER
-    # of a file of SUMO's: the vehicle that carries the camera; empty: the car nearest to the start
+    # with a file of SUMO: id of the vehicle that carries the camera; empty takes the car nearest to
+    # the start
     traffic_ego: str = ""
     traffic_start_s: TrafficSecond = 60.0  # second of SUMO's simulation at which `time_s` is 0
     vehicles_per_km: Vehicles = 15.0  # moving vehicles per km of each lane
@@ -131,7 +132,7 @@ class Street:
     plants_per_km: Plants = 150.0  # trees, bushes and rocks per km of road
     # tufts of grass beside the shoulders, per km of each verge, within 60 m of the camera
     tufts_per_km: Tufts = 0.0
-    tuft_height_m: tuple[TuftHeight, TuftHeight] = (0.2, 0.4)  # of these tufts
+    tuft_height_m: tuple[TuftHeight, TuftHeight] = (0.2, 0.4)  # range of the heights of the tufts
     # spectrum of all vehicle headlamps
     headlamp_light: Literal["led_white", "halogen"] = "led_white"
     # beam of all vehicle headlamps (docs/explanation/lamps.md)
@@ -142,10 +143,10 @@ class Street:
     street_light: Literal["sodium", "led_white", "metal_halide"] = "led_white"
     # asphalt: dry r1 to r4, c1, c2; damp; wet w1, w2, c2w3, c2w4 (docs/explanation/scenes.md)
     road_surface: RoadSurfaceName = DEFAULT
-    # uniform: a daylight sky, whose level the lighting sets. Others are the sky of an hour, with
-    # sun or moon, as built at weight 1 (docs/explanation/sky.md)
+    # uniform: a daylight sky; the lighting sets its level. Others: the sky at one hour with sun or
+    # moon; weight 1 gives its real level (docs/explanation/sky.md)
     sky: SkyName = "uniform"
-    # what the hour has otherwise: sun_elevation_deg, sun_azimuth_deg, moon_elevation_deg,
+    # changes to the hour of the sky: sun_elevation_deg, sun_azimuth_deg, moon_elevation_deg,
     # moon_azimuth_deg, moon_phase_deg, bortle, turbidity; or latitude_deg, longitude_deg, time_utc
     # and heading_deg
     hour: dict[str, Any] = field(default_factory=dict)
@@ -170,7 +171,9 @@ class Street:
         self._check_road()
 
     def _check_road(self) -> None:
-        """Raise ConfigError for a kind that is not there, and for a file's fields without one."""
+        """Raise ConfigError for an unknown kind of road, and for fields of a road or scenario file
+        without such a file.
+        """
         if self.scenario:
             self._check_scenario()
             return
@@ -195,7 +198,7 @@ class Street:
                 )
 
     def _check_scenario(self) -> None:
-        """Raise ConfigError for fields that say where the camera is beside a scenario."""
+        """Raise ConfigError for fields that place the camera or the road beside a scenario."""
         for name in ("road_id", "lane_id", "s_m"):
             if asdict(self._choices())[name] not in ("", None):
                 raise ConfigError(
@@ -250,7 +253,7 @@ class Street:
         )
 
     def _next_frame(self, objects: list[Placed]) -> NextFrame | None:
-        """Return where all will be one frame later; None for a single picture."""
+        """Return camera and objects one frame later; None for a single picture."""
         if self.frames_per_s is None:
             return None
         after_s = 1 / self.frames_per_s
@@ -260,12 +263,12 @@ class Street:
 
     @property
     def from_file(self) -> bool:
-        """Return whether the road is that of a file."""
+        """Return whether the road comes from a file."""
         return self.road.endswith(ROAD_FILE) or bool(self.scenario)
 
     def input_files(self) -> Iterable[Path]:
-        """Return the files of road, scenario and asset packs: their content is part of a run's
-        name.
+        """Return the files of road, scenario, traffic and asset packs. Their content is part of a
+        run's name.
         """
         road: tuple[Path, ...] = (Path(self.road),) if self.from_file else ()
         if self.scenario:
@@ -275,7 +278,7 @@ class Street:
         return (*road, *(path for folder in self.assets for path in pack_files(folder)))
 
     def programs(self) -> dict[str, str]:
-        """Return the version of SUMO where it drives."""
+        """Return the version of SUMO by its name; empty if SUMO does not make the traffic."""
         return {} if self.traffic == PLACER else {"SUMO": version()}
 
     def check_files(self) -> None:
@@ -284,19 +287,19 @@ class Street:
         Raises
         ------
         CatalogError : the road file is missing, malformed, or has gaps.
-        ConfigError : it has no such road or lane; an asset pack has mistakes, which are told all at
-            once.
+        ConfigError : the file has no such road or lane; an asset pack has mistakes, all of which
+            are listed.
         """
         if self.from_file:
             self._file_road()
         self.stock()
 
     def stock(self) -> Stock:
-        """Return what may be drawn: the bundled families, and what the asset packs add.
+        """Return the families that may be drawn: the bundled ones, and those of the asset packs.
 
         Raises
         ------
-        ConfigError : an asset pack has mistakes, which are told all at once.
+        ConfigError : an asset pack has mistakes, all of which are listed.
         """
         return stock_of(self.assets)
 
@@ -316,13 +319,13 @@ class Street:
         return file_road(Path(self.road), self.seed, self._choices())
 
     def light_groups(self) -> tuple[str, ...]:
-        """Return the light groups, from where things stand: no mesh is built."""
+        """Return the light groups, from the plan alone: no mesh is built."""
         layout = self.plan()
         shown = visible(layout, self.eye(), self.horizontal_field_deg)
         return groups_of(lamp_kinds(layout.base, shown))
 
     def _state_notes(self) -> None:
-        """State in the ledger what of the files is not carried."""
+        """Record in the ledger which contents of the files the scene leaves out or changes."""
         found = self._file_road()
         notes = found.file.notes + (self._start.notes if self.scenario else ())
         for note in notes:
@@ -340,7 +343,7 @@ class Street:
         return camera_field(self.horizontal_field_deg, self.aspect, self.projection)
 
     def base(self) -> BaseRoad:
-        """Return the road without what stands on it."""
+        """Return the road without the things on it."""
         return self._road if self._sumo is None else self._sumo.base
 
     @cached_property
@@ -388,7 +391,7 @@ class Street:
         return eye(self.moment(self.time_s).own_pose, self.mounting())
 
     def plan(self) -> Layout:
-        """Return where everything stands at `time_s`, without building a mesh.
+        """Return the places of all things at `time_s`, without building a mesh.
 
         Raises
         ------
@@ -398,7 +401,12 @@ class Street:
         return self.moment(self.time_s).layout
 
     def moment(self, time_s: float) -> Moment:
-        """Return what is where at a time; errors as of `plan`."""
+        """Return the layout and the pose of the camera's car at a time, s.
+
+        Raises
+        ------
+        ConfigError : as `plan`.
+        """
         if time_s == 0:
             return Moment(self._placed, self.base().pose(), False)
         if self._sumo is None:

@@ -1,4 +1,4 @@
-"""Levels of detail of a street: by distance, and coarser where a scene would exceed its budget."""
+"""Levels of detail of a street: by distance, and coarser if a scene exceeds its triangle budget."""
 
 from __future__ import annotations
 
@@ -13,10 +13,11 @@ from .things.thing import Thing
 
 Level = Literal["near", "middle", "far", "distant"]
 LEVELS: tuple[Level, ...] = ("near", "middle", "far", "distant")
-ENDS_M = (16.0, 45.0, 90.0)  # where the next coarser level begins
-BUDGET = 900_000  # stored triangles of a scene
-SPARE = 60_000  # of them for the ground and for small things
-# most triangles of a model of each group at each level; groups that are not listed are small
+ENDS_M = (16.0, 45.0, 90.0)  # distances at which the next coarser level begins
+BUDGET = 900_000  # greatest number of stored triangles of a scene
+SPARE = 60_000  # triangles of the budget reserved for the ground and for small things
+# greatest number of triangles of a model of each group at each level; groups that are not listed
+# are `SMALL`
 TRIANGLES: dict[str, tuple[int, int, int, int]] = {
     "car": (125_000, 50_000, 16_000, 7_000),
     "truck": (76_000, 40_000, 16_000, 8_000),
@@ -36,9 +37,16 @@ SMALL = (1_500, 800, 500, 500)
 
 
 def levels(standing: Iterable[Standing], position_m: np.ndarray) -> dict[Thing, Level]:
-    """Return the level of each thing: that of its nearest place, coarser where the budget asks.
+    """Return the level of each thing: that of its nearest place, or a coarser one to keep the
+    budget.
 
-    What is furthest beyond where it would have to change is made coarser first.
+    While the scene exceeds the budget, the thing with the largest number of saved triangles per
+    solid angle is made coarser by one level.
+
+    Parameters
+    ----------
+    standing : things and their poses.
+    position_m : (3,) position of the camera, m.
     """
     nearest: dict[Thing, float] = {}
     for one in standing:
@@ -55,14 +63,14 @@ def levels(standing: Iterable[Standing], position_m: np.ndarray) -> dict[Thing, 
         saved = cost[every, level] - cost[every, coarser]
         if not (saved > 0).any():
             break
-        # triangles saved per solid angle at which they are seen
+        # proportional to the triangles saved per solid angle of the thing
         worth = np.where(saved > 0, saved * away**2, -1.0)
         level[int(np.argmax(worth))] += 1
     return {thing: LEVELS[k] for thing, k in zip(things, level, strict=True)}
 
 
 def _triangles(thing: Thing) -> tuple[int, int, int, int]:
-    """Return the most triangles of a thing at each level."""
+    """Return the greatest number of triangles of a thing at each level."""
     if isinstance(thing, AssetThing) and thing.asset is not None:
         return thing.asset.triangles()
     return TRIANGLES.get(thing.group, SMALL)

@@ -1,4 +1,4 @@
-"""Models of a street: meshes of what the camera sees, at the detail that `street_detail` gives."""
+"""Models of a street: meshes of what the camera sees, at the levels of `street_detail`."""
 
 from __future__ import annotations
 
@@ -26,29 +26,29 @@ from .things.detail import clean, coarser
 from .things.packs.asset import AssetThing
 from .things.thing import Thing
 
-DISTANT_CELL_M = 0.25
-COARSE = ("car", "truck", "bus")  # groups with a level beyond far
-# what is nearer is built wherever the camera looks: its shadow or light may be seen
+DISTANT_CELL_M = 0.25  # width of the cells in which the level `distant` merges vertices
+COARSE = ("car", "truck", "bus")  # groups with a level `distant` of their own
+# things within this distance are built in all directions: their shadow or light may be visible
 ALWAYS_M = 30.0
-LAMPS_M = 60.0  # the same for what is lit
-MARGIN_DEG = 20.0  # beyond the picture's edge
+LAMPS_M = 60.0  # the same distance for things with a lamp on
+MARGIN_DEG = 20.0  # width of the zone around the picture in which things are built
 OWN_LAMPS = (2.25, 0.65, 0.65)  # ahead of the car's middle, to either side, above the road
 CATEGORIES = {"road": "road", "land": "vegetation", "structures": "building"}
 LUMINAIRE = "tunnel"
-AS_BUILT = family("dipped_r112_b")  # low beams, before `switched` gives them the beam asked for
+AS_BUILT = family("dipped_r112_b")  # beam of the low beams as built; `switched` replaces it
 OWN_HEADLAMPS = "own headlamps"
 HIDDEN = "hidden"  # the model without parts
 
 
 def visible(layout: Layout, eye: Eye, field_deg: float) -> list[Standing]:
-    """Return what is in the picture or near it, in the order of the layout.
+    """Return the things in the picture or near it, in the order of the layout.
 
-    A thing whose middle is further from the axis than half the field and a margin is left out,
-    unless it is near.
+    A thing farther from the axis than half the field plus a margin is left out, unless it is near
+    the camera.
 
     Parameters
     ----------
-    layout : all that stands on the road.
+    layout : all things on and beside the road.
     eye : place and axis of the camera.
     field_deg : full horizontal field angle, degrees.
     """
@@ -71,14 +71,15 @@ def visible(layout: Layout, eye: Eye, field_deg: float) -> list[Standing]:
 def things_of(
     layout: Layout, shown: list[Standing], eye: Eye, spectra: dict[str, str], beam: str
 ) -> tuple[dict[str, Model], list[Placed]]:
-    """Return the models and the placed objects of things; equal ones share a model.
+    """Return the models and the placed objects of things; equal things share a model.
 
-    Objects that are not shown have no mesh: everything keeps its number over a sequence.
+    Objects that are not shown get a model without parts, so that every object keeps its number over
+    a sequence.
 
     Parameters
     ----------
-    layout : all that stands on the road.
-    shown : what the camera may see (`visible`).
+    layout : all things on and beside the road.
+    shown : things that the camera may see (`visible`).
     eye : place of the camera, which decides the level of detail.
     spectra : name of a lamp spectrum per light group.
     beam : family of all headlamps that are on.
@@ -117,8 +118,8 @@ def later_poses(
 
     Parameters
     ----------
-    objects : as they are placed now, in the order of the scene.
-    layout : the later one; its things have the same names.
+    objects : objects with their present poses, in the order of the scene.
+    layout : later layout; its things have the same names.
     own_pose : (4, 4) later pose of the camera's car.
     """
     moved = {one.name: _pose_of(one) for one in layout.standing}
@@ -126,7 +127,7 @@ def later_poses(
     return tuple(moved.get(one.name, one.pose) for one in objects)
 
 
-@lru_cache(maxsize=256)  # more than one street shows, so that its next frame builds none
+@lru_cache(maxsize=256)  # more models than one street has, so that its next frame builds none
 def _built(thing: Thing, level: Level) -> Model:
     """Return the model of a thing; scenes that follow each other share some of them."""
     if isinstance(thing, AssetThing) and thing.asset is not None:
@@ -138,11 +139,11 @@ def _built(thing: Thing, level: Level) -> Model:
 
 
 def switched(model: Model, lamps: tuple[str, ...], spectra: dict[str, str], beam: str) -> Model:
-    """Return the model with only `lamps` on: kinds, or `kind:left` and `kind:right` of one side.
+    """Return the model with only `lamps` on, in the spectra of their light groups.
 
     Parameters
     ----------
-    model : with all of its lamps.
+    model : model with all of its lamps.
     lamps : kinds that are on, or `kind:left` and `kind:right` of one side.
     spectra : name of a lamp spectrum by light group.
     beam : family of low beams without a table of their own.
@@ -171,7 +172,7 @@ def ground_of(base: BaseRoad, spectra: dict[str, str]) -> tuple[dict[str, Model]
     models = {}
     objects = []
     for assembly in (a for a in surface(base.network) if a.parts):
-        # where a kerb sinks to nothing its last face has no area
+        # where a kerb sinks to zero height its last face has no area; `clean` removes it
         models[assembly.name] = clean(assembly).model()
         objects.append(Placed(assembly.name, assembly.name, CATEGORIES[assembly.name], np.eye(4)))
     poses = [pose for road in base.network.roads for pose in luminaire_poses(road)]
@@ -188,7 +189,7 @@ def ground_of(base: BaseRoad, spectra: dict[str, str]) -> tuple[dict[str, Model]
 def own_headlamps(
     own_pose: np.ndarray, spectra: dict[str, str], beam: str
 ) -> tuple[dict[str, Model], list[Placed]]:
-    """Return the dipped beams of the camera's car, whose pose (4, 4) is given.
+    """Return the headlamps of the camera's car.
 
     Parameters
     ----------
@@ -213,7 +214,7 @@ def lamp_kinds(base: BaseRoad, standing: Iterable[Standing]) -> set[str]:
 
 
 def stored(models: dict[str, Model]) -> tuple[int, int]:
-    """Return the triangles and the bytes of all models; each is stored once."""
+    """Return the number of triangles and of bytes of all models; each model is stored once."""
     triangles = size = 0
     for model in models.values():
         for part in model.parts:

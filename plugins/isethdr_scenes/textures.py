@@ -21,11 +21,11 @@ from .living_spectra import LIVING
 class Look:
     """Difference of both spectra from their mean, and sizes of patches and grain."""
 
-    contrast: float  # relative, of both spectra at 550 nm
-    tilt: float = 0.0  # relative per 100 nm: spectral slope of the ratio of brighter to darker
+    contrast: float  # relative difference of both spectra from the mean at 550 nm
+    tilt: float = 0.0  # increase of this difference per 100 nm
     patch_m: float = 1.0
     grain_m: float = 0.02
-    grain: float = 0.3  # share of the grain, the rest are patches
+    grain: float = 0.3  # share of the grain in the variation; patches have the rest
 
 
 LOOKS = {
@@ -96,12 +96,12 @@ LOOKS |= {
     for kind in ("leaf", "needle", "bark", "fur")
     if name.startswith(f"{kind}_")
 }
-KINDS = {  # of materials whose names begin so
+KINDS = {  # looks by the beginning of a material's name
     "cloth_": Look(0.15, 0.03, patch_m=0.12, grain_m=0.006, grain=0.4),
     "hair_": Look(0.25, 0.04, patch_m=0.04, grain_m=0.004, grain=0.5),
     "skin": Look(0.08, 0.06, patch_m=0.05, grain_m=0.005),
 }
-# what a colour of an asset pack looks like, by its finish; a pane stays plain
+# looks of the colours of an asset pack by finish; glass stays plain
 FINISHES = {
     "matt": Look(0.15, 0.03, patch_m=0.40, grain_m=0.02, grain=0.4),
     "satin": Look(0.15, 0.03, patch_m=0.40, grain_m=0.02),
@@ -137,9 +137,7 @@ STEP_NM = 20.0
 
 
 def look_of(name: str) -> Look | None:
-    """Return the look of a material by its name; None for what is in `PLAIN`, and for a name that
-    nothing is known of.
-    """
+    """Return the look of a material by name; None for names in `PLAIN` and for unknown names."""
     if name in LOOKS or name in PLAIN:
         return LOOKS.get(name)
     if name.startswith(PREFIX):
@@ -148,7 +146,7 @@ def look_of(name: str) -> Look | None:
 
 
 def textured(material: Material, seed: int) -> Material:
-    """Return `material` with its texture, where it has one; its mean reflectance stays."""
+    """Return `material` with its texture, if it has one; its mean reflectance stays the same."""
     look = look_of(material.name)
     if look is None:
         return material
@@ -156,7 +154,7 @@ def textured(material: Material, seed: int) -> Material:
     nm = np.unique(np.r_[own.wavelength_nm, np.arange(380.0, 781.0, STEP_NM)])
     value = own.at(nm)
     change = look.contrast + look.tilt * (nm - 550.0) / 100.0
-    # both stay reflectances: what one loses the other would gain
+    # limit the change so that both spectra stay within 0 and 1 and keep their mean
     change = np.clip(change, -0.9, np.minimum(0.9, 1 / np.maximum(value, 1e-9) - 1))
     first, other = (
         Spectrum(tuple(nm.tolist()), tuple((value * (1 + sign * change)).tolist()))

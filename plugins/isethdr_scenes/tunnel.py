@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from .geometry.surroundings.ground import Ground
     from .placement import Spot
 
-# where the things of the scene still stand beside each other
+# ranges in which the objects of the scene still fit next to each other
 Exit = Annotated[float, Range(40, 400)]  # metres
 Ahead = Annotated[float, Range(8, 200)]  # metres
 Oncoming = Annotated[float, Range(12, 200)]  # metres
@@ -36,7 +36,7 @@ Trees = Annotated[int, Range(0, 200)]
 class Tunnel:
     """A lit tunnel with a car ahead, an oncoming car and a pedestrian, and daylight at its end.
 
-    At weight 1 the sky outside has `sky_luminance_cd_m2`: with all weights 1 it is day. The
+    At weight 1 the sky outside has `sky_luminance_cd_m2`, so it is day when all weights are 1. The
     pedestrian stands on the right walkway in front of the dim wall; the exit fills a few degrees of
     the picture.
     """
@@ -62,10 +62,10 @@ class Tunnel:
     braking: bool = True  # brake lights of the car ahead are on
     # asphalt: dry r1 to r4, c1, c2; damp; wet w1, w2, c2w3, c2w4 (docs/explanation/scenes.md)
     road_surface: RoadSurfaceName = DEFAULT
-    # uniform: a daylight sky, whose level the lighting sets. Others are the sky of an hour, with
-    # sun or moon, as built at weight 1 (docs/explanation/sky.md)
+    # uniform: a daylight sky; the lighting sets its level. Others: the sky at one hour with sun or
+    # moon; weight 1 gives its real level (docs/explanation/sky.md)
     sky: SkyName = "uniform"
-    # what the hour has otherwise: sun_elevation_deg, sun_azimuth_deg, moon_elevation_deg,
+    # changes to the hour of the sky: sun_elevation_deg, sun_azimuth_deg, moon_elevation_deg,
     # moon_azimuth_deg, moon_phase_deg, bortle, turbidity; or latitude_deg, longitude_deg, time_utc
     # and heading_deg
     hour: dict[str, Any] = field(default_factory=dict)
@@ -101,7 +101,7 @@ class Tunnel:
         return replace(description, openings=(mouth(ground, exit_m),))
 
     def light_groups(self) -> tuple[str, ...]:
-        """Return the light groups, from where things stand: no mesh is built."""
+        """Return the light groups, from the plan alone: no mesh is built."""
         _, spots = self.plan()
         return groups_of(kind for spot in spots for kind in spot.lamps)
 
@@ -110,5 +110,5 @@ class Tunnel:
         return camera_field(self.horizontal_field_deg, self.aspect, self.projection)
 
     def plan(self) -> tuple[Ground, list[Spot]]:
-        """Return (ground, spots): where everything stands, without building a mesh."""
+        """Return (ground, spots): the places of all objects, without building a mesh."""
         return plan(self)

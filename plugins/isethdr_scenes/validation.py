@@ -7,13 +7,14 @@ from typing import Any
 
 from isethdr_core.errors import ConfigError
 
-WIDEST_DEG = {"tangent": 100, "equidistant": 200}  # fields that roads fill
+WIDEST_DEG = {"tangent": 100, "equidistant": 200}  # largest field of a road scene by projection
 
 
 def check_order(scene: Any) -> None:
-    """Raise ConfigError unless every [least, most] of a road scene is in order and its field fits.
+    """Raise ConfigError if a range [least, most] of a road scene is not in order, or its field of
+    view is too wide for its projection.
 
-    Expects numbers within the ranges that the fields declare.
+    All numbers must be within the ranges that the fields declare.
     """
     for f in fields(scene):
         value = getattr(scene, f.name)

@@ -1,9 +1,10 @@
 """Variation: paints, cloths, skins and furs differ from object to object, and vehicles are dirty.
 
-Every model gets materials of its own for what varies: a level and a tilt of the spectrum, drawn by
-the seed, the model and the material. Dirt is a film of dust in patches, which mixes the spectrum of
-dust into that of the paint. Sizes of both are a model. Each surface also varies over itself, see
-`textures`. Retro-reflectors, lamps and glass do not vary: their values are those of their class.
+Each model gets its own copy of a material that varies, with its own level and tilt of the spectrum.
+Seed, model and material select both. Dirt is a film of dust in patches, which mixes the spectrum of
+dust into that of the paint. The sizes of both effects are a model, not a measurement. Each surface
+also varies from place to place, see `textures`. Retro-reflectors, lamps and glass do not vary:
+their values are those of their class.
 """
 
 from __future__ import annotations
@@ -25,7 +26,7 @@ DIRTY = ("paint_", "box_white")
 # dry soil
 DUST_NM = (400.0, 500.0, 600.0, 700.0)
 DUST = (0.12, 0.17, 0.22, 0.26)
-MOST_DUST = 0.45  # share of the paint that the dirtiest vehicle hides, on average
+MOST_DUST = 0.45  # mean share of the paint that dust hides on the dirtiest vehicle
 DUST_PATCH_M = 0.8
 DUST_GRAIN_M = 0.03
 DUST_GRAIN = 0.25
@@ -39,8 +40,8 @@ def varied(
 
     Parameters
     ----------
-    models, materials : of a scene, by name.
-    seed : of the scene.
+    models, materials : models and materials of a scene, by name.
+    seed : seed of the scene.
     """
     out: dict[str, Material] = {}
     changed = {}
@@ -59,11 +60,11 @@ def varied(
 
 
 def _of_model(material: Material, model: str, seed: int) -> Material:
-    """Return the material that one model has."""
+    """Return the copy of a material for one model."""
     rng = np.random.default_rng([seed, crc32(f"{material.name}@{model}".encode())])
     level = np.exp(LEVEL * rng.normal())
     tilt = TILT * rng.normal()
-    # of the mean: a material that has its texture already gets one about its new mean
+    # a material that already has a texture gets a new one around its new mean
     mean = material.mean_reflectance()
     own = replace(material, reflectance=_changed(mean, level, tilt), texture=None)
     if material.name.startswith(DIRTY):
@@ -80,8 +81,8 @@ def _changed(spectrum: Spectrum, level: float, tilt: float) -> Spectrum:
 
 
 def _dirty(material: Material, dust: float, seed: int) -> Material:
-    """Return a material under dust, which hides `dust` of it on average, from none to twice that
-    from place to place.
+    """Return a material under dust, which hides the share `dust` of it on average, and between none
+    and twice that share at single places.
     """
     nm = _nodes(material.reflectance)
     clean = material.reflectance.at(nm)
