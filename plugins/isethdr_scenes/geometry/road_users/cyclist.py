@@ -12,7 +12,7 @@ from .poses import two_bone
 
 WHEEL_M = 0.335  # radius, tyre included
 HUB_M = 0.022  # radius of a hub
-SPOKES = 28  # of each wheel
+SPOKES = 28  # number of spokes of each wheel
 # joints of the frame, (3,) m; the wheels stand on y = 0
 REAR_M = np.array([-0.45, 0, WHEEL_M])  # axles
 FRONT_M = np.array([0.58, 0, WHEEL_M])
@@ -27,8 +27,16 @@ TUBE_M = 0.017  # radius of the tubes of the frame
 def bicycle(
     colour: str = "paint_blue", crank: float = 35.0
 ) -> tuple[Assembly, list[np.ndarray], list[np.ndarray], np.ndarray]:
-    """Return (bicycle, pedals, grips, saddle) with the wheels on y = 0; `crank` in degrees; the
-    last three are points (3,).
+    """Return a bicycle with its wheels on y = 0, and the points where its rider touches it.
+
+    Parameters
+    ----------
+    colour : name of the material of the frame.
+    crank : angle of the left crank from straight ahead, upwards, degrees.
+
+    Returns
+    -------
+    The bicycle; the pedals and the grips, left and right, and the saddle, each a point (3,), m.
     """
     model = Assembly("bicycle")
     model.add(*_wheel(REAR_M), _mudguard(REAR_M, np.linspace(0.35, 2.6, 24)))
@@ -63,7 +71,7 @@ def _wheel(axle: np.ndarray) -> list[Piece]:
 
 
 def _spoke(axle: np.ndarray, k: int) -> Piece:
-    """Return the k-th spoke: it leaves the hub aslant, even and odd ones to either side."""
+    """Return the k-th spoke. Even and odd spokes leave the hub at opposite slants."""
     angle = 2 * np.pi * k / SPOKES
     lean = angle + (1.3 if k % 2 else -1.3)
     root = HUB_M * np.array([np.cos(lean), 0, np.sin(lean)])
@@ -185,8 +193,8 @@ def rider(look: Person = RIDER, crank: float = 35.0, seed: int = 0) -> Assembly:
     Parameters
     ----------
     look : build, skin and clothes.
-    crank : angle of the pedals, degrees.
-    seed : of folds in the clothes.
+    crank : angle of the left crank from straight ahead, upwards, degrees.
+    seed : seed of the folds in the clothes.
     """
     _, pedals, grips, saddle = bicycle(crank=crank)
     pelvis = saddle + [0.0, 0, 0.085]

@@ -12,24 +12,24 @@ from ..mesh.implicit import Field, blend, cone, skin_of
 from ..mesh.piece import Assembly, Piece, pose, unit
 from ..mesh.primitives import ball, tube
 
-SHOULDER_M = 0.97  # height at the shoulder of what is built; it is scaled at the end
-NECK_ROOT_M = np.array([0.42, 0, 0.88])  # where the neck leaves the trunk
-NECK_RADII_M = (0.135, 0.080, 0.062)  # at its root, on its way, and at the nape
-EYE_M = (0.016, 0.015, 0.016)  # half axes; a third of the ball lies in the head
-STRIDE_M = 0.16  # of its walk
-FORE_LEGS_M = 0.36  # ahead of the origin
+SHOULDER_M = 0.97  # height at the shoulder before the deer is scaled
+NECK_ROOT_M = np.array([0.42, 0, 0.88])  # point where the neck leaves the trunk
+NECK_RADII_M = (0.135, 0.080, 0.062)  # radii of the neck at its root, its middle and the nape
+EYE_M = (0.016, 0.015, 0.016)  # half axes; the centre lies a third of the first below the skin
+STRIDE_M = 0.16  # distance along x between the left and the right hoof of a pair
+FORE_LEGS_M = 0.36  # x of the upper ends of the legs
 HIND_LEGS_M = -0.42
 FORE_RADII_M = (0.085, 0.040, 0.026, 0.028)  # shoulder, elbow, fetlock, hoof
 HIND_RADII_M = (0.125, 0.075, 0.036, 0.026, 0.028)  # hip, stifle, hock, fetlock, hoof
-MUZZLE = 1.12  # tip of the nose along the face, over the way to the mouth
+MUZZLE = 1.12  # distance from the nape to the tip of the nose / from the nape to the mouth
 
 
 @dataclass(frozen=True, eq=False)
 class _Head:
-    """Where the head is."""
+    """Place and direction of the head."""
 
     nape: np.ndarray  # (3,) end of the neck, m
-    face: np.ndarray  # (3,) way from there to the mouth, m
+    face: np.ndarray  # (3,) vector from the nape to the mouth, m
 
     def at(self, share: float) -> np.ndarray:
         """Return the point (3,), m, at a share of the way from the nape to the mouth."""
@@ -56,11 +56,11 @@ def deer(
     Parameters
     ----------
     name : name of the assembly.
-    height : at the shoulder, m.
-    antlers : whether it has them.
-    head_up : 0 grazes, 1 looks up.
-    turn : of the head to the left; 0 is straight ahead, 1 is 45 degrees.
-    seed : of the coat.
+    height : height at the shoulder, m.
+    antlers : whether it has antlers.
+    head_up : raise of the head: 0 for a grazing deer, 1 for one that looks up.
+    turn : turn of the head to the left; 0 is straight ahead, 1 is 45 degrees.
+    seed : seed of the waves of the coat.
     """
     head = _head(head_up, turn)
     legs = _legs()
@@ -77,7 +77,7 @@ def deer(
 
 
 def _head(head_up: float, turn: float) -> _Head:
-    """Return where the head is between looking up (1) and grazing (0)."""
+    """Return the head, raised (`head_up` 1), grazing (0) or between."""
 
     def between(up: list[float], grazing: list[float]) -> np.ndarray:
         return np.array(up) * head_up + np.array(grazing) * (1 - head_up)
@@ -117,7 +117,9 @@ def _skull(head: _Head) -> list[Field]:
 
 
 def _legs() -> list[_Leg]:
-    """Return the legs of a walk: a fore leg and the hind leg across from it swing forwards."""
+    """Return the four legs of a walking deer: one fore leg and the diagonally opposite hind leg are
+    forward.
+    """
     forwards = STRIDE_M * 0.5
     return [
         _fore_leg(0.085, forwards),
@@ -163,7 +165,7 @@ def _hoof(leg: _Leg) -> Piece:
 
 
 def _coloured(coat: Piece, head: _Head) -> list[Piece]:
-    """Return the coat cut by its colours: what is left of it, belly, rump, nose and shanks."""
+    """Return the pieces of the coat by colour: the main coat, belly, rump, nose and shanks."""
     v = coat.vertices
     below = v[:, 2] - 0.655 - 0.02 * np.sin(9 * v[:, 0])  # a wavy edge
     beside = np.abs(v[:, 0] - 0.02) - 0.24
@@ -202,8 +204,10 @@ def _eye(head: _Head, side: int, skin: np.ndarray) -> Piece:
 
 
 def _on_skin(skin: np.ndarray, inside: np.ndarray, direction: np.ndarray) -> np.ndarray:
-    """Return where a ray from a point inside the head leaves it, less a third of an eye: the mean
-    of the skin's vertices about that direction.
+    """Return the centre (3,), m, of an eye on a ray from a point inside the head.
+
+    The skin is at the mean distance of its vertices near the ray. The centre lies a third of the
+    eye's first half axis below it.
     """
     way = skin - inside
     distances = np.linalg.norm(way, axis=1)

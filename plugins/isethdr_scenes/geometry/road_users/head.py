@@ -16,14 +16,14 @@ if TYPE_CHECKING:
 
 
 def head(m: Assembly, c: np.ndarray, neck: np.ndarray, look: Person) -> None:
-    """Add a head at joint `c` (3,) above joint `neck` to the assembly `m`; `look` is a `Person`.
+    """Add the head of a person to an assembly.
 
     Parameters
     ----------
     m : assembly that gets the parts.
     c : (3,) joint of the head, m.
     neck : (3,) joint of the neck, m.
-    look : `Person`: skin and hair.
+    look : skin, hair and helmet.
     """
     c = np.asarray(c, float)
     at = lambda x, y, z: c + [x, y, z]

@@ -16,7 +16,11 @@ from .poses import walk
 
 @dataclass(frozen=True)
 class Person:
-    """Looks; height in metres. `coat_length` lowers the jacket's hem (m)."""
+    """Size, clothes, skin and hair of a person.
+
+    `height` is in metres, and `coat_length` lowers the jacket's hem by its value in metres. `step`
+    is the spacing, m, at which the surfaces of jacket and trousers are sampled.
+    """
 
     height: float = 1.76
     build: float = 1.0
@@ -55,22 +59,22 @@ LOOKS = (
     Person(height=1.72, top="cloth_vest", legs="cloth_navy", bands=True),
     Person(height=1.30, build=0.85, top="cloth_white", legs="denim"),
 )
-HEIGHT_M = 1.76  # of the figure that is built; it is scaled to its looks at the end
+HEIGHT_M = 1.76  # height of the figure before it is scaled to the height of the person
 LEFT = np.array([0, 1.0, 0])
 COLLAR_M = (0.078, 0.060)  # radius of the collar at its root and its end
-BANDS_M = (0.02, -0.16)  # middles of the reflective bands above the chest
+BANDS_M = (0.02, -0.16)  # heights of the middles of the reflective bands above the joint `chest`
 BAND_M = 0.052  # width of a band
 
 
 @dataclass(frozen=True, eq=False)
 class _Wearer:
-    """A body that is to be dressed. Radii of clothes are those of build 1."""
+    """Joints and looks of a person who is dressed."""
 
     joints: dict[str, np.ndarray]  # (3,) by name, m
     look: Person
     up: np.ndarray  # (3,) unit vector along the trunk, from the pelvis to the neck
     ahead: np.ndarray  # (3,) unit vector across the trunk, forwards
-    seed: int  # of folds in the clothes
+    seed: int  # seed of the folds in the clothes
 
     @property
     def hem(self) -> np.ndarray:
@@ -81,14 +85,14 @@ class _Wearer:
 def figure(
     j: dict[str, np.ndarray], look: Person = Person(), name: str = "person", seed: int = 0
 ) -> Assembly:
-    """Clothed body around joints.
+    """Return a clothed body around joints.
 
     Parameters
     ----------
-    j : joints by name, (3,) m each, as those of `poses.walk`.
+    j : joints by name, (3,) m each, such as those of `poses.walk`.
     look : build, skin and clothes.
     name : name of the assembly.
-    seed : of folds in the clothes.
+    seed : seed of the folds in the clothes.
     """
     up = unit(j["neck"] - j["pelvis"])
     wearer = _Wearer(j, look, up, unit(np.array([1, 0, 0]) - up * up[0]), seed)
@@ -225,7 +229,7 @@ def _shoe(w: _Wearer, tag: str) -> tuple[Piece, Piece]:
 
 
 def _along_the_foot(ankle: np.ndarray, toe: np.ndarray) -> np.ndarray:
-    """Return the direction (3,) of a sole: level where the foot is all but flat on the ground."""
+    """Return the direction (3,) of a sole. It is level if the foot is almost flat on the ground."""
     way = toe - ankle
     if abs(way[2]) < 0.08:
         return unit(way - [0, 0, way[2]])
@@ -247,15 +251,14 @@ def pedestrian(
     seed: int = 0,
     stride: float = 26.0,
 ) -> Assembly:
-    """Return a walker who stands on z = 0; `phase` of the gait 0..1, `stride` of the hips in
-    degrees.
+    """Return a walking person whose lowest point is at z = 0.
 
     Parameters
     ----------
     look : build, skin and clothes.
-    phase : of the gait: 0 to 1 is one full cycle.
+    phase : phase of the gait; 0 to 1 is one full cycle.
     name : name of the assembly.
-    seed : of folds in the clothes.
+    seed : seed of the folds in the clothes.
     stride : largest angle of the thighs from the vertical, degrees.
     """
     m = figure(walk(phase, stride), look, name, seed)

@@ -1,4 +1,4 @@
-"""Joints of a pedestrian, and the elbow or knee of a limb whose ends are given."""
+"""Joints of a pedestrian, and the elbow or knee of a limb with given ends."""
 
 from __future__ import annotations
 
@@ -19,11 +19,11 @@ def walk(phase: float = 0.12, stride: float = 26.0, arms: float = 24.0) -> dict[
 
     Parameters
     ----------
-    phase : of the gait: 0 to 1 is one full cycle.
+    phase : phase of the gait; 0 to 1 is one full cycle.
     stride : largest angle of the thighs from the vertical, degrees.
     arms : largest angle of the arms from the vertical, degrees.
     """
-    # angles (th, shin, ar, fore) are from straight down, positive forwards
+    # the angles th, shin, ar and fore are measured from straight down, positive forwards
     a = 2 * np.pi * phase
     j = {
         "pelvis": np.array([0, 0, 0.93]),
@@ -70,7 +70,7 @@ def walk(phase: float = 0.12, stride: float = 26.0, arms: float = 24.0) -> dict[
 def two_bone(a: np.ndarray, b: np.ndarray, l1: float, l2: float, bend: ArrayLike) -> np.ndarray:
     """Return the middle joint (3,), m, of a limb of two bones from `a` to `b`, bent towards `bend`.
 
-    Where `b` is out of reach, the joint lies as in a limb that is all but straight.
+    If `b` is out of reach, the limb is almost straight.
 
     Parameters
     ----------

@@ -1,6 +1,6 @@
-"""The ground: where the road runs, and how high the land is beside it.
+"""The ground: the course of the road and the height of the land next to it.
 
-A place is (s, y): s metres along the centre line, y metres to its left.
+A place is (s, y): s is the distance along the centre line, m, and y the distance to its left, m.
 """
 
 from __future__ import annotations
@@ -15,8 +15,8 @@ LANE_M = 3.5
 SHOULDER_M = 0.9
 EDGE_M = LANE_M + SHOULDER_M
 CROWN = 0.025  # fall of the carriageway from its middle to its edges, m per m
-# cross-section beside the road: |y|, height above the middle of the road: shoulder, ditch, field,
-# hills
+# cross section of road, shoulder, ditch, field and hills: |y| and height above the middle of the
+# road, m
 PROFILE = (
     (0, 0),
     (EDGE_M, -CROWN * EDGE_M),
@@ -27,7 +27,7 @@ PROFILE = (
     (60, 0.5),
     (400, 7.0),
 )
-# unevenness of the land: radians per m, amplitude m
+# waves of the land: mean spatial frequency in radians per m, and amplitude in m
 WAVES = (
     (0.05, 0.25),
     (0.16, 0.10),
@@ -42,19 +42,19 @@ class Ground:
 
     curvature_per_m: float = 0.0016
     seed: int = 0
-    # s range of a paved stretch on the right, for a parked vehicle
+    # first and last s of a paved stretch on the right, for a parked vehicle; None: no such stretch
     lay_by_m: tuple[float, float] | None = None
 
     def points(
         self, s: float | np.ndarray, y: float | np.ndarray = 0.0, z: float | np.ndarray = 0.0
     ) -> np.ndarray:
-        """Return world points (..., 3) at `s`, `y` and height `z` over the datum.
+        """Return world points (..., 3), m. The three parameters are broadcast.
 
         Parameters
         ----------
-        s : metres along the road.
-        y : metres to the left of the centre line.
-        z : height over the datum, m. All three are broadcast.
+        s : distance along the road, m.
+        y : distance to the left of the centre line, m.
+        z : height over the datum, m.
         """
         s, y, z = np.broadcast_arrays(np.asarray(s, float), y, z)
         k = self.curvature_per_m if abs(self.curvature_per_m) > 1e-9 else 1e-9
@@ -62,7 +62,7 @@ class Ground:
         return np.stack([r * np.sin(k * s), 1 / k - r * np.cos(k * s), z], -1)
 
     def height(self, s: float, y: float) -> np.ndarray:
-        """Return the height of the ground, m."""
+        """Return the height of the ground over the datum, m, at the place (s, y), m."""
         s = np.asarray(s, float)
         y = np.asarray(y, float)
         z = np.interp(np.abs(y), *np.transpose(PROFILE)) + self._waves(s, y)
@@ -73,12 +73,12 @@ class Ground:
         return z + paved * (-0.13 - z)
 
     def on(self, s: float, y: float, above: float = 0.0) -> np.ndarray:
-        """Return world points (..., 3) on the ground.
+        """Return world points (..., 3), m, on the ground.
 
         Parameters
         ----------
-        s : metres along the road.
-        y : metres to the left of the centre line.
+        s : distance along the road, m.
+        y : distance to the left of the centre line, m.
         above : height over the ground, m.
         """
         return self.points(s, y, self.height(s, y) + above)
@@ -91,8 +91,8 @@ class Ground:
 
         Parameters
         ----------
-        s : metres along the road.
-        y : metres to the left of the centre line.
+        s : distance along the road, m.
+        y : distance to the left of the centre line, m.
         turn_deg : turn to the left from the road's direction, degrees.
         z : height over the datum, m; None: on the ground.
         """

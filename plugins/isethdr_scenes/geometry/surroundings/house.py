@@ -7,10 +7,10 @@ import numpy as np
 from ..mesh.piece import Assembly, Piece, flat, lit
 from ..mesh.primitives import box, grid
 
-ROOF_RISE_M = 2.6  # of the ridge above the walls
-GABLE_RISE_M = 2.35  # of the tips of the gables above the walls; they stay below the roof
-EAVES_M = 0.5  # by which the roof reaches over the long walls
-VERGE_M = 0.4  # by which the roof reaches over the gables
+ROOF_RISE_M = 2.6  # height of the ridge above the walls
+GABLE_RISE_M = 2.35  # height of the tips of the gables above the walls; they stay below the roof
+EAVES_M = 0.5  # overhang of the roof beyond the long walls
+VERGE_M = 0.4  # overhang of the roof beyond the gables
 STOREYS_M = (1.5, 3.9)  # heights of the middles of the windows
 PANE_M = (1.0, 1.2)  # width and height of the glass of a window
 FRAME_M = (1.16, 1.36)  # width and height of the frame around it
@@ -19,12 +19,12 @@ FRAME_M = (1.16, 1.36)  # width and height of the frame around it
 def house(
     name: str = "house", seed: int = 0, size: tuple[float, float, float] = (9.0, 7.0, 5.2)
 ) -> Assembly:
-    """Gable house with windows, a door and a chimney; long side faces -y.
+    """Return a gable house with a chimney. Its long side with windows and a door faces -y.
 
     Parameters
     ----------
     name : name of the assembly.
-    seed : of what is drawn: which windows are lit.
+    seed : number that selects which windows are lit.
     size : length, width and height of the walls, m.
     """
     length, width, height = size
@@ -61,7 +61,7 @@ def _gable(size: tuple[float, float, float], side: int) -> Piece:
 def _facade(length: float, y: float, seed: int) -> list[Piece]:
     """Return the windows of the long wall at `y`, and the door in place of one of them."""
     parts = []
-    number = 0  # of the window
+    number = 0  # number of the next window
     for z in STOREYS_M:
         for x in np.linspace(-length * 0.36, length * 0.36, 4):
             if z == STOREYS_M[0] and abs(x - length * 0.12) < 0.3:
@@ -74,7 +74,7 @@ def _facade(length: float, y: float, seed: int) -> list[Piece]:
 
 
 def _window(at: tuple[float, float, float], name: str, shines: bool) -> list[Piece]:
-    """Return a window about a place on the wall: frame, pane, glazing bar and sill."""
+    """Return a window with its middle at `at`: frame, pane, glazing bar and sill."""
     x, y, z = at
     wide, high = PANE_M
     pane = box((x, y - 0.035, z), (wide, 0.06, high), name, "window_dark")

@@ -7,7 +7,7 @@ import numpy as np
 from ..mesh.piece import Assembly, Piece, join, unit
 from ..mesh.primitives import Stem, tube, tubes
 
-BEND = 0.25  # how far the middle of a leaf lies behind stalk and tip, over its width
+BEND = 0.25  # distance of a leaf's side corners behind its stalk and tip / width of the leaf
 BOUGH_STEPS = 6
 BOUGH_LIFT = 0.06  # added to the direction at each step, upwards
 
@@ -20,14 +20,14 @@ def cards(
     name: str,
     material: str,
 ) -> Piece:
-    """Return leaves, kites of two folded triangles, as one piece.
+    """Return leaves as one piece. Each leaf is a kite of two triangles with a fold between them.
 
     Parameters
     ----------
-    centres, normals, along : (n, 3): the middles of the stalks, m; the directions that the leaves
-        face; their directions from stalk to tip.
-    size_m : (length, width); each is a number, or (n,).
-    name, material : of the piece.
+    centres, normals, along : (n, 3): the points where the leaves begin, m; the directions that the
+        leaves face; their directions from there to the tip.
+    size_m : length and width of the leaves, m; each is a number, or (n,).
+    name, material : name and material of the piece.
     """
     n = len(centres)
     along = unit(along - normals * (along * normals).sum(1, keepdims=True))
@@ -60,7 +60,10 @@ def _bough(
     radius: float,
     wander: float,
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return the path (points, 3) of a bough and its radii, m. It sways by `wander`, and rises."""
+    """Return the path (points, 3) of a bough and its radii, m.
+
+    At each step its direction gets a random change of size `wander` and turns upwards.
+    """
     p = start
     d = heading
     out = [start]
@@ -74,14 +77,14 @@ def _bough(
 def broadleaf(
     name: str = "tree", height: float = 9.0, leaves: int = 26000, seed: int = 0, bark: str = "bark"
 ) -> Assembly:
-    """Deciduous tree: four generations of boughs, folded leaf kites around the twigs.
+    """Return a deciduous tree: trunk and three generations of boughs, with leaves around the last.
 
     Parameters
     ----------
     name : name of the assembly.
-    height : m.
+    height : approximate height of the tree, m.
     leaves : number of leaves.
-    seed : of boughs and leaves.
+    seed : seed of boughs and leaves.
     bark : name of the material of the wood.
     """
     rng = np.random.default_rng(seed)
@@ -138,14 +141,14 @@ def broadleaf(
 def conifer(
     name: str = "conifer", height: float = 11.0, needles: int = 30000, seed: int = 0
 ) -> Assembly:
-    """Spruce: whorls of drooping boughs with sprays of needles.
+    """Return a spruce: whorls of drooping boughs with sprays of needles.
 
     Parameters
     ----------
     name : name of the assembly.
-    height : m.
+    height : height of the trunk, m.
     needles : number of sprays of needles.
-    seed : of boughs and needles.
+    seed : seed of boughs and needles.
     """
     rng = np.random.default_rng(seed)
     trunk = [(0, 0, -0.1), (0.02, 0, height * 0.5), (0, 0, height)]
@@ -194,14 +197,14 @@ def conifer(
 
 
 def bush(name: str = "bush", size: float = 1.3, leaves: int = 5000, seed: int = 0) -> Assembly:
-    """Return a bush of that size, m: a lumpy shell of leaves on a few stems.
+    """Return a bush: a lumpy shell of leaves on a few stems.
 
     Parameters
     ----------
     name : name of the assembly.
-    size : height and width, about, m.
+    size : approximate size, m; its longest radius is at most 0.58 of it.
     leaves : number of leaves.
-    seed : of lumps and leaves.
+    seed : seed of lumps and leaves.
     """
     rng = np.random.default_rng(seed)
     d = unit(rng.normal(size=(leaves, 3)))
@@ -237,14 +240,14 @@ def bush(name: str = "bush", size: float = 1.3, leaves: int = 5000, seed: int = 
 def grass(
     points: np.ndarray, name: str = "grass", height: float = 0.28, seed: int = 0, dry: float = 0.25
 ) -> Assembly:
-    """One blade per root point: three bent segments narrowing to a tip.
+    """Return blades of grass. Each is bent in its middle and narrows to a tip.
 
     Parameters
     ----------
-    points : (n, 3) roots, m.
+    points : (n, 3) roots of the blades, m.
     name : name of the assembly.
-    height : of a blade, m; each has 0.4 to 1.2 of it.
-    seed : of the blades.
+    height : nominal height of the blades, m; each blade has 0.4 to 1.2 times this height.
+    seed : seed of the blades.
     dry : share of dry blades, 0 to 1.
     """
     rng = np.random.default_rng(seed)

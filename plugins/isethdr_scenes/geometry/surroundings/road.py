@@ -1,4 +1,4 @@
-"""The road and the land beside it; where grass grows."""
+"""The road, the land next to it, and the places where grass grows."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ LINE_WIDTH_M = 0.12
 DASH_M = 3.0
 DASH_PERIOD_M = 9.0
 STUD_M = (0.10, 0.10, 0.018)  # along and across the road, and height
-STUD_FACE_M = (0.085, 0.014)  # of the reflector, 12 cm2
-CRACKS = 14  # sealed cracks on the whole road
+STUD_FACE_M = (0.085, 0.014)  # width and height of the reflector; its area is 12 cm2
+CRACKS = 14  # number of sealed cracks on the whole road
 
 
 def _strip(
@@ -24,14 +24,15 @@ def _strip(
 
 
 def road(ground: Ground, start_m: float = -30.0, end_m: float = 260.0) -> Assembly:
-    """Return carriageway, shoulders, lay-by, sealed cracks and markings (4 mm proud of the
-    asphalt).
+    """Return carriageway, shoulders, lay-by, sealed cracks, studs and markings.
+
+    The markings are 4 mm above the asphalt.
 
     Parameters
     ----------
-    ground : where the road lies.
-    start_m : first metre along the road.
-    end_m : last metre along the road.
+    ground : course and height of the road.
+    start_m : start along the road, m.
+    end_m : end along the road, m.
     """
     m = Assembly("road")
     s = np.arange(start_m, end_m + 0.1, 1.0)
@@ -63,7 +64,7 @@ def road(ground: Ground, start_m: float = -30.0, end_m: float = 260.0) -> Assemb
 
 
 def _stud(ground: Ground, s_m: float) -> list[Piece]:
-    """Return a road stud on the centre line, whose reflector faces -x."""
+    """Return a road stud on the centre line. Its reflector faces back along the road."""
     length, width, height = STUD_M
     body = box((0, 0, height / 2), STUD_M, "stud", "alloy")
     face = box(
@@ -74,13 +75,13 @@ def _stud(ground: Ground, s_m: float) -> list[Piece]:
 
 
 def field(ground: Ground, start_m: float = -30.0, end_m: float = 260.0) -> Assembly:
-    """Return the land on both sides, 400 m wide, finer near the road.
+    """Return the land on both sides, up to 400 m from the road. Its mesh is finer near the road.
 
     Parameters
     ----------
     ground : height of the land.
-    start_m : first metre along the road.
-    end_m : last metre along the road.
+    start_m : start along the road, m.
+    end_m : end along the road, m.
     """
     s = np.arange(start_m, end_m + 0.1, 2.0)
     y = np.concatenate(
@@ -98,15 +99,15 @@ def tufts(
     per_m2: float,
     seed: int,
 ) -> np.ndarray:
-    """Return the roots (n, 3) of grass blades on both verges, in clumps, m.
+    """Return the roots (n, 3), m, of grass blades that grow in clumps on both verges.
 
     Parameters
     ----------
     ground : height of the land, and the lay-by without grass.
-    along_m : first and last metre along the road.
+    along_m : start and end along the road, m.
     beside_m : least and largest distance from the centre line, m.
-    per_m2 : blades per square metre, on average.
-    seed : of the places.
+    per_m2 : mean number of blades per square metre.
+    seed : seed of the places.
     """
     start_m, end_m = along_m
     near_m, far_m = beside_m

@@ -8,7 +8,7 @@ from ..mesh.piece import Assembly, lit, pose
 from ..mesh.primitives import box, grid, tube
 from .ground import Ground
 
-TILT_DEG = 5.0  # of the axis of a luminaire towards the road
+TILT_DEG = 5.0  # tilt of the axis of a luminaire towards the road
 # profile of a W-beam in metres: distance towards the road, height
 W_BEAM = (
     (0, -0.155),
@@ -30,8 +30,8 @@ def guard_rail(ground: Ground, start_m: float, end_m: float, y: float) -> Assemb
     Parameters
     ----------
     ground : the ground that carries the posts.
-    start_m : start along the road.
-    end_m : end along the road.
+    start_m : start along the road, m.
+    end_m : end along the road, m.
     y : lateral position in metres, positive to the left.
     """
     m = Assembly("guard_rail")
@@ -70,14 +70,14 @@ def marker_post() -> Assembly:
 
 
 def street_lamp(name: str = "street_lamp", tall: float = 8.0, reach: float = 1.8) -> Assembly:
-    """Return a street lamp: pole at the origin, arm towards +y over the road, luminaire emitting
-    downwards.
+    """Return a street lamp. Its pole stands at the origin, its arm reaches towards +y over the
+    road, and its luminaire emits downwards.
 
     Parameters
     ----------
-    name : name of the object.
-    tall : height in metres.
-    reach : length of the arm in metres.
+    name : name of the assembly.
+    tall : height of the luminaire, m.
+    reach : length of the arm, m.
     """
     tilt = np.radians(TILT_DEG)
     t = np.linspace(0, np.pi / 2, 9)

@@ -10,12 +10,12 @@ from ..mesh.piece import Assembly, Piece, face_areas, flat
 from ..mesh.primitives import box, tube
 
 SignName = Literal["deer", "limit"]
-BOTTOM_M = 2.0  # of the panel above the ground
-# side, diameter
-TRIANGLE_M = 0.90
-DISC_M = 0.60
-LAYER_M = 0.0015  # between the layers of a panel
-# a leaping deer as convex patches: (left, up) of their corners, in sides of the triangle
+BOTTOM_M = 2.0  # height of the lower end of the panel above the ground
+TRIANGLE_M = 0.90  # side
+DISC_M = 0.60  # diameter
+LAYER_M = 0.0015  # distance between the layers of a panel
+# a leaping deer as convex patches: (right, up) of their corners as viewers see them; a unit is 0.78
+# of the triangle's side
 DEER = (
     ((-0.17, 0.02), (-0.14, -0.04), (0.10, -0.01), (0.13, 0.06), (-0.02, 0.06)),  # trunk
     ((0.07, 0.03), (0.13, 0.05), (0.19, 0.16), (0.15, 0.17)),  # neck
@@ -27,7 +27,7 @@ DEER = (
     ((-0.16, 0.02), (-0.12, -0.03), (-0.24, -0.12), (-0.25, -0.10)),  # hind legs
     ((-0.15, -0.02), (-0.10, -0.03), (-0.17, -0.14), (-0.19, -0.14)),
 )
-# strokes of the digits 7 and 0 in discs' radii
+# strokes of the digits 7 and 0: (right, up) of their corners; a unit is the radius of the disc
 SEVENTY = (
     ((-0.42, 0.28), (-0.42, 0.38), (-0.04, 0.38), (-0.04, 0.28)),
     ((-0.14, 0.30), (-0.04, 0.30), (-0.22, -0.38), (-0.33, -0.38)),
@@ -69,12 +69,19 @@ def sign(name: SignName) -> Assembly:
 def _panel(
     outline: np.ndarray, at: tuple[float, float], layer: int, name: str, material: str
 ) -> Piece:
-    """Return a flat piece that faces -x, the `layer`-th in front of x, from the (left, up) corners
-    of a convex outline as its viewers see it.
+    """Return a flat convex piece that faces -x.
+
+    Parameters
+    ----------
+    outline : (n, 2) corners (right, up) as viewers see them, m.
+    at : x of the panel's back and z of the origin of `outline`, m.
+    layer : number of the layer, counted from the back.
+    name : name of the piece.
+    material : name of the material.
     """
     x, z = at
     aside, up = np.asarray(outline, float).T
-    # who looks along +x has +y on the left
+    # a viewer who looks along +x has +y on the left
     vertices = np.stack([np.full(len(aside), x - LAYER_M * layer), -aside, z + up], 1)
     k = np.arange(1, len(vertices) - 1)
     piece = Piece(name, vertices, np.stack([0 * k, k, k + 1], 1), material)

@@ -10,22 +10,20 @@ from ..mesh.piece import Assembly, Piece, flat, lit
 from ..mesh.primitives import box, grid
 from .ground import EDGE_M, Ground
 
-# half the clear width; where the vault springs; its crown
-HALF_WIDTH_M = 5.4
-SPRING_M = 2.6
-TOP_M = 5.6
+HALF_WIDTH_M = 5.4  # half the clear width
+SPRING_M = 2.6  # height at which the vault begins
+TOP_M = 5.6  # height of the crown of the vault
 SKIN_M = 0.3  # thickness of the lining and of the road's bed
 WALKWAY_M = 0.15  # height of the walkways along both walls
-PORTAL_M = 9.0  # the portal wall reaches this far out and up
-# to either side of the middle, above the datum
-LUMINAIRE_M = 2.2
-LUMINAIRE_Z_M = 4.75
-TILT_DEG = 5.0  # of the axis of a luminaire towards the middle
+PORTAL_M = 9.0  # radius of the portal wall
+LUMINAIRE_M = 2.2  # distance of the luminaires to either side of the middle
+LUMINAIRE_Z_M = 4.75  # height of the luminaires above the datum
+TILT_DEG = 5.0  # tilt of the axis of a luminaire towards the middle
 
 
 def section(n: int = 24) -> np.ndarray:
-    """Return the inner outline (k, 2) of (y, z) from the foot of the left wall over the vault to
-    the right one.
+    """Return the inner outline (k, 2) of (y, z), m, from the foot of the left wall over the vault
+    to the foot of the right wall.
     """
     t = np.linspace(0, np.pi, n)
     vault = np.stack([HALF_WIDTH_M * np.cos(t), SPRING_M + (TOP_M - SPRING_M) * np.sin(t)], 1)
@@ -33,14 +31,13 @@ def section(n: int = 24) -> np.ndarray:
 
 
 def tunnel(ground: Ground, start_m: float, end_m: float) -> Assembly:
-    """Return a tunnel from a closed dark end at `start_m` to an open portal at `end_m`; faces look
-    inwards.
+    """Return a tunnel with a closed dark end and an open portal. Its faces look inwards.
 
     Parameters
     ----------
-    ground : where the road lies.
-    start_m : metre along the road of the closed end.
-    end_m : metre along the road of the open end.
+    ground : course of the road.
+    start_m : place of the closed end along the road, m.
+    end_m : place of the open end along the road, m.
     """
     outline = section()
     s = np.arange(start_m, end_m + 0.1, 2.0)
@@ -51,7 +48,7 @@ def tunnel(ground: Ground, start_m: float, end_m: float) -> Assembly:
     bulge = outline + SKIN_M * np.sign(outline - [0, SPRING_M / 2])
 
     def sheet(low: int, high: int, name: str, material: str) -> Piece:
-        """Strip of the lining between two indices of the outline."""
+        """Return the strip of the lining between two indices of the outline."""
         along, k = np.meshgrid(s, np.arange(low, high + 1), indexing="ij")
         return grid(ground.points(along, outline[k, 0], outline[k, 1]), name, material)
 
@@ -67,8 +64,8 @@ def tunnel(ground: Ground, start_m: float, end_m: float) -> Assembly:
         order = slice(None) if side > 0 else slice(None, None, -1)
         along, k = np.meshgrid(s, np.arange(4)[order], indexing="ij")
         m.add(flat(grid(ground.points(along, y[k], z[k]), "walkway", "concrete")))
-    # Around all of it: a path that leaves a smoothly shaded lining backwards ends here, where it
-    # would see the sky through the lining.
+    # A dark skin surrounds the tunnel. Smooth shading lets some light paths leave the lining at its
+    # back. They end at the skin; without it they would reach the sky.
     along, k = np.meshgrid(skin, np.arange(len(bulge)), indexing="ij")
     m.add(grid(ground.points(along, bulge[k, 0], bulge[k, 1]), "skin", "gap", close_v=True))
     m.add(_end_wall(ground, skin[0], bulge))
@@ -82,7 +79,7 @@ def _end_wall(ground: Ground, s: float, outline: np.ndarray) -> Piece:
 
 
 def _portal(ground: Ground, s: float, outline: np.ndarray) -> Piece:
-    """Wall around the mouth, seen from outside; it keeps the sky off the back of the lining."""
+    """Return the wall around the mouth. It keeps light of the sky off the back of the lining."""
     direction = outline - [0, SPRING_M / 2]
     outer = direction * (PORTAL_M / np.linalg.norm(direction, axis=1, keepdims=True)) + [
         0,
@@ -100,8 +97,9 @@ def mouth(ground: Ground, end_m: float) -> Opening:
 
 
 def luminaire() -> Assembly:
-    """Return one luminaire at the origin that emits downwards, turned towards -y: those of the
-    right row are placed the other way round.
+    """Return one luminaire of the left row, at the origin. It emits downwards, tilted towards -y.
+
+    A luminaire of the right row is the same, turned by 180 degrees.
     """
     tilt = np.radians(TILT_DEG)
     axis = (0.0, -np.sin(tilt), -np.cos(tilt))

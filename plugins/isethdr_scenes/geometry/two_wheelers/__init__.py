@@ -2,7 +2,7 @@
 
 | module     | content                                                           |
 |------------|-------------------------------------------------------------------|
-| bicycle    | frame, wheels, handlebars and what is fitted to them              |
+| bicycle    | frame, wheels, handlebars and fittings of bicycles                |
 | hull       | smooth closed bodies through sections: tanks, seats and fairings  |
 | motorcycle | naked, sports, touring machines and cruisers                      |
 | scooter    | step-through bodies with an apron                                 |

@@ -1,4 +1,4 @@
-"""Bicycles: frame, wheels, handlebars and what is fitted to them."""
+"""Bicycles: frame, wheels, handlebars and fittings."""
 
 from __future__ import annotations
 
@@ -28,8 +28,8 @@ class Bicycle:
 
     wheelbase: float
     wheel: float  # radius, tyre included
-    tyre: float  # half its thickness
-    seat_tube: float
+    tyre: float  # half the thickness of the tyre
+    seat_tube: float  # length
     saddle: float  # height
     bars: Literal["flat", "drop", "swept"]
     bar_height: float
@@ -39,13 +39,15 @@ class Bicycle:
     rack: bool = False
     basket: bool = False
     lamps: bool = True
-    box_length: float = 0.0  # of a cargo box ahead of the rider
-    frame: float = 0.017  # radius of its tubes
+    box_length: float = 0.0  # length of a cargo box ahead of the rider; 0: no box
+    frame: float = 0.017  # radius of the tubes of the frame
     colour: str = "blue"
 
     @property
     def points(self) -> dict[str, np.ndarray]:
-        """Return the joints: axles, bracket, top of the seat tube, steering head, saddle."""
+        """Return the joints (3,), m, by name: axles, bracket, top of the seat tube, saddle, lower
+        and upper end of the steering head, and stem.
+        """
         rear = np.array([-self.wheelbase / 2, 0.0, self.wheel])
         front = np.array([self.wheelbase / 2, 0.0, self.wheel])
         bracket = rear + [CHAINSTAY_M, 0, 0.28 - self.wheel + 0.3 * (self.wheel - 0.335)]
@@ -71,7 +73,7 @@ class Bicycle:
 
     @property
     def grips(self) -> tuple[np.ndarray, np.ndarray]:
-        """Return the middles of the grips, left and right."""
+        """Return the middles (3,), m, of the left and the right grip."""
         stem = self.points["stem"]
         half = self.bar_width / 2
         offset = {
@@ -83,7 +85,7 @@ class Bicycle:
 
     @property
     def pedals(self) -> tuple[np.ndarray, np.ndarray]:
-        """Return the middles of the pedals, left and right."""
+        """Return the middles (3,), m, of the left and the right pedal."""
         bracket = self.points["bracket"]
         turn = np.radians(CRANK_DEG)
         reach = CRANK_M * np.array([np.cos(turn), 0, np.sin(turn)])
@@ -91,7 +93,7 @@ class Bicycle:
 
     @property
     def size_m(self) -> tuple[float, float, float]:
-        """Return length, width and height."""
+        """Return length, width and height, m."""
         width = max(self.bar_width, 2 * (PEDAL_Y_M + 0.043), 0.62 if self.box_length else 0.0)
         top = max(self.saddle + 0.03, self.grips[0][2] + 0.017, self.points["stem"][2] + 0.013)
         return self.wheelbase + 2 * self.wheel, width, float(top)

@@ -21,15 +21,13 @@ BEHIND = (-1.0, 0.0, 0.0)
 def wheel(x: float, radius: float, width: float, spokes: int, wired: bool = False) -> list[Piece]:
     """Return a wheel that stands on z = 0: tyre, rim, spokes and two brake discs.
 
-    `wired` draws thin wire spokes in place of cast ones.
-
     Parameters
     ----------
     x : place of the axle ahead of the origin, m.
-    radius : of the tyre, m.
-    width : of the tyre, m.
+    radius : radius of the tyre, m.
+    width : width of the tyre, m.
     spokes : number of cast spokes.
-    wired : thin wire spokes in place of cast ones.
+    wired : whether the wheel has 36 thin wire spokes in place of cast ones.
     """
     inner = radius - 0.62 * width
     angle = np.linspace(-0.35 * np.pi, 1.35 * np.pi, 15)
@@ -61,7 +59,7 @@ def wheel(x: float, radius: float, width: float, spokes: int, wired: bool = Fals
 
 
 def fork(axle: np.ndarray, head: np.ndarray, spread: float, material: str) -> list[Piece]:
-    """Return both legs of a fork from the axle to the steering head, `spread` apart, m.
+    """Return both legs of a fork, from the axle to the steering head, and the bridges between them.
 
     Parameters
     ----------
@@ -87,15 +85,15 @@ def fork(axle: np.ndarray, head: np.ndarray, spread: float, material: str) -> li
 def guard(
     x: float, z: float, radius: float, width: float, turn: tuple[float, float], material: str
 ) -> Piece:
-    """Return a mudguard about an axle, over angles `turn` in radians from ahead, upwards.
+    """Return a mudguard about an axle.
 
     Parameters
     ----------
     x : place of the axle ahead of the origin, m.
     z : height of the axle, m.
-    radius : of the guard, m.
-    width : m.
-    turn : first and last angle from ahead, upwards, radians.
+    radius : radius of the guard, m.
+    width : width of the guard, m.
+    turn : first and last angle of the guard from straight ahead, upwards, radians.
     material : name of the material.
     """
     half = width / 2
@@ -110,12 +108,12 @@ def guard(
 
 
 def mirrors(x: float, half: float, z: float) -> list[Piece]:
-    """Return both mirrors on stalks: middles at (x, +-half, z), the stalks 0.16 m long.
+    """Return both mirrors on stalks that are 0.16 m high.
 
     Parameters
     ----------
-    x : of the middles ahead of the origin, m.
-    half : of the middles from the plane of symmetry, m.
+    x : distance of the mirrors' middles ahead of the origin, m.
+    half : distance of the middles from the plane of symmetry, m.
     z : height of the middles, m.
     """
     out = []
@@ -134,12 +132,12 @@ def mirrors(x: float, half: float, z: float) -> list[Piece]:
 
 
 def head_lamp(at: np.ndarray, radius: float, housing: str) -> list[Piece]:
-    """Return a round headlamp with a position lamp below its middle; `at` is the lens.
+    """Return a round headlamp with a position lamp below its middle.
 
     Parameters
     ----------
     at : (3,) middle of the lens, m.
-    radius : of the lens, m.
+    radius : radius of the lens, m.
     housing : name of the material of the housing.
     """
     at = np.asarray(at, float)
@@ -156,7 +154,7 @@ def head_lamp(at: np.ndarray, radius: float, housing: str) -> list[Piece]:
 
 
 def rear_lamps(at: ArrayLike, width: float = 0.16) -> list[Piece]:
-    """Return tail lamp and brake lamp side by side in one housing; `at` is the middle of its
+    """Return a tail lamp above a brake lamp in one housing; `at` (3,), m, is the middle of its
     back.
     """
     at = np.asarray(at, float)
@@ -173,7 +171,9 @@ def rear_lamps(at: ArrayLike, width: float = 0.16) -> list[Piece]:
 
 
 def indicators(front: tuple[float, float, float], rear: tuple[float, float, float]) -> list[Piece]:
-    """Return four indicators on stalks; `front` and `rear` are the left ones, (x, y, z)."""
+    """Return four indicators on stalks; `front` and `rear` are the places (x, y, z), m, of the left
+    ones.
+    """
     out = []
     for at, kind, axis, family in (
         (front, "indicator_front", AHEAD, "indicator_front"),
@@ -197,8 +197,8 @@ def rear_plate(x: float, z: float, seed: int) -> list[Piece]:
 
     Parameters
     ----------
-    x : of its middle ahead of the origin, m.
+    x : distance of its middle ahead of the origin, m.
     z : height of its middle, m.
-    seed : of the glyphs.
+    seed : seed of the glyphs.
     """
     return plate(x, z, -1, (0.20, 0.16), 4, seed)

@@ -18,14 +18,15 @@ def hull(
     corner: float = 2.4,
     soft_m: float = 0.02,
 ) -> Piece:
-    """Return the body through `stations`, ordered from front to rear.
+    """Return a smooth closed body through sections.
 
     Parameters
     ----------
-    stations : sections of the body: x, height of the middle, half width and half height, m.
+    stations : sections of the body, from front to rear: x, height of the middle, half width and
+        half height, m.
     name : name of the piece.
     material : name of the material.
-    corner : exponent of the section: 2 is an ellipse, high is boxy.
+    corner : exponent of the section; 2 is an ellipse, and higher values are boxier.
     soft_m : rounding of the profiles along x, m.
     """
     table = np.asarray(stations, float)

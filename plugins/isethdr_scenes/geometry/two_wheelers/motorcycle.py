@@ -12,7 +12,7 @@ from ..mesh.primitives import box, grid, tube
 from . import fittings
 from .hull import hull
 
-FRAME_M = 0.10  # beams of the frame and of the swing arm, left and right of the middle
+FRAME_M = 0.10  # distance of the frame's and the swing arm's beams from the middle
 ENGINE_M = 0.40  # height of the middle of the engine
 
 
@@ -27,26 +27,27 @@ class Motorcycle:
     rear_wheel: float
     front_tyre: float  # width
     rear_tyre: float
-    rake_deg: float  # of the fork, from upright
+    rake_deg: float  # angle of the fork from upright
     seat: float  # height
     bar_height: float
     bar_width: float
-    bar_reach: float  # from the steering head to the grips, along x; negative: to the rear
-    tank: float  # half its height
+    # distance along x from the steering head to the grips; negative: the grips are further back
+    bar_reach: float
+    tank: float  # half the height of the tank
     fairing: Literal["none", "half", "full"] = "none"
     screen: float = 0.0  # height of the windscreen over the steering head
     tail: float = 0.10  # rise of the tail over the seat
     panniers: bool = False
     wired: bool = False  # wire spokes
     spokes: int = 6
-    pegs: float = 0.0  # feet ahead of the usual place
+    pegs: float = 0.0  # distance of the foot pegs ahead of the usual place
     colour: str = "red"
-    seed: int = 0  # of the plate
+    seed: int = 0  # seed of the glyphs of the plate
 
     @property
     def points(self) -> dict[str, np.ndarray]:
-        """Return axles, steering head, middle of the seat, the left grip and foot, the pivot of
-        the swing arm, and the place on the ground below the engine.
+        """Return points (3,), m, by name: axles, steering head, middle of the seat, left grip, left
+        foot, pivot of the swing arm, and the place on the ground below the engine.
         """
         rear_x = -(self.wheelbase + self.front_wheel - self.rear_wheel) / 2
         rear = np.array([rear_x, 0, self.rear_wheel])
@@ -70,12 +71,12 @@ class Motorcycle:
 
     @property
     def mirror(self) -> tuple[float, float]:
-        """Return half the distance and the height of the middles of the mirrors."""
+        """Return half the distance between the middles of the mirrors, and their height, m."""
         return max(self.bar_width / 2 - 0.05, 0.30), self.bar_height + 0.18
 
     @property
     def size_m(self) -> tuple[float, float, float]:
-        """Return length, width and height."""
+        """Return length, width and height, m."""
         half, top = self.mirror
         width = max(self.bar_width, 2 * (half + 0.07), 0.94 if self.panniers else 0.0)
         length = self.wheelbase + self.front_wheel + self.rear_wheel
@@ -359,7 +360,7 @@ def _rear(model: Assembly, shape: Motorcycle, at: dict[str, np.ndarray]) -> None
 
 
 def _panniers(model: Assembly, shape: Motorcycle, at: dict[str, np.ndarray]) -> None:
-    """Add both cases beside the rear wheel, and the top case."""
+    """Add a case on either side of the rear wheel, and the top case."""
     rear = at["rear"]
     seat = at["seat"]
     for side in (1, -1):

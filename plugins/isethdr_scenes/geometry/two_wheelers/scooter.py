@@ -23,19 +23,19 @@ class Scooter:
     tyre: float  # width
     seat: float  # height
     floor: float  # height of the foot board
-    apron: float  # half its width
+    apron: float  # half the width of the apron
     bar_height: float
     bar_width: float
     body: float  # half the width of the body under the seat
-    round_tail: float = 2.6  # exponent of the body's section
-    screen: float = 0.0  # height over the handlebar
+    round_tail: float = 2.6  # exponent of the body's section; 2 is an ellipse
+    screen: float = 0.0  # height of the windscreen over the handlebar
     top_case: bool = False
     colour: str = "white"
-    seed: int = 0  # of the plate
+    seed: int = 0  # seed of the glyphs of the plate
 
     @property
     def points(self) -> dict[str, np.ndarray]:
-        """Return axles, steering head, seat, and the left grip and foot."""
+        """Return points (3,), m, by name: axles, steering head, seat, left grip and left foot."""
         half = self.wheelbase / 2
         head = np.array([half - 0.20, 0, self.bar_height - 0.10])
         return {
@@ -49,12 +49,12 @@ class Scooter:
 
     @property
     def mirror(self) -> tuple[float, float]:
-        """Return half the distance and the height of the middles of the mirrors."""
+        """Return half the distance between the middles of the mirrors, and their height, m."""
         return self.bar_width / 2 - 0.06, self.bar_height + 0.18
 
     @property
     def size_m(self) -> tuple[float, float, float]:
-        """Return length, width and height."""
+        """Return length, width and height, m."""
         half, top = self.mirror
         width = max(self.bar_width, 2 * (half + 0.07))
         return (

@@ -2,7 +2,7 @@
 
 | module       | content                                                                  |
 |--------------|--------------------------------------------------------------------------|
-| `body`       | the shell, out of which glass, lamps, gaps and wheel houses are cut      |
+| `body`       | the shell, with glass, lamps, gaps and wheel houses cut out of it        |
 | `bus`        | a city bus on the lofted shell                                           |
 | `car`        | passenger cars                                                           |
 | `car_cabin`  | mirrors, handles, wipers, seats and dashboard                            |

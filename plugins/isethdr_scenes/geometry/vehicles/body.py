@@ -1,4 +1,4 @@
-"""A vehicle body: one sheet, from which glass, lamps, gaps and wheel houses are cut."""
+"""A vehicle body: one sheet, with glass, lamps, gaps and wheel houses cut out of it."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 
 class Body:
-    """The shell as one painted sheet; `take` cuts a region out of the paint."""
+    """The shell as one painted sheet. `take` cuts a region out of the paint."""
 
     def __init__(self, shell: Shell, axles: Sequence[float] = (), tyre: float = 0.33) -> None:
         """Start with the whole skin as paint.
@@ -42,18 +42,20 @@ class Body:
     def at(
         self, part: Piece | None = None
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-        """Return u, |y|, z, y in metres of the vertices of a part, by default the paint."""
+        """Return u, |y|, z and y, m, of the vertices of a part, by default of the paint."""
         v = (part or self.paint).vertices
         return self.shell.length / 2 - v[:, 0], np.abs(v[:, 1]), v[:, 2], v[:, 1]
 
     def tops_at(self, u: np.ndarray, y: float) -> list[float]:
-        """Return the heights of the outer skin above the points (u, y), m: of the vertices within
-        6 cm, of a coarse skin 15 cm, else of the roof line.
+        """Return the heights of the outer skin at points (u, y), m.
+
+        The height is that of the highest vertex within 6 cm, or 15 cm of a coarse skin. Without
+        such a vertex it is the height of the roof line.
 
         Parameters
         ----------
         u : (n,) distances from the front end, m.
-        y : distance to the left, m, the same of all points.
+        y : distance of all points to the left, m.
         """
         v = np.concatenate(
             [self.paint.vertices] + [p.vertices for p in self.parts if len(p.vertices)]
@@ -76,16 +78,15 @@ class Body:
         rim: str | None = None,
         lamp: Lamp | None = None,
     ) -> Piece:
-        """Cut the region with value < 0 out of the paint; `sunk` (m) moves it inwards, and a
-        surface of the material `rim` closes the step.
+        """Cut a region out of the paint, and return it.
 
         Parameters
         ----------
         name : name of the piece.
         material : name of the material.
-        value : (vertices,) of the paint: the region is where it is negative.
-        sunk : distance by which the region moves inwards, m.
-        rim : name of the material of the step; None: `material`.
+        value : (vertices,) of the paint; negative within the region.
+        sunk : distance by which the region moves inwards, m; a surface closes the step.
+        rim : name of the material of that surface; None: `material`.
         lamp : `Lamp` of the region; None: it does not shine.
         """
         inside, self.paint, seam = cut(self.paint, value)
@@ -104,15 +105,15 @@ class Body:
     def carve(
         self, part: Piece, name: str, material: str, value: np.ndarray, lamp: Lamp | None = None
     ) -> tuple[Piece, Piece]:
-        """Cut the region with value < 0 out of an earlier part. Return the region and the rest,
-        which replace the part.
+        """Cut a region out of an earlier part. Return the region and the rest, which replace the
+        part.
 
         Parameters
         ----------
         part : earlier part of the body that is cut.
         name : name of the region.
         material : name of the material of the region.
-        value : (vertices,) of `part`: the region is where it is negative.
+        value : (vertices,) of `part`; negative within the region.
         lamp : `Lamp` of the region; None: it does not shine.
         """
         self.parts = [p for p in self.parts if p is not part]
@@ -122,12 +123,15 @@ class Body:
         return inside, outside
 
     def refine(self, part: Piece, values: Callable[..., list[np.ndarray]]) -> Piece:
-        """Cut the mesh of an earlier part along lines, and leave all of it there. A band between
-        the lines that is thinner than the mesh can then be carved. Return the part.
+        """Divide the faces of an earlier part along lines, and return the part.
+
+        `carve` can then cut out a band between the lines that is narrower than the faces were.
 
         Parameters
         ----------
-        values : function from a part to a list of values per vertex, 0 along a line each.
+        part : earlier part of the body.
+        values : function of a part. It returns a list of arrays (vertices,), one for each line; an
+            array is 0 along its line.
         """
         finer = part
         for k in range(len(values(part))):
@@ -143,13 +147,12 @@ class Body:
         half: float = 0.005,
         material: str = "gap",
     ) -> None:
-        """Cut a thin dark gap along distance(part) = 0 where where(part) < 0; both return one value
-        per vertex, m.
+        """Cut a thin dark gap along a line in the paint.
 
         Parameters
         ----------
-        distance : function(part) -> (vertices,) distance from the line, m.
-        where : function(part) -> (vertices,): the gap is where it is negative.
+        distance : function of a part; returns the distances (vertices,) from the line, m.
+        where : function of a part; returns values (vertices,), negative where the gap is cut.
         half : half the width of the gap, m.
         material : name of the material of the gap.
         """
@@ -183,8 +186,8 @@ class Body:
                 self.parts.append(replace(well, vertices=well.vertices + [x, 0, self.tyre + 0.01]))
 
     def lining(self, z_min: float, material: str = "interior") -> Piece:
-        """Return the dark inner skin of the cabin above `z_min`: what is still paint, 3 cm inwards,
-        facing inwards.
+        """Return the inner skin of the cabin above the height `z_min`, m: the rest of the paint,
+        moved inwards by 3 cm and facing inwards.
         """
         _, keep, _ = cut(self.paint, self.paint.vertices[:, 2] - z_min)
         inner = keep.offset(-0.03)

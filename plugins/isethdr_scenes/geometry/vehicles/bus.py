@@ -18,7 +18,7 @@ from .wheels import Wheel, plate, wheel
 
 WIDTH_M = 2.52
 HALF_M = WIDTH_M / 2  # half the width
-HEIGHT_M = 3.05  # of the roof
+HEIGHT_M = 3.05  # height of the roof
 TYRE_M = 0.48  # radius of the tyres
 WINDOWS_M = (1.30, 2.38)  # lower and upper edge of the side windows
 DOORS_M = (0.48, 2.42)  # lower and upper edge of the panes of the doors
@@ -29,9 +29,9 @@ SIDES = ((1, "left"), (-1, "right"))
 
 @dataclass(frozen=True)
 class _Plan:
-    """What lies where along a bus, m behind its front end."""
+    """Places of axles and doors along a bus, m behind its front end."""
 
-    length: float  # of the bus
+    length: float  # length of the bus
 
     @property
     def front(self) -> float:
@@ -49,7 +49,7 @@ class _Plan:
         return (0.62, 1.72), (second, second + 1.25)
 
     def at_a_door(self, start: float, end: float, margin: float) -> bool:
-        """Return whether a door, wider by `margin` at both ends, overlaps start to end."""
+        """Return whether a door, widened by `margin` at both ends, overlaps start to end, m."""
         return any(end > d0 - margin and start < d1 + margin for d0, d1 in self.doors)
 
 
@@ -65,10 +65,10 @@ def bus(
     Parameters
     ----------
     name : name of the assembly.
-    length : m.
+    length : length of the bus, m.
     paint : name of the material of the upper body.
     lower : name of the material of the lower body.
-    seed : of no effect: all buses of these measures are alike.
+    seed : no effect; the bus has no random parts.
     """
     plan = _Plan(length)
     body = Body(_shell(length), plan.axles, TYRE_M)
@@ -136,12 +136,12 @@ def _sign(b: Body) -> None:
     outline = [(0, 2.56), (0.95, 2.56), (0.93, 2.80), (0, 2.80)]
     sign = cut_region(b, Region("sign.front", "gloss_black", outline, "front"))
     for k, middle in enumerate(np.linspace(-0.72, 0.72, 9)):
-        if k % 4 == 1:  # between words
+        if k % 4 == 1:  # space between words
             continue
         _, _, z, y = b.at(sign)
         across = np.abs(y - middle) - 0.05
         upwards = np.abs(z - SIGN_M) - 0.075
-        # a round hole, higher or lower in the next letter
+        # a round hole at a height that differs from letter to letter
         hole = 0.030 - np.hypot(y - middle, z - SIGN_M - 0.02 * (k % 3 - 1))
         letter = np.max([across, upwards, hole], 0)
         _, sign = b.carve(sign, "sign", "lamp_amber", letter, lamp("sign", FRONT))
@@ -165,7 +165,7 @@ def _doors(b: Body, plan: _Plan) -> None:
 
 
 def _side_windows(b: Body, plan: _Plan) -> None:
-    """Cut seven windows into each side where no door is, and the driver's window."""
+    """Cut up to seven windows into each side, none at a door, and the driver's window."""
     low, high = WINDOWS_M
     posts = np.linspace(1.95, plan.length - 0.55, 8)
     for side, tag in SIDES:

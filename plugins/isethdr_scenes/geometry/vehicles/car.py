@@ -1,6 +1,4 @@
-"""Passenger cars: a body from one of the shapes of `car_shapes`, its windows, gaps, wheels and
-fittings.
-"""
+"""Passenger cars: a body with a shape of `car_shapes`, its windows, gaps, wheels and fittings."""
 
 from __future__ import annotations
 
@@ -28,26 +26,26 @@ TYRE_WIDTH_M = 0.215
 
 @dataclass(frozen=True)
 class _Pane:
-    """Windscreen or rear window, as wide as the cabin at each height less a margin."""
+    """Windscreen or rear window. At each height it is as wide as the cabin, less a margin."""
 
     name: str
     material: str
     z_m: tuple[float, float]  # lower and upper border
-    u_m: tuple[float, float]  # from the front of the car: where it begins and ends
-    margin_m: float  # between glass and border of the cabin
-    post_m: float = 0.0  # half width of a post in its middle; 0: none
+    u_m: tuple[float, float]  # distances of its start and end from the front of the car
+    margin_m: float  # distance between the glass and the border of the cabin
+    post_m: float = 0.0  # half the width of a post in its middle; 0: no post
 
 
 def build(car: Car, name: str = "car", seed: int = 0, coarse: bool = False) -> Assembly:
-    """Return all parts of a car; `seed` draws the licence plates.
+    """Return all parts of a car.
 
     Parameters
     ----------
     car : measures, styles and paint.
     name : name of the assembly.
-    seed : of the licence plates.
-    coarse : of larger faces, and without what a cell of 10 cm takes away: gaps between doors and
-        lids, bars, glyphs, handles and wipers.
+    seed : no effect; the glyphs of the licence plates are fixed.
+    coarse : whether the car has larger faces and lacks details that cells of 10 cm do not resolve:
+        gaps around doors and lids, bars, glyphs, handles and wipers.
     """
     axles = (car.overhang, car.overhang + car.wheelbase)
     shell = Shell(
@@ -96,7 +94,7 @@ def build(car: Car, name: str = "car", seed: int = 0, coarse: bool = False) -> A
 
 
 def _screens(b: Body, c: Car) -> None:
-    """Windscreen and rear window; a panel van has two panes at the rear, apart by 12 to 16 cm."""
+    """Cut windscreen and rear window. A panel van has two panes at the rear, 12 to 16 cm apart."""
     cowl, top, back, base = (c.roof[k] for k in (2, 3, 5, 6))
     _screen(
         b,
@@ -140,8 +138,9 @@ def _screen(b: Body, c: Car, pane: _Pane) -> None:
 
 
 def _side_windows(b: Body, c: Car) -> None:
-    """Windows under the roof line and above the belt, posts between them; tinted behind the middle
-    post.
+    """Cut the side windows between belt and roof line, with posts between them.
+
+    The glass is tinted behind the middle post.
     """
     cowl = c.roof[2]
     top = c.roof[3]
@@ -198,7 +197,7 @@ def _door_gaps(b: Body, c: Car) -> None:
 
 
 def _lid_gaps(b: Body, c: Car) -> None:
-    """Edges of the hood, and of the trunk lid or the rear doors."""
+    """Cut the gaps around the hood, and those of the trunk lid or the rear doors."""
     cowl = c.roof[2]
     base = c.roof[6]
     half = c.width / 2

@@ -9,8 +9,8 @@ from ..mesh.primitives import box, lathe, tube
 from .body import Body
 from .car_shapes import Car
 
-ROWS_M = (0.36, 1.22, 2.08)  # seats behind the top of the windscreen
-SEATS_M = (0.37, -0.37)  # middle of the two seats of a row, to the left
+ROWS_M = (0.36, 1.22, 2.08)  # distances of the rows of seats behind the top of the windscreen
+SEATS_M = (0.37, -0.37)  # y of the middles of the two seats of a row
 
 
 def fittings(model: Assembly, body: Body, car: Car) -> None:
@@ -36,7 +36,7 @@ def fittings(model: Assembly, body: Body, car: Car) -> None:
 
 
 def _mirror(body: Body, car: Car, side: int) -> list[Piece]:
-    """Return an outside mirror with its arm; its glass too if the car is near.
+    """Return an outside mirror with its arm, and with its glass unless the car is coarse.
 
     Parameters
     ----------
@@ -44,7 +44,7 @@ def _mirror(body: Body, car: Car, side: int) -> list[Piece]:
     car : measures, styles and paint.
     side : +1 (left) or -1 (right).
     """
-    behind = car.roof[2][0] + 0.36  # the front of the car, m
+    behind = car.roof[2][0] + 0.36  # distance behind the front end, m
     x = car.length / 2 - behind
     y = side * car.width / 2
     z = float(body.belt(behind)) + 0.10
@@ -61,7 +61,7 @@ def _mirror(body: Body, car: Car, side: int) -> list[Piece]:
 
 
 def _handles(body: Body, car: Car, side: int) -> list[Piece]:
-    """Return the door handles of one side; parameters as of `_mirror`."""
+    """Return the door handles of one side; the parameters are those of `_mirror`."""
     doors = 1 if car.panel or car.two_doors else 2
     handles = []
     for behind in (car.doors[1] - 0.16, car.doors[2] - 0.14)[:doors]:
@@ -80,20 +80,20 @@ def _handles(body: Body, car: Car, side: int) -> list[Piece]:
 
 
 def _rail(body: Body, car: Car, side: int) -> Piece:
-    """Return a roof rail; parameters as of `_mirror`."""
+    """Return a roof rail; the parameters are those of `_mirror`."""
     behind = np.linspace(car.roof[3][0] + 0.15, car.roof[5][0] - 0.05, 12)
     y = side * car.width / 2 * 0.66
     above_roof = np.full(len(behind), 0.028)
-    above_roof[[0, -1]] = -0.02  # its ends are let into the roof
+    above_roof[[0, -1]] = -0.02  # the ends of the rail are below the surface of the roof
     z = body.tops_at(behind, y) + above_roof
     bar = [(car.length / 2 - u, y, height) for u, height in zip(behind, z, strict=True)]
     return tube(bar, 0.016, "rail", "alloy")
 
 
 def _wiper(body: Body, car: Car, side: int) -> Piece:
-    """Return a wiper below the windscreen; parameters as of `_mirror`."""
+    """Return a wiper at the foot of the windscreen; the parameters are those of `_mirror`."""
     y = side * 0.38
-    cowl = car.roof[2][0]  # behind the front of the car, m
+    cowl = car.roof[2][0]  # distance behind the front end, m
     ends = [(cowl + 0.07, y, 0.012), (cowl + 0.13, y - 0.50, 0.017)]
     blade = [(car.length / 2 - u, y, float(body.upper(u)) + above) for u, y, above in ends]
     return tube(blade, 0.008, "wiper", "plastic_black", 6)
@@ -118,7 +118,7 @@ def interior(model: Assembly, body: Body, car: Car) -> None:
     """
     front = car.length / 2
     cowl = car.roof[2][0]
-    top = car.roof[3][0]  # of the windscreen, behind the front of the car
+    top = car.roof[3][0]  # distance of the windscreen's top behind the front end, m
     belt = float(body.belt(top))
     rounding_steps = 1 if body.shell.coarse else 3
     board = (front - cowl - 0.22, 0, belt - 0.05)
@@ -143,9 +143,9 @@ def _seat(x: float, y: float, belt: float, rounding_steps: int) -> list[Piece]:
 
     Parameters
     ----------
-    x, y : its place, m.
+    x, y : place of the seat, m.
     belt : height of the car's belt line, m.
-    rounding_steps : of its rounded edges.
+    rounding_steps : number of steps of its rounded edges.
     """
     back = ((x - 0.14, y, belt - 0.12), (0.16, 0.48, 0.62), 0.07)
     cushion = ((x + 0.12, y, belt - 0.42), (0.52, 0.50, 0.16), 0.06)

@@ -16,14 +16,12 @@ from .grille import grille
 from .headlamp import RoundLamp, round_lamp
 from .wheels import blank_plate, plate
 
-NARROW_M = 0.88  # half the width
+NARROW_M = 0.88  # half the width of a car; the headlamps of narrower cars lie closer to the middle
 FORWARD = (1.0, 0.0, 0.0)
 
 
 def front(b: Body, c: Car) -> None:
-    """Cut grille, headlamps (see `headlamp`), position lamps, intake and fog lamps; add badge and
-    plate.
-    """
+    """Cut grille, headlamps, position lamps, intake and fog lamps; add badge and plate."""
     half = c.width / 2
     nose = c.roof[0][1]
     ahead = lambda u, lim=0.5: u - lim
@@ -58,12 +56,13 @@ def front(b: Body, c: Car) -> None:
 
 
 def _headlamps(b: Body, c: Car, z0: float, z1: float) -> None:
-    """Cut a housing on each side with dipped beam, reflector, indicator, position lamp, and
-    daytime running lamp where the car has one in it.
+    """Cut a housing on each side with dipped beam, reflector, indicator and position lamp.
+
+    The housing also has the daytime running lamp, unless that is in the bumper.
     """
     half = c.width / 2
     ahead = lambda u, lim: u - lim
-    closer = max(0.0, NARROW_M - half)  # the lamps of a narrow car lie nearer to its middle
+    closer = max(0.0, NARROW_M - half)  # shift of the lamps towards the middle, m
     corners = _housing(c, closer, z0, z1)
     outline = polygon(corners, 0.01)
     u, ay, z, y = b.at()
@@ -76,7 +75,9 @@ def _headlamps(b: Body, c: Car, z0: float, z1: float) -> None:
     )
     slim = c.front.headlamp == "slim"
     mid = z1 - 0.025 if slim else 0.5 * (z0 + z1) + 0.005
-    aside = 0.16 if slim else 0.085  # where the small lens of a slim headlamp looks ahead
+    # Distance of the indicator from the side of the car. The small lens of a slim headlamp must lie
+    # where the body faces ahead.
+    aside = 0.16 if slim else 0.085
     base, above = (z1, -0.045) if slim else (z0, 0.028)
     for s, tag in ((1, "left"), (-1, "right")):
         for kind, material, yc, zc, r in (
@@ -105,14 +106,15 @@ def _headlamps(b: Body, c: Car, z0: float, z1: float) -> None:
             lamp("position", (1.0, 0.0, 0.0)),
         )
         if c.front.daytime in ("brow", "hook"):
-            # the upper edge of a tall headlamp reaches onto the bonnet, which faces up
+            # The upper edge of a tall headlamp lies on the bonnet, which faces up. The lamp lies
+            # lower.
             lower = 0.03 if c.front.headlamp == "tall" else 0.0
             seen = [(across, up - lower) for across, up in corners]
             house = _daytime(b, house, (s, tag), seen, c.front.daytime)
 
 
 def _housing(c: Car, closer: float, z0: float, z1: float) -> list[tuple[float, float]]:
-    """Return the outline (|y|, z) of a headlamp, from its inner lower corner on."""
+    """Return the outline (|y|, z), m, of a headlamp, starting at its inner lower corner."""
     out = c.width / 2 + 0.05
     inner = 0.50 - closer
     if c.front.headlamp == "slim":
@@ -162,8 +164,9 @@ def _daytime_bar(b: Body, bezel: Piece, low: float) -> None:
 
 
 def _round_headlamps(b: Body, c: Car, half: float, z0: float) -> None:
-    """Cut round housings with the dipped beam in the middle, and position and daytime running lamps
-    as arcs below and above it.
+    """Cut round housings with the dipped beam in the middle.
+
+    The position lamp is an arc below the beam. The daytime running lamp is an arc above it.
     """
     y0 = half - 0.25
     radius = min(0.115, c.grille[1] + 0.01)

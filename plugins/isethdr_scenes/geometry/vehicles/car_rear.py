@@ -18,7 +18,8 @@ if TYPE_CHECKING:
 
 
 BACK = (-1.0, 0.0, 0.0)
-# lamps from outside to inside: kind, material, first and last share of the tail lamp's width
+# lamps from outside to inside: kind, material, and where the lamp begins and ends as shares of the
+# tail lamp's width; in a tall tail lamp from top to bottom, as shares of its height
 LAMPS = (
     ("tail", "lamp_red", 0.06, 0.52),
     ("brake", "lamp_red", 0.56, 0.72),
@@ -78,7 +79,7 @@ def _cut_lamp(
     ----------
     body : body of the car, which gets the lamp and the rest of the lens.
     car : measures and styles.
-    lens : what is left of the lens of both tail lamps.
+    lens : the remaining lens of both tail lamps.
     side : +1 (left) or -1 (right).
     lamp : one of `LAMPS`.
     """
@@ -89,14 +90,14 @@ def _cut_lamp(
     tall = size[1] > size[0]
 
     def band(part: Piece) -> list[np.ndarray]:
-        """Return the values that are all below 0 within the lamp."""
+        """Return four arrays (vertices,), which are all negative within the lamp."""
         _, across, z, y = body.at(part)
         share = (high[1] - z) / size[1] if tall else (high[0] - across) / size[0]
         return [first - share, share - last, shape(across, z) + 0.014, -side * y]
 
     name = f"{kind}.{'left' if side > 0 else 'right'}"
     glow, rest, _ = cut(lens, np.max(band(lens), 0))
-    # the wrapped side stays dark
+    # the part of the lens that wraps around the side of the car does not emit
     found = lit(glow.named(name, material), kind, BACK)
     if not len(found[0].faces):
         lens = body.refine(lens, band)
@@ -107,7 +108,7 @@ def _cut_lamp(
 
 
 def _diffuser(body: Body, car: Car) -> None:
-    """Cut the diffuser out of the bumper; parameters as of `_tail_lamps`."""
+    """Cut the diffuser out of the bumper; the parameters are those of `_tail_lamps`."""
     u, across, z, _ = body.at()
     half = car.width / 2
     low = car.clearance + 0.06
@@ -117,7 +118,7 @@ def _diffuser(body: Body, car: Car) -> None:
 
 
 def _reflector_and_exhaust(body: Body, car: Car, side: int) -> list[Piece]:
-    """Return the reflector of one side; the exhaust too if the car is near.
+    """Return the reflector of one side, and its exhaust unless the car is coarse.
 
     Parameters
     ----------
@@ -136,8 +137,8 @@ def _reflector_and_exhaust(body: Body, car: Car, side: int) -> list[Piece]:
 
 
 def _high_brake_lamp(body: Body, car: Car) -> list[Piece]:
-    """Return the brake lamp at the upper edge of the rear window; parameters as of
-    `_tail_lamps`.
+    """Return the brake lamp at the upper edge of the rear window, or at the rear window base of a
+    car with an open roof. The parameters are those of `_tail_lamps`.
     """
     behind, z = body.shell.upper[6 if car.open_roof else 5]
     below = 0.0 if car.open_roof else 0.045

@@ -1,4 +1,4 @@
-"""Shapes of passenger cars as data: four tables of the same parameters, all lengths in metres."""
+"""Shapes of passenger cars as data: four sets of the same parameters. All lengths are in metres."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ class Front:
 
     grille: Literal["bars", "mesh", "kidney", "shield", "closed"] = "bars"
     headlamp: Literal["swept", "slim", "tall", "round"] = "swept"
-    # daytime running lamps: none, or along the upper edge of the headlamp, at its inner end, or in
-    # the bumper
+    # place of the daytime running lamps: none, at the upper edge of the headlamp (brow), at its
+    # inner end (hook), or in the bumper
     daytime: Literal["none", "brow", "hook", "bumper"] = "none"
 
 
 @dataclass(frozen=True)
 class Car:
-    """A passenger car. u runs from the front end to `length`; profiles are ((u, z), ...).
+    """A passenger car. u is the distance from the front end; profiles are ((u, z), ...).
 
     `roof` has eight points: nose, hood front, cowl, windscreen top, roof top, roof rear, rear
     window base, tail.
@@ -36,21 +36,21 @@ class Car:
     doors: tuple  # u of front edge, middle post, rear edge
     glass_end: float  # u of the rear end of the side windows
     tail_lamp: tuple  # outline in (|y|, z)
-    crown: float = 3.3  # exponent of the cabin's section; high is boxy
+    crown: float = 3.3  # exponent of the cabin's section; higher values are boxier
     lean: float = 0.36  # inward lean of the cabin, per metre of height
     cladding: float = 0.0  # height of dark sills and arches
     rails: bool = False  # roof rails
     panel: bool = False  # no windows behind the doors
-    aerial: bool = True  # on the roof; a panel van has none
+    aerial: bool = True  # whether it has a roof aerial; a panel van has none
     two_doors: bool = False
     open_roof: bool = False  # no roof and no side windows behind the windscreen
-    bed: float = 0.0  # depth of a bed behind the cab, from the rear window base to the tail
-    rows: int = 2  # of seats; a panel van has one
+    bed: float = 0.0  # depth of a bed, which reaches from the rear window base to the tail
+    rows: int = 2  # number of rows of seats; a panel van has one
     grille: tuple = (0.43, 0.13)  # half width and height
     front: Front = Front()
     paint: str = "silver"
     spokes: int = 5
-    step: float = 0.055  # distance of the sections the body is lofted from; coarser when far away
+    step: float = 0.055  # spacing of the sections of the body; larger for cars that are far away
 
 
 CARS = {

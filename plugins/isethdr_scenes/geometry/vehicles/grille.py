@@ -9,7 +9,7 @@ from ..mesh.primitives import tube
 from .body import Body
 from .car_shapes import Car
 
-AHEAD_M = 0.5  # from the front end: what lies behind is no front
+AHEAD_M = 0.5  # length of the front, from the front end; nothing behind it is cut
 
 
 def grille(b: Body, c: Car, z0: float, z1: float) -> None:
@@ -36,7 +36,7 @@ def grille(b: Body, c: Car, z0: float, z1: float) -> None:
     ring = b.take("grille.frame", frame, v - 0.014)
     u, ay, z, _ = b.at(ring)
     b.carve(ring, "grille", "gap", outline(ay, z))
-    if b.shell.coarse:  # whose cells are larger than a bar
+    if b.shell.coarse:  # cells of a coarse car are larger than a bar
         return
     bar = lambda path, size: b.parts.append(tube(path, size, "grille.bar", "chrome", 6))
     if style == "bars":
@@ -60,7 +60,7 @@ def grille(b: Body, c: Car, z0: float, z1: float) -> None:
 
 
 def _outline(style: str, wide: float, z0: float, z1: float) -> list[tuple[float, float]]:
-    """Return corners (|y|, z) of one half."""
+    """Return corners (|y|, z), m, of one half of a grille."""
     if style == "kidney":
         return [(0.04, z0 - 0.07), (0.58 * wide, z0 - 0.06), (0.66 * wide, z1), (0.05, z1)]
     if style == "shield":

@@ -17,16 +17,16 @@ from .body import Body
 class RoundLamp:
     """A round lens in a chrome bezel at the front of a vehicle."""
 
-    kind: str  # of the lamp, or `reflector` for a dark one
-    tag: str  # left or right, for its name
-    centre_m: tuple[float, float]  # y and z
-    radius_m: float  # of the lens
+    kind: str  # kind of the lamp, or `reflector` for one that does not emit
+    tag: str  # `left` or `right`, for its name
+    centre_m: tuple[float, float]  # y and z of the middle of the lens
+    radius_m: float  # radius of the lens
     bezel_m: float = 0.012  # width of the bezel
-    material: str = "lamp_white"  # of the lens
+    material: str = "lamp_white"  # material of the lens
 
 
 def round_lamp(body: Body, part: Piece | None, shape: RoundLamp) -> Piece | None:
-    """Cut a lamp out of `part`, or out of the paint where None. Return what is left of `part`.
+    """Cut a round lamp out of a body. Return the rest of `part`, or None.
 
     Parameters
     ----------
@@ -37,7 +37,7 @@ def round_lamp(body: Body, part: Piece | None, shape: RoundLamp) -> Piece | None
 
     def beyond(
         p: Piece, r: float | np.ndarray
-    ) -> np.ndarray:  # distance outside the circle; the rear of the body never counts
+    ) -> np.ndarray:  # distance outside the circle, m; positive at the rear of the body
         u, _, z, y = body.at(p)
         return np.maximum(np.hypot(y - shape.centre_m[0], z - shape.centre_m[1]) - r, u - 0.6)
 
@@ -63,17 +63,16 @@ def round_lamp(body: Body, part: Piece | None, shape: RoundLamp) -> Piece | None
 def own_headlamps(
     forward_m: float, half_track_m: float, height_m: float, radius: float = 0.05
 ) -> Assembly:
-    """Return the two dipped beams of the camera's own car: bare lenses, so that nothing blocks the
-    view.
+    """Return the two dipped beams of the camera's own car, as lenses without a car.
 
-    The model's origin is on the road below the camera.
+    So nothing blocks the view. The origin of the model is on the road below the camera.
 
     Parameters
     ----------
-    forward_m : of the lenses ahead of the camera, m.
-    half_track_m : half the distance of both lamps, m.
-    height_m : of the lamps above the road, m.
-    radius : of the lenses, m.
+    forward_m : distance of the lenses ahead of the camera, m.
+    half_track_m : half the distance between both lamps, m.
+    height_m : height of the lamps above the road, m.
+    radius : radius of the lenses, m.
     """
     out = Assembly("own_headlamps")
     for tag, side in (("left", 1), ("right", -1)):

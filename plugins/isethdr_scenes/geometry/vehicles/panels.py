@@ -29,9 +29,9 @@ class Region:
     # corners, m: (|y|, z) on front and rear, (u, z) on a side
     outline: Sequence[tuple[float, float]]
     face: Literal["front", "rear", "left", "right", "sides"] = "rear"
-    sunk_m: float = 0.0  # how far it is pushed inwards
-    trim: str | None = None  # material of a frame around it
-    margin_m: float = 0.02  # width of that frame
+    sunk_m: float = 0.0  # distance by which it is moved inwards
+    trim: str | None = None  # material of a frame around it; None: no frame
+    margin_m: float = 0.02  # width of the frame
 
 
 def cut_region(b: Body, region: Region) -> Piece:
@@ -67,7 +67,7 @@ def mirrors(
     Parameters
     ----------
     model : assembly that gets the mirrors.
-    x : of the mirrors ahead of the origin, m.
+    x : distance of the mirrors ahead of the origin, m.
     half : half the width of the vehicle, m.
     z : height of the middles, m.
     size : (3,) depth, width and height of the housing, m.

@@ -1,6 +1,6 @@
 """The outer skin of a vehicle: profiles and a plan outline lofted into one smooth sheet.
 
-In the vehicle files u is the distance from the front end (x = length / 2 - u).
+In all modules of vehicles u is the distance from the front end, m: x = length / 2 - u.
 """
 
 from __future__ import annotations
@@ -15,14 +15,15 @@ from ..mesh.cutting import curve
 from ..mesh.piece import Piece
 from ..mesh.primitives import grid
 
-ENDS_M = 0.6  # from either end: what is cut into lamps
-THINNED = 4  # of the sections between, a coarse shell has every fourth
+ENDS_M = 0.6  # length of either end, out of which lamps are cut
+THINNED = 4  # between the ends, a coarse shell has only every fourth section
 
 
 @dataclass(frozen=True)
 class Shell:
-    """Shape of a body. Profiles are ((u, z), ...) in metres; `upper` is the roof line, `belt` the
-    shoulder.
+    """Shape of a body. Profiles are ((u, z), ...) in metres.
+
+    `upper` is the roof line, and `belt` is the shoulder line.
     """
 
     length: float
@@ -31,8 +32,8 @@ class Shell:
     belt: tuple
     clearance: float = 0.17
     lean: float = 0.36  # inward lean of the cabin, per metre of height
-    crown: float = 3.2  # exponent of the cabin section; high is boxy
-    # plan radius, profile radius, flat share of the end face
+    crown: float = 3.2  # exponent of the cabin section; higher values are boxier
+    # radius of the corners in plan, radius in profile, flat share of the end face
     front_round: tuple = (
         0.34,
         0.14,
@@ -41,9 +42,10 @@ class Shell:
     rear_round: tuple = (0.28, 0.12, 0.82)
     sweep: tuple = (0.10, 0.06)  # plan curvature of front and rear, 1/m
     soft: float = 0.035  # rounding of the profile corners
-    step: float = 0.055
-    flare: float = 0.018  # bulge around the wheels
-    # fewer sections between both ends, for what is far away; lamps are cut out of the ends
+    step: float = 0.055  # spacing of the sections
+    flare: float = 0.018  # height of the bulge around the wheels
+    # whether there are fewer sections between both ends, for vehicles that are far away; the ends
+    # stay fine, because lamps are cut out of them
     coarse: bool = False
 
     def profiles(self) -> tuple[Callable[..., Any], Callable[..., Any]]:
@@ -72,13 +74,12 @@ def _stations(s: Shell) -> np.ndarray:
 
 
 def loft(shell: Shell, axles: Sequence[float] = (), tyre: float = 0.33) -> Piece:
-    """Return the closed skin of a body, with smooth normals; `axles` (u, m) and `tyre` radius make
-    it bulge.
+    """Return the closed skin of a body, with smooth normals and a bulge around each wheel.
 
     Parameters
     ----------
     shell : measures of the body.
-    axles : distances of the axles from the front end, m, where the skin bulges.
+    axles : distances of the axles from the front end, m.
     tyre : radius of the tyres, m.
     """
     s = shell
@@ -154,8 +155,9 @@ def _bulge(s: Shell, p: np.ndarray, axles: Sequence[float], tyre: float) -> np.n
 
 
 def _superellipse(n: float, up: int, across: int) -> tuple[np.ndarray, np.ndarray]:
-    """Points of y^n + z^n = 1 from (1, 0) to (0, 1), denser towards the corner; without the
-    first.
+    """Return y and z of points on y^n + z^n = 1, from (1, 0) to (0, 1), without the first.
+
+    The points are denser towards the corner y = z. `up` points lead to it and `across` from it.
     """
     corner = 0.5 ** (1 / n)
     t = np.linspace(0, 1, up + 1)[1:]

@@ -1,4 +1,4 @@
-"""A rigid truck: cab on the lofted shell, cargo box of plain parts."""
+"""A rigid truck: a cab on the lofted shell, and a cargo box of plain parts."""
 
 from __future__ import annotations
 
@@ -15,16 +15,16 @@ from .wheels import Wheel, plate, wheel
 BEHIND_CAB_M = 0.22  # gap between cab and box
 FLOOR_M = 1.02  # height of the lower edge of the box
 BOX_WIDTH_M = 2.50
-WALL_M = BOX_WIDTH_M / 2  # side walls of the box, left and right of the middle
+WALL_M = BOX_WIDTH_M / 2  # distance of the side walls of the box from the middle
 FRAME_M = 0.84  # height of the middle of the frame and of the rear lamps
-REAR_AXLE_M = 1.75  # ahead of the rear end
+REAR_AXLE_M = 1.75  # distance of the rear axle ahead of the rear end
 FRONT_WHEEL = Wheel(TYRE_M, 0.30, 0.58, style="steel")
 REAR_WHEEL = Wheel(TYRE_M, 0.29, 0.58, style="steel")
 
 
 @dataclass(frozen=True)
 class _Box:
-    """Where the cargo box is, m, and what it is painted with."""
+    """Place of the cargo box, m, and its paint."""
 
     front: float  # x of its front wall
     rear: float  # x of its doors: the rear end of the truck
@@ -68,7 +68,8 @@ def truck(
     box_paint : name of the material of the box.
     stripe : name of the material of the stripe on the box.
     """
-    # x of the front end; 3 cm more than cab, gap and `box_length`, and the box reaches over them
+    # x of the front end. The truck is 3 cm longer than cab, gap and `box_length` together, and the
+    # box is longer by these 3 cm.
     front = (CAB_LENGTH_M + box_length + 0.25) / 2
     load = _Box(front - CAB_LENGTH_M - BEHIND_CAB_M, -front, box_height, box_paint)
     model = Assembly(name)
@@ -164,7 +165,7 @@ def _rear_lamps(load: _Box, side: int, tag: str) -> list[Piece]:
 
 
 def _mudflap_and_contour(load: _Box, side: int) -> list[Piece]:
-    """Return the flap behind the wheels of one side, and the reflective strip on that door."""
+    """Return the flap behind the wheels of one side, and the reflective strip on its door."""
     flap = (load.rear + 1.0, side * 1.0, 0.52)
     strip = (load.rear - 0.02, side * 0.75, FLOOR_M + 0.10)
     return [
@@ -203,7 +204,7 @@ def _wheels(model: Assembly, front_x: float, rear_x: float) -> None:
 
 def _mudguard(x: float, side: int) -> Piece:
     """Return the guard over the rear wheels of one side, 10 cm above the tyres."""
-    turn = np.linspace(0.2, np.pi - 0.2, 14)  # about the axle, from straight ahead
+    turn = np.linspace(0.2, np.pi - 0.2, 14)  # angles about the axle, from straight ahead
     radius = 0.60
     arc = np.stack([x + radius * np.cos(turn), 0 * turn, TYRE_M + radius * np.sin(turn)], 1)
     edges = [arc + [0, side * 0.65, 0], arc + [0, side * 1.24, 0]]

@@ -1,4 +1,4 @@
-"""The cab of the rigid truck: its shell, what is cut out of the shell, its inside and fittings."""
+"""The cab of the rigid truck: shell, windows, grille, bumper, gaps, inside and fittings."""
 
 from __future__ import annotations
 
@@ -15,21 +15,23 @@ from .wheels import plate
 CAB_LENGTH_M = 2.15
 CAB_WIDTH_M = 2.48
 HALF_M = CAB_WIDTH_M / 2  # half the width
-NOSE_M = CAB_LENGTH_M / 2  # front end, ahead of the middle of the cab
-FRONT_AXLE_M = 1.38  # behind the front end
+NOSE_M = CAB_LENGTH_M / 2  # distance of the front end ahead of the middle of the cab
+FRONT_AXLE_M = 1.38  # distance behind the front end
 TYRE_M = 0.50  # radius of the tyres
-DOOR_EDGES_M = (0.40, 1.62)  # behind the front end
+DOOR_EDGES_M = (0.40, 1.62)  # distances behind the front end
 DOOR_HEIGHTS_M = (0.62, 2.55)  # lower and upper end of the gaps beside the doors
-BUMPER_M = (0.40, 0.84)  # lower and upper edge
+BUMPER_M = (0.40, 0.84)  # heights of its lower and upper edge
 LAMPS_M = 0.64  # height of dipped beams and position lamps
 BEZEL_M = 0.02  # width of the bezels of the lamps
-GRILLE_M = (0.98, 1.46)  # lower and upper edge
-SEAT_M = 0.55  # of driver and passenger, left and right of the middle
+GRILLE_M = (0.98, 1.46)  # heights of its lower and upper edge
+SEAT_M = 0.55  # distance of both seats from the middle
 SIDES = ((1, "left"), (-1, "right"))
 
 
 def cab(paint: str) -> Assembly:
-    """Return the cab without its wheels; its middle is at x = 0 and `paint` is its material."""
+    """Return the cab without its wheels, its middle at x = 0; `paint` is the name of its
+    material.
+    """
     body = Body(_shell(), (FRONT_AXLE_M,), TYRE_M)
     _windows(body)
     _grille(body)
@@ -91,7 +93,7 @@ def _grille(b: Body) -> None:
     cut_region(b, Region("grille", "gap", outline, "front", trim="chrome", margin_m=0.02))
     across = np.linspace(-0.74, 0.74, 9)
     for k in range(5):
-        # curved as the front of the shell
+        # the bars have the curvature of the shell's front
         path = [(NOSE_M + 0.016 - 0.05 * y * y, y, 1.02 + 0.10 * k) for y in across]
         b.parts.append(tube(path, 0.016, "grille.bar", "plastic_black", 6))
 
@@ -138,7 +140,7 @@ def _inside(model: Assembly) -> None:
 
 
 def _steps_and_handles(model: Assembly) -> None:
-    """Add a step below and a handle on each door."""
+    """Add a step below each door and a handle on it."""
     for side, _ in SIDES:
         step = (NOSE_M - 1.0, side * (HALF_M - 0.05), 0.52)
         handle = (-0.52, side * (HALF_M + 0.012), 1.45)

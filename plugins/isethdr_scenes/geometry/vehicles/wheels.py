@@ -11,17 +11,17 @@ import numpy as np
 from ..mesh.piece import Piece, mirrored, shift
 from ..mesh.primitives import box, flat_grids, lathe, sharp_boxes
 
-HOLES = 8  # of a steel rim
+HOLES = 8  # number of holes in a steel rim
 
 
 @dataclass(frozen=True)
 class Wheel:
     """Tyre and rim."""
 
-    radius_m: float  # of the tyre
-    width_m: float  # of the tyre
-    rim: float = 0.66  # radius of the rim over that of the tyre
-    spokes: int = 5  # of alloy rims
+    radius_m: float  # radius of the tyre
+    width_m: float  # width of the tyre
+    rim: float = 0.66  # radius of the rim / radius of the tyre
+    spokes: int = 5  # number of forked spokes of an alloy rim
     style: Literal["alloy", "steel"] = "alloy"
 
 
@@ -32,7 +32,7 @@ def wheel(shape: Wheel, x: float, y: float, name: str = "wheel") -> list[Piece]:
     ----------
     shape : tyre and rim.
     x, y : position of its middle, m.
-    name : of the parts.
+    name : first part of the names of the parts.
     """
     pose = np.eye(4)
     pose[:3, 3] = x, y, shape.radius_m
@@ -58,12 +58,12 @@ def _tyre(radius: float, rim_radius: float, half_width: float) -> Piece:
 
     Parameters
     ----------
-    radius : of its tread, m.
-    rim_radius : of the rim that it sits on, m.
+    radius : radius of its tread, m.
+    rim_radius : radius of the rim that carries it, m.
     half_width : half its width, m.
     """
     wall_radius = rim_radius + 0.25 * (radius - rim_radius)
-    outer = [  # radius and height of one half, from the rim to the tread
+    outer = [  # profile of one half from the rim to the tread: radius, distance from the middle
         (rim_radius, half_width * 0.82),
         (wall_radius, half_width),
         (radius - 0.035, half_width * 0.96),
@@ -110,9 +110,9 @@ def _alloy_face(rim_radius: float, half_width: float, spokes: int) -> list[Piece
 
     Parameters
     ----------
-    rim_radius : of the rim, m.
+    rim_radius : radius of the rim, m.
     half_width : half the width of the tyre, m.
-    spokes : number of forks.
+    spokes : number of forked spokes.
     """
     brake = [(rim_radius * 0.90, -half_width * 0.1), (0.001, -half_width * 0.1)]
     disc = [(rim_radius * 0.62, half_width * 0.15), (0.2 * rim_radius, half_width * 0.15)]
@@ -131,11 +131,11 @@ def _alloy_face(rim_radius: float, half_width: float, spokes: int) -> list[Piece
 
 
 def _spokes(count: int, rim_radius: float, half_width: float) -> Piece:
-    """Return the spokes of a rim, two for each of `count` forks.
+    """Return the spokes of a rim. Each forked spoke has two branches.
 
     Parameters
     ----------
-    count : number of forks.
+    count : number of forked spokes.
     rim_radius : outer radius of the rim, m.
     half_width : half the width of the tyre, m.
     """
@@ -183,7 +183,7 @@ def plate(
     facing : +1 (front) or -1 (rear).
     size_m : width and height, m.
     ink : number of glyphs.
-    seed : of the glyphs.
+    seed : seed of the glyphs.
     """
     width = size_m[0]
     rng = np.random.default_rng(seed)
