@@ -3,6 +3,6 @@
 | file | holds |
 |---|---|
 | command | `isethdr import-iset` |
-| tree | which files of a tree belong to which scene, and which to none |
-| importing | scenes as stores: what is stored already is skipped, what is wrong is named |
+| tree | which files of a tree belong to which scene, and which to no scene |
+| importing | scenes as stores; stored scenes are skipped, and damaged ones are reported |
 """

@@ -1,6 +1,6 @@
 """`isethdr import-iset`: store the scenes of a tree of the published ISETHDR deposit.
 
-Imports nothing that takes time: every command line loads this file.
+This module imports nothing slow, because every command line loads it.
 """
 
 from __future__ import annotations

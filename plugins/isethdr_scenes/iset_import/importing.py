@@ -1,4 +1,4 @@
-"""Scenes of the deposit as stores: what is stored already is skipped, what is wrong is named."""
+"""Scenes of the deposit as stores. Stored scenes are skipped, and damaged ones are reported."""
 
 from __future__ import annotations
 
@@ -26,13 +26,14 @@ from .tree import FoundScene, Skipped, scan
 STORED = "stored"
 KNOWN = "already stored"
 WRONG = "wrong"
-SOURCE = "iset_files"  # attribute of a store: size and time of the files that it was made of
+SOURCE = "iset_files"  # attribute of a store: size and change time of its source files
 PLACE = ("folder",)  # field of the component that does not change the light
 
 
 def imported(found: FoundScene, component: IsetExr, known: Sequence[Mapping[str, Any]]) -> Path:
-    """Store one scene, and return the path of its store; the one that is there already if its files
-    have not changed.
+    """Store one scene, and return the path of its store.
+
+    If the scene is stored already and its files have not changed, nothing is written.
 
     Parameters
     ----------
@@ -49,7 +50,7 @@ def imported(found: FoundScene, component: IsetExr, known: Sequence[Mapping[str,
     for attributes in known:
         if attributes[SOURCE] == stamps and attributes["scene"] == scene:
             return Path(attributes["path"])
-    component.check_files()  # what its headers tell, before its light is read
+    component.check_files()  # checks the headers before the radiance is read
     rows = ledger.Ledger()
     with ledger.stage(rows, "scene iset_exr"):
         light = component()
@@ -70,7 +71,7 @@ def imported(found: FoundScene, component: IsetExr, known: Sequence[Mapping[str,
 
 
 def _attributes(light: xr.Dataset, scene: Mapping[str, Any], recipe: str) -> dict[str, Any]:
-    """Return the root attributes that stores of rendered radiance have too."""
+    """Return those root attributes that stores of rendered radiance also have."""
     groups = [str(group) for group in light["light_group"].values]
     return {
         "kind": "scene",
@@ -104,7 +105,7 @@ def known_imports(folder: Path) -> list[dict[str, Any]]:
     for path in sorted(folder.glob("*.zarr")):
         try:
             attributes = store.read_attrs(path)
-        except CatalogError:  # `isethdr catalog verify` names it
+        except CatalogError:  # `isethdr catalog verify` reports such a store
             continue
         if SOURCE in attributes:
             found.append({**attributes, "path": str(path)})
@@ -112,25 +113,28 @@ def known_imports(folder: Path) -> list[dict[str, Any]]:
 
 
 def run(folder: str, field_deg: float, normalise_cd_m2: float, look: bool) -> int:
-    """Store the scenes below a folder, print what became of each, and return how many are wrong.
+    """Store the scenes below a folder, print the counts of outcomes, and return the number of
+    scenes that failed.
 
     Parameters
     ----------
     folder : any folder of the deposit, with the folders below it.
     field_deg : full horizontal field angle of the scenes, degrees.
-    normalise_cd_m2 : mean luminance to which each light group is scaled, cd/m2; 0 keeps it.
-    look : list scenes and files only; nothing is stored.
+    normalise_cd_m2 : mean luminance to which each light group is scaled, cd/m2; 0 keeps the
+        radiance.
+    look : whether scenes and files are only listed; nothing is stored.
 
     Raises
     ------
-    CatalogError : the folder is not there or holds no scene, or the home cannot be written.
+    CatalogError : the folder does not exist or holds no scene, or the home folder cannot be
+        written.
     ConfigError : a field angle or a luminance out of range.
     """
     root = Path(folder).expanduser()
     if not root.is_dir():
         raise CatalogError(f"{root} is not a folder; type isethdr import-iset <folder>")
     settings = {"horizontal_field_deg": field_deg, "normalise_cd_m2": normalise_cd_m2}
-    IsetExr(**settings)  # out of range: said before anything is read
+    IsetExr(**settings)  # raises an error for values out of range before any file is read
     scenes, skipped = scan(root)
     if not scenes:
         raise CatalogError(
@@ -171,7 +175,7 @@ def _print_scenes(root: Path, scenes: Sequence[FoundScene]) -> None:
 
 
 def _print_skipped(root: Path, skipped: Sequence[Skipped]) -> None:
-    """Print how many files were left, by reason, with the first of each."""
+    """Print the number of skipped files for each reason, with the first file as an example."""
     first = {s.why: s.path.relative_to(root).as_posix() for s in reversed(skipped)}
     counts = Counter(s.why for s in skipped)
     rows = [[count, why, first[why]] for why, count in sorted(counts.items())]

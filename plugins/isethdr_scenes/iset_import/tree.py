@@ -1,4 +1,4 @@
-"""Which files of a tree belong to which scene of the deposit, and which to none."""
+"""Find which files of a tree belong to which scene of the deposit, and which to no scene."""
 
 from __future__ import annotations
 
@@ -23,23 +23,23 @@ class FoundScene:
     files: tuple[Path, ...]
 
     def stamps(self) -> dict[str, list[int]]:
-        """Return size in bytes and time of change in ns of each file, by its name."""
+        """Return the size in bytes and the change time in ns of each file, by name."""
         status = {path.name: path.stat() for path in self.files}
         return {name: [s.st_size, s.st_mtime_ns] for name, s in status.items()}
 
 
 @dataclass(frozen=True)
 class Skipped:
-    """A file that is no part of a scene, and why."""
+    """A file that belongs to no scene, and the reason."""
 
     path: Path
     why: str
 
 
 def scan(root: Path) -> tuple[list[FoundScene], list[Skipped]]:
-    """Return the scenes and the other files of a folder and all folders below it, by path.
+    """Return the scenes and the other files in a folder and in all folders below it, by path.
 
-    Links to folders are not followed, so that a scene is found once.
+    Links to folders are not followed, so each scene is found once.
     """
     scenes = []
     skipped = []
@@ -59,7 +59,10 @@ def scan(root: Path) -> tuple[list[FoundScene], list[Skipped]]:
 
 
 def _scene_of(name: str) -> str:
-    """Return the scene that a file of this name belongs to if that has radiance; "" for none."""
+    """Return the id of the scene that a file of this name belongs to; "" for no scene.
+
+    A scene exists only if it also has files of radiance.
+    """
     if match := _RADIANCE.fullmatch(name):
         return match["id"]
     for ending in (INSTANCE, MAPS):
