@@ -115,7 +115,7 @@ def test_other_hopeless_requests_are_refused_before_any_work(monkeypatch):
     with pytest.raises(ConfigError, match="no light"):
         lens.psf(550.0, 1.0, 16, [covered])
     # the real limit takes seconds
-    monkeypatch.setattr("isethdr_core.physics.optics.pupil.MOST_TERMS", 300)
+    monkeypatch.setattr("isethdr_core.physics.optics.pupil.shape_sum.MOST_TERMS", 300)
     with pytest.raises(ConfigError, match="overlaps"):
         lens.psf(
             550.0,

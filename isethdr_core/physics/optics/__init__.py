@@ -12,7 +12,7 @@
 | `paraxial`            | paraxial matrices (height, angle) of any path through surfaces          |
 | `pattern_columns`     | light from tile to tile in a few columns, from chords of the pupil      |
 | `projection`          | field coordinates and the directions that they denote                   |
-| `pupil`               | blades, dust and scratches of an aperture, averaged over cells          |
+| `pupil/`              | blades, dust and scratches of an aperture, averaged over cells          |
 | `ray_sums`            | means of a scaling pattern over tiles and bands, along rays             |
 | `ray_trace`           | exact rays through a list of surfaces                                   |
 | `surfaces`            | surfaces of revolution: where a ray meets them, and their normals       |

@@ -13,6 +13,7 @@ from isethdr_core.errors import ConfigError
 from isethdr_core.physics.diffraction import energy_of
 from isethdr_core.physics.optics import lattice as lattices
 from isethdr_core.physics.optics import pupil as shapes
+from isethdr_core.physics.optics.pupil import shape_sum
 from isethdr_core.physics.optics.zernike import wavefront_at, wavefront_um
 from isethdr_core.plugins.protocols import TransmitsPupil
 
@@ -33,7 +34,7 @@ FEWEST_SAMPLES = 256
 BORDER = 4.0
 MOST_SAMPLES = 8192
 ENERGY_SAMPLES = 2048  # across the stop, where its energy is not known from shapes
-# of `pupil.MOST_TERMS`: grains and scratches in the square around a pupil whose overlaps are still
+# of `shape_sum.MOST_TERMS`: grains and scratches in a square around a pupil whose overlaps are still
 # drawn. The usual dirt has 1.2 terms for each of them
 DRAWN_EASILY = 0.7
 ANY_NM = 550.0  # how shapes overlap is the same at all wavelengths
@@ -83,7 +84,7 @@ def check_dirt(lens: PupilOptics, flares: Sequence[Flare]) -> None:
     ------
     ConfigError : more dirt than can be drawn.
     """
-    if len(_shapes(lens, flares)[1]) > DRAWN_EASILY * shapes.MOST_TERMS:
+    if len(_shapes(lens, flares)[1]) > DRAWN_EASILY * shape_sum.MOST_TERMS:
         terms(lens, flares, ANY_NM)
 
 
@@ -147,7 +148,7 @@ def terms(lens: PupilOptics, flares: Sequence[Flare], wavelength_nm: float | Non
         return _terms(opening, dirt, wavelength_nm if _delays(dirt) else None, lens.pupil_matrix)
     except ValueError as err:
         square_mm2 = (2 * radius_mm(lens)) ** 2
-        allowed = min(DRAWN_EASILY * shapes.MOST_TERMS, len(dirt) / 2) / square_mm2
+        allowed = min(DRAWN_EASILY * shape_sum.MOST_TERMS, len(dirt) / 2) / square_mm2
         raise ConfigError(
             f"{err}; this pupil is {2 * radius_mm(lens):.3g} mm wide: expected at most about"
             f" {allowed:.2g} grains and scratches per mm2; type for example"

@@ -81,14 +81,14 @@ def test_a_long_lens_over_few_tiles_takes_the_memory_that_is_estimated():
 )
 def test_dirt_of_a_large_pupil_is_refused_before_anything_is_rendered(kind, monkeypatch):
     # a tenth of the real limit, which takes seconds
-    monkeypatch.setattr("isethdr_core.physics.optics.pupil.MOST_TERMS", 2000)
+    monkeypatch.setattr("isethdr_core.physics.optics.pupil.shape_sum.MOST_TERMS", 2000)
     one = build("lens", kind, f_number=1.6, focal_length_mm=6.0)
     with pytest.raises(ConfigError, match=r"3\.75 mm wide.*dust_per_mm2=[0-9.]+ "):
         one.held_bytes(frame(), DIRT)
 
 
 def test_what_is_typed_for_less_dirt_is_accepted(monkeypatch):
-    monkeypatch.setattr("isethdr_core.physics.optics.pupil.MOST_TERMS", 400)
+    monkeypatch.setattr("isethdr_core.physics.optics.pupil.shape_sum.MOST_TERMS", 400)
     with pytest.raises(ConfigError) as refused:
         sampled_pupil.check_dirt(lens(4.0), DIRT)
     told = dict(word.split("=") for word in str(refused.value).split() if "per_mm2=" in word)
