@@ -1,4 +1,4 @@
-"""Roads: networks of roads as OpenDRIVE describes them, and where things stand on them.
+"""Roads: networks of roads as OpenDRIVE describes them, and poses of things on them.
 
 | module           | content                                                             |
 |------------------|---------------------------------------------------------------------|
@@ -18,6 +18,6 @@
 | `surface`        | meshes of roads, markings and land that meet without gaps           |
 | `ground`         | the parts of these meshes: arrangement, terrain, structures         |
 | `pictures`       | `isethdr roads`: each kind from above and from the car              |
-| `opendrive`      | road files of one's own                                             |
-| `network`        | roads, junctions and land together: the interface for whatever places |
+| `opendrive`      | road files of the user                                              |
+| `network`        | roads, junctions and land together: the interface for placing       |
 """

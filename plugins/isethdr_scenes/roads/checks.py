@@ -1,4 +1,4 @@
-"""Checks of a network without meshes: lines without gaps, lanes that go on, widths, curvature."""
+"""Check a network without meshes: gaps of lines, steps between lanes, widths, curvature."""
 
 from __future__ import annotations
 
@@ -11,10 +11,10 @@ from .lane_path import LanePath
 from .network import Network
 from .road import Road
 
-GAP_M = 0.01  # between records and between lanes that follow each other
-TURN_RAD = 2e-3
-STEP_M = 1.0  # at which widths and curvatures are looked at
-WIDE_ENOUGH_M = 0.3  # a lane that narrower begins or ends as a taper
+GAP_M = 0.01  # largest gap between records and between lanes that follow each other
+TURN_RAD = 2e-3  # largest kink between them
+STEP_M = 1.0  # spacing of the places at which widths are checked
+WIDE_ENOUGH_M = 0.3  # a narrower lane begins or ends as a taper; its steps are not checked
 
 
 class Problem(NamedTuple):
@@ -34,13 +34,13 @@ def problems(
     curvature_limit_per_m: float = np.inf,
     widths_m: Mapping[str, tuple[float, float]] | None = None,
 ) -> list[Problem]:
-    """Return everything that is wrong with a network; empty where it is sound.
+    """Return everything that is wrong with a network; an empty list if nothing is.
 
     Parameters
     ----------
     network : roads and junctions.
-    curvature_limit_per_m : largest curvature of a reference line.
-    widths_m : least and greatest width by type of lane; types that are not named are not checked.
+    curvature_limit_per_m : largest allowed curvature of a reference line, 1/m.
+    widths_m : least and greatest width by type of lane, m; other types are not checked.
     """
     found: list[Problem] = []
     for road in network.roads:
@@ -85,7 +85,7 @@ def _widths(road: Road, allowed: Mapping[str, tuple[float, float]]) -> list[Prob
 
 
 def _steps(before: LanePath, after: LanePath) -> list[Problem]:
-    """Return the steps between a lane and the one into which its traffic goes on."""
+    """Return the steps and kinks between a lane and its successor."""
     if min(before.width_m(before.length_m), after.width_m(0.0)) < WIDE_ENOUGH_M:
         return []
     end = before.at(before.length_m)

@@ -12,8 +12,8 @@ from scipy.interpolate import CubicHermiteSpline
 from .profile import Floats
 from .reference_line import NODES, WEIGHTS, Plan
 
-PANELS = 16  # of the quadrature of the arc length
-NODES_OF_TABLE = 257  # places at which the parameter is found for an arc length
+PANELS = 16  # number of panels of the quadrature of the arc length
+NODES_OF_TABLE = 257  # number of arc lengths for which the parameter is tabulated
 NEWTON_STEPS = 8
 Cubic4 = tuple[float, float, float, float]
 
@@ -29,7 +29,7 @@ class CubicRecord:
     start_m: float
     x_m: float
     y_m: float
-    heading_rad: float  # of the u axis
+    heading_rad: float  # heading of the u axis
     length_m: float
     u: Cubic4  # a, b, c, d
     v: Cubic4
@@ -49,14 +49,14 @@ class CubicRecord:
         return edges, np.concatenate([[0.0], np.cumsum(length)])
 
     def _lengths(self, first: Floats, last: Floats) -> Floats:
-        """Return arc lengths between parameters, by Gauss and Legendre."""
+        """Return arc lengths between parameters, by Gauss-Legendre quadrature."""
         half = (last - first) / 2
         p = first[:, None] + half[:, None] * (1 + NODES)
         return half * (self._speed(p) @ WEIGHTS)
 
     @property
     def arc_length_m(self) -> float:
-        """Return the arc length of the curve, which `length_m` should be."""
+        """Return the arc length of the curve, m; `length_m` should equal it."""
         return float(self._panels[1][-1])
 
     @cached_property
@@ -73,7 +73,7 @@ class CubicRecord:
         return CubicHermiteSpline(s, p, along[-1] / self.length_m / self._speed(p))
 
     def at(self, ds_m: ArrayLike) -> Plan:
-        """Return the places `ds_m` behind the record's start; its ends go on straight."""
+        """Return the places `ds_m` after the record's start; it is straight beyond its ends."""
         ds = np.asarray(ds_m, float)
         inside = np.clip(ds, 0.0, self.length_m)
         p = np.clip(self._parameter(inside), 0.0, self.last)

@@ -20,16 +20,17 @@ LANES_OF: dict[str, tuple[str, ...]] = {
     "parking": ("parking",),
     "median": ("median",),
 }
-VERGE_M = (0.5, 4.0)  # from the road's edge
+# distances of both borders from the road's edge
+VERGE_M = (0.5, 4.0)
 FIELD_M = (4.0, 40.0)
-STEP_M = 1.0  # at which other roads are looked for
-LEAST_M = 2.0  # length of a strip that is worth listing
+STEP_M = 1.0  # spacing of the places that are checked for other roads
+LEAST_M = 2.0  # shorter strips are left out
 
 
 @dataclass(frozen=True)
 class FreeArea:
-    """A strip on one side of a road. `s_m` runs along the road from the strip's start, `across`
-    from 0 on the side of the traffic to 1.
+    """A strip on one side of a road. In its methods `s_m` runs along the road from the strip's
+    start, and `across` from 0 at the border towards the road's middle to 1 at the other border.
     """
 
     kind: AreaKind
@@ -37,8 +38,8 @@ class FreeArea:
     side: int  # 1 left of the reference line, -1 right
     first_m: float
     last_m: float
-    lane: tuple[int, int] | None  # section and number of the lane; None: beside the road
-    beside_m: tuple[float, float]  # from the road's edge, where it is no lane
+    lane: tuple[int, int] | None  # section and number of the lane; None: land beside the road
+    beside_m: tuple[float, float]  # distances of both borders from the road's edge, without a lane
     ground: GroundHeight
 
     @property
@@ -48,7 +49,7 @@ class FreeArea:
 
     @property
     def direction(self) -> int:
-        """Return 1 where the traffic beside it goes along the reference line, -1 against it."""
+        """Return 1 if the traffic beside the strip goes along the reference line, -1 if against."""
         return -self.side if self.road.right_hand else self.side
 
     def _span(self, s: Floats) -> tuple[Floats, Floats]:
@@ -73,7 +74,7 @@ class FreeArea:
     def at(self, s_m: float, across: float, turn_rad: float = 0.0) -> Floats:
         """Return the (4, 4) pose of an upright thing on the ground of the strip.
 
-        x points along the traffic beside it, turned to the left by `turn_rad`.
+        x points along the traffic beside the strip, turned to the left by `turn_rad`.
 
         Parameters
         ----------
@@ -139,7 +140,7 @@ def _lane_strips(road: Road, ground: GroundHeight, kind: AreaKind) -> list[FreeA
 
 
 def _taken_land(area: FreeArea, s: Floats, across: Floats) -> Flags:
-    """Tell where a road runs on a strip of land."""
+    """Return where a road runs on a strip of land, or the strip's own road is on a structure."""
     points = area.plan(s, across)
     road = area.road
     taken = area.ground.lane_ranks(points.reshape(-1, 2)).reshape(s.shape) < OFF_ROAD
@@ -148,7 +149,7 @@ def _taken_land(area: FreeArea, s: Floats, across: Floats) -> Flags:
 
 
 def _taken_lane(area: FreeArea, s: Floats, across: Floats) -> Flags:
-    """Tell where a lane is narrow, or another road's carriageway crosses it."""
+    """Return where a lane is narrow, or where another road's carriageway crosses it."""
     points = area.plan(s, across).reshape(-1, 2)
     least = area.ground.lane_ranks(points).reshape(s.shape)
     inner, outer = area._span(area.first_m + s)
@@ -157,7 +158,7 @@ def _taken_lane(area: FreeArea, s: Floats, across: Floats) -> Flags:
 
 
 def _cut(area: FreeArea, taken: Taken) -> list[FreeArea]:
-    """Return the parts of a strip on which nothing else is."""
+    """Return the parts of a strip that `taken` leaves free."""
     steps = max(2, int(area.length_m / STEP_M) + 1)
     s, across = np.meshgrid(
         np.linspace(0, area.length_m, steps), (0.05, 0.35, 0.65, 0.95), indexing="ij"

@@ -1,8 +1,8 @@
 """Height of the ground: the roads at ground level, and the land that meets them at their edges.
 
 The land follows the heights of the roads around, has low hills away from them and a ditch beside
-them. Near a road it stays within a slope from the road's edge, so that cuttings and embankments
-come by themselves; at the edge it has the edge's own height.
+them. At the edge of a road it has the height of the edge. Near a road it rises or falls from the
+edge by no more than a fixed slope, which forms cuttings and embankments.
 """
 
 from __future__ import annotations
@@ -18,19 +18,19 @@ from numpy.typing import NDArray
 from .profile import Floats
 from .road import LANE_TYPES, Lane, Road
 
-BERM_M = 1.0  # the land goes on level from a road's edge so far
-SLOPE = 1 / 1.7  # of an embankment or a cutting
-# the land lies so far above the road of a tunnel, and so far beyond the road's edges
+BERM_M = 1.0  # width of the level land beside a road's edge
+SLOPE = 1 / 1.7  # slope of an embankment or a cutting
+# height of the roof of a tunnel (the land over it) above the road, and its width beyond the edges
 ROOF_M = 7.5
 ROOF_BESIDE_M = 1.2
-SMOOTHING_M = 12.0  # over which the land follows one road or another
+SMOOTHING_M = 12.0  # added to distances in the weights by which the land follows several roads
 HILLS = ((210.0, 1.0), (83.0, 0.35), (31.0, 0.10))  # wavelength m, share of the relief
-# from a road's edge: where hills start, where they are full
+# distances from a road's edge at which hills start and reach their full height
 HILLS_FROM_M = 6.0
 HILLS_FULL_M = 60.0
 OFF_ROAD = len(LANE_TYPES)
 BOUND_M = 2.0  # step of the samples that bound a road
-TOUCH_M = 2e-3  # a point so near to a road's edge lies on the road
+TOUCH_M = 2e-3  # a point nearer to a road's edge than this lies on the road
 
 
 @dataclass(frozen=True)
@@ -44,23 +44,23 @@ class Land:
 
 
 class Seen(NamedTuple):
-    """Plan points as seen from one road."""
+    """Plan points in the coordinates of one road."""
 
     s_m: Floats
     t_m: Floats  # clamped to the road
-    distance_m: Floats  # from its edges, 0 on the road
-    height_m: Floats  # at the nearest place of the road
+    distance_m: Floats  # distance from the road's edges, 0 on the road
+    height_m: Floats  # height of the nearest place of the road
 
 
 @dataclass(frozen=True)
 class GroundHeight:
-    """Knows the height of the ground at plan points (n, 2)."""
+    """Height of the ground at plan points (n, 2), m."""
 
     roads: Sequence[Road]
     land: Land
 
     def seen(self, road: Road, points: Floats) -> Seen:
-        """Return points as seen from a road."""
+        """Return plan points in the coordinates of a road."""
         s, t, beyond = road.line.beside(points)
         right, left = road.edges(s)
         clamped = np.clip(t, right, left)
@@ -83,8 +83,9 @@ class GroundHeight:
         return height
 
     def lane_ranks(self, points: Floats) -> NDArray[np.intp]:
-        """Return the index of the lane's type in `LANE_TYPES` at each point, least where several
-        roads are, `OFF_ROAD` where none is.
+        """Return the index in `LANE_TYPES` of the type of the lane at each point.
+
+        Where roads overlap it is the least index; off the roads it is `OFF_ROAD`.
         """
         best = np.full(len(points), OFF_ROAD)
         for rank, _, _ in self._ranks(points):
@@ -113,7 +114,7 @@ class GroundHeight:
         for road in self.roads:
             s = np.linspace(0, road.length_m, max(2, int(np.ceil(road.length_m / BOUND_M)) + 1))
             right, left = road.edges(s)
-            # between two samples a line leaves their box by less than their distance
+            # between two samples the line leaves their bounding box by less than their spacing
             reach = float(max(np.abs(right).max(), np.abs(left).max())) + BOUND_M
             points = road.line.points(s)
             found.append((points.min(0) - reach, points.max(0) + reach))
@@ -121,7 +122,7 @@ class GroundHeight:
 
     @cached_property
     def _shaping(self) -> tuple[Road, ...]:
-        """Return the roads that shape the land: those that do not cross a junction."""
+        """Return the roads that shape the land: those outside junctions, or all without any."""
         return tuple(r for r in self.roads if not r.junction) or tuple(self.roads)
 
     def land_at(self, points: Floats) -> Floats:
@@ -133,7 +134,7 @@ class GroundHeight:
         total = weights = np.zeros(len(points))
         for road, view in zip(self.roads, seen):
             if road in self._shaping:
-                # a road on a bridge or in a tunnel says nothing of the land there
+                # a road on a bridge or in a tunnel does not lie at the height of the land
                 weight = (view.distance_m + SMOOTHING_M) ** -3.0
                 weight = weight * np.where(_free(road, view.s_m), 1.0, 1e-6)
                 total = total + weight * view.height_m
@@ -176,7 +177,7 @@ def lane_ranks(road: Road, s: Floats, t: Floats) -> NDArray[np.intp]:
 
     Parameters
     ----------
-    road : whose lanes are asked for.
+    road : road with the lanes.
     s, t : (n,) places along the reference line and to its left, m.
     """
     rank = np.full(len(s), OFF_ROAD)
@@ -186,8 +187,8 @@ def lane_ranks(road: Road, s: Floats, t: Floats) -> NDArray[np.intp]:
 
 
 def _in_lanes(road: Road, s: Floats, t: Floats) -> Iterator[tuple[Lane, NDArray[np.intp]]]:
-    """Yield each lane of a road with the indices of the points that lie in it. A point on a border
-    lies in both lanes.
+    """Yield each lane of a road with the indices of the points in it. A point on a border lies in
+    both lanes.
     """
     for k, section in enumerate(road.sections):
         first, last = road.span(k)
@@ -199,11 +200,11 @@ def _in_lanes(road: Road, s: Floats, t: Floats) -> Iterator[tuple[Lane, NDArray[
 
 
 def _at_ground(road: Road, view: Seen) -> Seen:
-    """Return points as seen from the part of a road that lies on the ground.
+    """Return plan points in the coordinates of the part of a road that lies on the ground.
 
-    On a bridge and in a tunnel that is the nearer of its ends at which the road goes on: the land
-    falls from an abutment, and rises from a portal, by the slope. Where there is none, the
-    distance is infinite.
+    For a point beside a bridge or a tunnel, distance and height are those of the nearer end of the
+    structure at which the road continues on the ground: from there the land falls or rises by the
+    slope. If the road continues at neither end, the distance is infinite.
     """
     if not road.structures:
         return view
@@ -226,7 +227,7 @@ def _at_ground(road: Road, view: Seen) -> Seen:
 
 
 def _over_tunnels(road: Road, view: Seen) -> Floats:
-    """Return the least height of the land about tunnels: it falls by the slope from their roofs."""
+    """Return the least height of the land around tunnels. It falls from the roofs by the slope."""
     least = np.full(len(view.s_m), -np.inf)
     for span in (x for x in road.structures if x.kind == "tunnel"):
         s = np.clip(view.s_m, span.start_m, span.end_m)
@@ -241,7 +242,9 @@ def _free(road: Road, s: Floats) -> NDArray[np.bool_]:
 
 
 def _raised(road: Road, s: Floats, t: Floats) -> Floats:
-    """Return how far the lane at (s, t) is raised; on a border the lower one counts."""
+    """Return the height by which the lane at (s, t) is raised, m; on a border that of the lower
+    lane.
+    """
     out = np.full(len(s), np.inf)
     for lane, inside in _in_lanes(road, s, t):
         out[inside] = np.minimum(out[inside], lane.raised_m)

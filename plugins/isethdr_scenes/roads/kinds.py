@@ -39,19 +39,19 @@ LAYOUTS: dict[str, Callable[[Draw], Layout]] = {
 
 @dataclass(frozen=True)
 class BaseRoad:
-    """A network drawn from a kind, and what stands with it."""
+    """A network drawn from a kind, with the start of the camera's car and road properties."""
 
     name: str
     seed: int
     network: Network
     start: LaneKey  # lane of the camera's car
-    start_m: float  # along that lane
+    start_m: float  # start of the camera's car along that lane
     speed_limit_kmh: float
     lit: bool  # street lamps or luminaires stand along it
     urban: bool
-    curvature_limit_per_m: float  # of every reference line
-    aside_m: float = 0.0  # of the camera's car, to the left of its lane's middle
-    turn_rad: float = 0.0  # and from its lane's direction to the left
+    curvature_limit_per_m: float  # largest curvature of all reference lines
+    aside_m: float = 0.0  # offset of the camera's car to the left of its lane's middle
+    turn_rad: float = 0.0  # turn of the camera's car to the left of its lane's direction
 
     @property
     def lane(self) -> LanePath:
@@ -82,7 +82,7 @@ def names() -> tuple[str, ...]:
 
 
 def kind(name: str, seed: int = 0) -> BaseRoad:
-    """Return a base road of a kind; the same seed, the same road.
+    """Return a base road of a kind; the same seed gives the same road.
 
     Raises
     ------

@@ -12,11 +12,11 @@ from numpy.typing import ArrayLike
 from .profile import Floats
 from .road import Lane, Road
 
-STEP_M = 0.5  # of the table from metres along the lane to metres along the road
+STEP_M = 0.5  # step of the table from metres along the lane to metres along the road
 
 
 class LaneKey(NamedTuple):
-    """Which lane: road, index of the section, number of the lane."""
+    """Key of a lane: road, index of the section, number of the lane."""
 
     road: str
     section: int
@@ -33,7 +33,7 @@ class LanePath:
 
     @property
     def key(self) -> LaneKey:
-        """Return which lane it is."""
+        """Return the key of the lane."""
         return LaneKey(self.road.name, self.section, self.lane.number)
 
     @property
@@ -43,12 +43,12 @@ class LanePath:
 
     @property
     def direction(self) -> int:
-        """Return 1 where the traffic goes along the reference line, -1 where against it."""
+        """Return 1 if the traffic goes along the reference line, -1 if it goes against it."""
         return 1 if (self.lane.number < 0) == self.road.right_hand else -1
 
     @cached_property
     def _table(self) -> tuple[Floats, Floats]:
-        """Return metres along the lane and the s of the road, both rising with the traffic."""
+        """Return metres along the lane and the s of the road, both in the order of the traffic."""
         first, last = self.road.span(self.section)
         s = np.linspace(first, last, max(3, int(np.ceil((last - first) / STEP_M)) + 1))
         if self.direction < 0:
@@ -60,7 +60,7 @@ class LanePath:
         return self.road.points(s, self.offset_m(s), self.lane.raised_m)
 
     def offset_m(self, s_road_m: ArrayLike) -> Floats:
-        """Return the t of the lane's middle at metres along the road."""
+        """Return the lateral offset t of the lane's middle, m, at metres along the road."""
         inner, outer = self.road.borders(self.section, s_road_m)[self.lane.number]
         return (inner + outer) / 2
 
@@ -91,8 +91,8 @@ class LanePath:
     def at(self, s_m: float, aside_m: float = 0.0) -> Floats:
         """Return the (4, 4) pose `s_m` along the lane and `aside_m` to the left of its middle.
 
-        x points along the traffic, z along the normal of the surface. A thing that stands at its
-        own origin is put on the lane by this pose.
+        x points along the traffic, z along the normal of the surface. The pose puts a thing that
+        stands at its own origin on the lane.
         """
         s = float(self.along_road(s_m))
         h = 0.05

@@ -20,7 +20,7 @@ class ShapeRow(NamedTuple):
 
 @dataclass(frozen=True)
 class LateralShape:
-    """Rows in the order of s; before the first and behind the last one nothing changes."""
+    """Rows in the order of s. Before the first and after the last row the shape is constant."""
 
     rows: tuple[ShapeRow, ...]
 

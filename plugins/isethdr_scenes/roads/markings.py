@@ -11,15 +11,15 @@ from .profile import Floats
 from .road import Mark, MarkColour, Road, RoadObject
 from .stations import stations
 
-BETWEEN_M = 0.12  # the two lines of a double line
-STRIPE_M = 0.5  # of a crosswalk, painted and bare
+BETWEEN_M = 0.12  # gap between the two lines of a double line
+STRIPE_M = 0.5  # width of the painted and of the bare stripes of a crosswalk
 SHAFT_M = 0.15  # width of an arrow's shaft
-HEAD = 0.4  # of an arrow's length
-SHORT_M = 2.0  # longest chord of a patch: none cuts through a crest
+HEAD = 0.4  # share of the head in an arrow's length
+SHORT_M = 2.0  # longest chord of a patch; a longer one could cut through a crest
 
 
 class Patch(NamedTuple):
-    """A painted patch of a road as quads between two sides: (n, 2, 2) of (s, t)."""
+    """A painted patch of a road as quads between two sides: (s, t) at n places, (n, 2, 2), m."""
 
     st_m: Floats
     colour: MarkColour
@@ -32,9 +32,9 @@ class _Border:
 
     road: Road
     section: int
-    number: int  # of the lane whose outer border it is; 0: the middle
+    number: int  # number of the lane that has this outer border; 0: the middle line
     mark: Mark
-    end_m: float = np.inf  # behind the section's start, where the next mark begins
+    end_m: float = np.inf  # distance from the section's start at which the next mark begins
 
     def t(self, s: Floats) -> Floats:
         if self.number == 0:
@@ -90,7 +90,7 @@ def _spans(border: _Border, broken: bool) -> list[Floats]:
 
 
 def _fine(s: Floats) -> Floats:
-    """Return the stations with further ones where they are far apart."""
+    """Return the stations with more of them where they are farther apart than `SHORT_M`."""
     parts = [np.linspace(a, b, int(np.ceil((b - a) / SHORT_M)) + 1)[:-1] for a, b in zip(s, s[1:])]
     return np.concatenate([*parts, s[-1:]])
 
@@ -107,7 +107,7 @@ def _object(road: Road, painted: RoadObject) -> list[Patch]:
 
 
 def _bar(painted: RoadObject, low: float, high: float, name: str) -> Patch:
-    """Return a bar along the road between two t about the object's middle."""
+    """Return a bar along the road between two t relative to the object's middle."""
     count = max(2, int(np.ceil(painted.length_m / SHORT_M)) + 1)
     s = painted.s_m + np.linspace(-0.5, 0.5, count) * painted.length_m
     t = np.broadcast_to([painted.t_m + low, painted.t_m + high], (count, 2))

@@ -26,7 +26,7 @@ from .road import LANE_TYPES, Road
 
 @dataclass(frozen=True)
 class Connection:
-    """A way through a junction: from an incoming road onto a connecting road."""
+    """A path through a junction: from an incoming road onto a connecting road."""
 
     incoming: str
     connecting: str
@@ -36,7 +36,7 @@ class Connection:
 
 @dataclass(frozen=True)
 class Junction:
-    """A junction and the ways through it."""
+    """A junction and the paths through it."""
 
     name: str
     connections: tuple[Connection, ...] = ()
@@ -118,9 +118,9 @@ class Network:
         return GroundHeight(self.roads, self.land)
 
     def height(self, x_m: ArrayLike, y_m: ArrayLike) -> Floats:
-        """Return the height of the ground: carriageway, pavement, or the land beside them.
+        """Return the height of the ground, m: carriageway, pavement, or the land beside them.
 
-        At ground level: the decks of bridges and the hill over a tunnel are not ground.
+        Decks of bridges and the hill over a tunnel do not count as ground.
         """
         x, y = np.broadcast_arrays(np.asarray(x_m, float), np.asarray(y_m, float))
         points = np.stack([x.ravel(), y.ravel()], 1)
@@ -129,14 +129,14 @@ class Network:
     def lane_types(self, x_m: ArrayLike, y_m: ArrayLike) -> list[str]:
         """Return the type of the lane at each plan point at ground level, "" off the roads.
 
-        Where roads cross, a type that comes first in `road.LANE_TYPES` wins.
+        Where roads cross, the type that comes first in `road.LANE_TYPES` is returned.
         """
         x, y = np.broadcast_arrays(np.asarray(x_m, float), np.asarray(y_m, float))
         ranks = self.ground.lane_ranks(np.stack([x.ravel(), y.ravel()], 1))
         return [(*LANE_TYPES, "")[rank] for rank in ranks]
 
     def free_areas(self, kind: AreaKind) -> tuple[FreeArea, ...]:
-        """Return where roadside things may stand: "verge", "field", "pavement", "parking" or
-        "median".
+        """Return the strips of a kind where roadside things may stand: "verge", "field",
+        "pavement", "parking" or "median".
         """
         return free_areas(self.roads, self.ground, kind)

@@ -27,7 +27,7 @@ class Cubic(NamedTuple):
 class Profile:
     """A function of s in pieces, each valid until the next one starts; without pieces it is 0.
 
-    Before the first piece and behind the last one the nearest piece goes on.
+    Before the first piece and after the last one the nearest piece continues.
     """
 
     pieces: tuple[Cubic, ...] = ()
@@ -39,7 +39,7 @@ class Profile:
 
     @classmethod
     def straight(cls, nodes: Sequence[tuple[float, float]]) -> Profile:
-        """Return straight pieces through (s_m, value), constant outside."""
+        """Return straight pieces through the nodes (s_m, value), constant outside."""
         first = nodes[0]
         last = nodes[-1]
         pieces = [Cubic(min(first[0], 0.0) - 1.0, first[1])]
@@ -49,7 +49,7 @@ class Profile:
 
     @classmethod
     def smooth(cls, nodes: Sequence[tuple[float, float, float]]) -> Profile:
-        """Return cubics through (s_m, value, slope), straight outside (Hermite's form)."""
+        """Return Hermite cubics through the nodes (s_m, value, slope), straight outside."""
         first = nodes[0]
         last = nodes[-1]
         before = min(first[0], 0.0) - 1.0
@@ -103,7 +103,7 @@ class Profile:
 
 
 def _from(piece: Cubic, start_m: float) -> Cubic:
-    """Return the same polynomial with ds counted from another place."""
+    """Return the same polynomial with ds counted from `start_m`."""
     ds = start_m - piece.start_m
     _, a, b, c, d = piece
     return Cubic(

@@ -16,10 +16,10 @@ from scipy.spatial import cKDTree
 from .profile import Floats
 
 STRAIGHT_PER_M = 1e-12  # curvature below which a record is a straight line
-PANEL_RAD = 1.0  # of heading that one panel of the quadrature covers
+PANEL_RAD = 1.0  # largest change of heading in one panel of the quadrature
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(12)
-STEP_M = 1.0  # of the samples from which a projection starts
-PROJECTION_STEPS = 6  # of Newton's method; it converges quadratically from 1 m
+STEP_M = 1.0  # spacing of the samples from which a projection starts
+PROJECTION_STEPS = 6  # steps of Newton's method; it converges quadratically from 1 m
 
 
 class Plan(NamedTuple):
@@ -32,7 +32,7 @@ class Plan(NamedTuple):
 
 
 class Beside(NamedTuple):
-    """Points as seen from a line: `t_m` to its left at `s_m`, `beyond_m` past one of its ends."""
+    """Points in the coordinates of a line: `t_m` to its left at `s_m`, `beyond_m` past an end."""
 
     s_m: Floats
     t_m: Floats
@@ -40,11 +40,11 @@ class Beside(NamedTuple):
 
 
 class Stretch(NamedTuple):
-    """What follows in a line: a length, and the curvatures at its start and end."""
+    """A part of a line: its length, and the curvatures at its start and end."""
 
     length_m: float
     curvature_per_m: float = 0.0
-    end_per_m: float | None = None  # None: the same
+    end_per_m: float | None = None  # None: the same as at the start
 
 
 class Curve(Protocol):
@@ -64,14 +64,14 @@ class Curve(Protocol):
 
     @property
     def heading_rad(self) -> float:
-        """Return the direction of its axes."""
+        """Return the direction of the curve's own x axis."""
 
     @property
     def length_m(self) -> float:
         """Return its length."""
 
     def at(self, ds_m: ArrayLike, /) -> Plan:
-        """Return the places `ds_m` behind its start."""
+        """Return the places `ds_m` after its start."""
 
     @property
     def end(self) -> Plan:
@@ -100,7 +100,7 @@ class Record:
         return (self.end_per_m - self.curvature_per_m) / self.length_m
 
     def at(self, ds_m: ArrayLike) -> Plan:
-        """Return the places `ds_m` behind the record's start."""
+        """Return the places `ds_m` after the record's start."""
         ds = np.asarray(ds_m, float)
         heading = self.heading_rad + ds * (self.curvature_per_m + ds * self.rate_per_m2 / 2)
         curvature = self.curvature_per_m + ds * self.rate_per_m2
@@ -116,8 +116,10 @@ class Record:
         return Plan(self.x_m + x, self.y_m + y, heading, curvature)
 
     def _spiral(self, ds: Floats) -> tuple[Floats, Floats]:
-        """Return the integrals of cos and sin of the heading, by Gauss and Legendre in panels of
-        one radian: exact to rounding, also where Fresnel's integrals cancel.
+        """Return the integrals of cos and sin of the heading.
+
+        Gauss-Legendre quadrature in panels of one radian is exact to rounding, also where
+        differences of Fresnel integrals cancel.
         """
         largest = max(abs(self.curvature_per_m), abs(self.end_per_m))
         panels = int(np.ceil(largest * self.length_m / PANEL_RAD)) or 1
@@ -139,7 +141,7 @@ class Record:
 
 
 class Gap(NamedTuple):
-    """Where a record does not start where the one before ends."""
+    """A place at which a record does not start at the end of the record before."""
 
     s_m: float
     x_m: float
@@ -184,7 +186,7 @@ class ReferenceLine:
         return last.start_m + last.length_m
 
     def at(self, s_m: ArrayLike) -> Plan:
-        """Return the places at `s_m`; outside the line its ends go on."""
+        """Return the places at `s_m`; outside the line its first and last records continue."""
         s = np.asarray(s_m, float)
         starts = np.array([r.start_m for r in self.records])
         which = np.maximum(np.searchsorted(starts, s, side="right") - 1, 0)
@@ -206,9 +208,9 @@ class ReferenceLine:
         return s, cKDTree(self.points(s))
 
     def beside(self, points: ArrayLike) -> Beside:
-        """Return plan points (n, 2) as seen from the nearest place of the line.
+        """Return plan points (n, 2) in the coordinates of the nearest place of the line.
 
-        A point past an end has the s of that end, and its distance along the end's tangent.
+        A point past an end has the s of that end; `beyond_m` is its distance along the tangent.
         """
         p = np.asarray(points, float)
         samples, tree = self._samples
@@ -230,7 +232,9 @@ class ReferenceLine:
         return dx * cos + dy * sin, dy * cos - dx * sin, curvature
 
     def gaps(self, gap_m: float, turn_rad: float) -> list[Gap]:
-        """Return where records lie further apart than `gap_m` (in s or in plan) or `turn_rad`."""
+        """Return the places where successive records differ by more than `gap_m` (in s or in plan)
+        or by more than `turn_rad` in heading.
+        """
         found = []
         for before, after in zip(self.records, self.records[1:]):
             x, y, heading, _ = (float(v) for v in before.end)

@@ -41,29 +41,30 @@ RoadType = Literal["rural", "town", "motorway", "lowSpeed"]
 ObjectKind = Literal["crosswalk", "stop_line", "arrow", "parking_line", "barrier"]
 End = Literal["start", "end"]
 Flags = NDArray[np.bool_]
-SLOPE_STEP_M = 0.05  # over which the surface's slopes are taken
+SLOPE_STEP_M = 0.05  # step of the differences from which the slopes of the surface are computed
 
 
 class Mark(NamedTuple):
-    """A line on the outer border of a lane, from `offset_m` behind the section's start on."""
+    """A line on the outer border of a lane; it begins `offset_m` after the section's start."""
 
     kind: MarkKind = "none"
     colour: MarkColour = "white"
     width_m: float = 0.12
     offset_m: float = 0.0
-    dash_m: float = 3.0  # of a broken line
+    # dashes and gaps of a broken line
+    dash_m: float = 3.0
     gap_m: float = 6.0
 
 
 @dataclass(frozen=True)
 class Lane:
-    """A lane of one section; its width is a profile from the section's start on."""
+    """A lane of one section; the profile of its width begins at the section's start."""
 
     number: int  # never 0
     type: LaneType
     width: Profile
     marks: tuple[Mark, ...] = ()
-    raised_m: float = 0.0  # above the carriageway, as a pavement behind a kerb
+    raised_m: float = 0.0  # height above the carriageway, as of a pavement behind a kerb
     predecessor: int | None = None  # number of the lane that it continues
     successor: int | None = None
 
@@ -99,7 +100,7 @@ class Structure:
 
 @dataclass(frozen=True)
 class RoadObject:
-    """Something painted or standing on a road: a rectangle about (s, t), and what it shows."""
+    """Something painted or standing on a road: a rectangle around (s, t), and what it shows."""
 
     kind: ObjectKind
     s_m: float
@@ -107,16 +108,16 @@ class RoadObject:
     length_m: float  # along the road
     width_m: float  # across it
     heading_rad: float = 0.0  # to the left of the road's direction
-    shows: str = ""  # of an arrow: "straight", "left", "right", or two with a space between
+    shows: str = ""  # for an arrow: "straight", "left", "right", or two with a space between
 
 
 @dataclass(frozen=True)
 class Link:
-    """What a road meets at one of its ends: a road's end, or a junction."""
+    """Neighbour of a road at one of its ends: the end of another road, or a junction."""
 
     kind: Literal["road", "junction"]
     name: str
-    end: End | None = None  # of the road that is met
+    end: End | None = None  # end of the neighbouring road
 
 
 @dataclass(frozen=True)
@@ -133,7 +134,7 @@ class Road:
     # fall from the reference line outwards, m per m, on the left and on the right
     crossfall: tuple[Profile, Profile] = (Profile(), Profile())
     shape: LateralShape | None = None  # height across the road beyond tilt and crossfall
-    lane_offset: Profile = field(default_factory=Profile)  # of lane 0 to the left of the line
+    lane_offset: Profile = field(default_factory=Profile)  # offset of lane 0 to the left, m
     junction: str = ""
     predecessor: Link | None = None
     successor: Link | None = None
@@ -153,7 +154,7 @@ class Road:
         return max(int(np.searchsorted(starts, s_m + 1e-9, side="right")) - 1, 0)
 
     def span(self, section: int) -> tuple[float, float]:
-        """Return where a section starts and ends."""
+        """Return the s at which a section starts and ends."""
         ends = [*(s.start_m for s in self.sections[1:]), self.length_m]
         return self.sections[section].start_m, ends[section]
 
@@ -182,13 +183,13 @@ class Road:
         return tuple(np.concatenate(parts, 1))
 
     def edges(self, s_m: ArrayLike) -> tuple[Floats, Floats]:
-        """Return the t of the right and of the left edge of everything that the road has."""
+        """Return the t of the right and of the left edge of the road with all its lanes."""
         s, right, left = self._edges
         at = np.asarray(s_m, float)
         return np.interp(at, s, right), np.interp(at, s, left)
 
     def height(self, s_m: ArrayLike, t_m: ArrayLike) -> Floats:
-        """Return the height of the carriageway's surface, which goes on to both sides."""
+        """Return the height of the carriageway's surface, m; it continues beyond both edges."""
         s = np.asarray(s_m, float)
         t = np.asarray(t_m, float)
         left, right = (profile.at(s) for profile in self.crossfall)
@@ -202,8 +203,8 @@ class Road:
 
         Parameters
         ----------
-        s_m : along the reference line, m.
-        t_m : to its left, m; broadcasts with `s_m`.
+        s_m : place along the reference line, m.
+        t_m : distance to its left, m; broadcasts with `s_m`.
         above_m : height over the surface, m; broadcasts with both.
         """
         plan = self.line.points(s_m, t_m)
@@ -211,15 +212,15 @@ class Road:
         return np.concatenate([plan, np.broadcast_to(z, plan.shape[:-1])[..., None]], -1)
 
     def pose(self, s_m: float, t_m: float, turn_rad: float = 0.0, above_m: float = 0.0) -> Floats:
-        """Return the (4, 4) pose of what stands on the surface at (s, t).
+        """Return the (4, 4) pose of a thing that stands on the surface at (s, t).
 
         Its x axis is turned by `turn_rad` from the direction of +s to the left, within the
         surface; its z axis is the surface's normal.
 
         Parameters
         ----------
-        s_m : along the reference line, m.
-        t_m : to its left, m.
+        s_m : place along the reference line, m.
+        t_m : distance to its left, m.
         turn_rad : turn to the left of the direction of +s, radians.
         above_m : height over the surface, m.
         """
@@ -242,7 +243,7 @@ class Road:
         return pose
 
     def on_structure(self, kind: str, s_m: ArrayLike) -> Flags:
-        """Tell where `s_m` lies on a bridge or in a tunnel."""
+        """Return where `s_m` lies on a structure of a kind: "bridge" or "tunnel"."""
         s = np.asarray(s_m, float)
         inside = np.zeros(s.shape, bool)
         for structure in self.structures:

@@ -1,4 +1,4 @@
-"""Stations: places along a road, close where it bends and far apart where it runs straight."""
+"""Stations: places along a road, dense where it bends and far apart where it is straight."""
 
 from __future__ import annotations
 
@@ -9,13 +9,13 @@ import numpy as np
 from .profile import Floats
 from .road import Road
 
-# largest distance between a chord and the surface
+# largest distances between a chord and the surface
 PLAN_M = 4e-3
 HEIGHT_M = 1e-3
-# between two stations
+# least and greatest distance between two stations
 LEAST_M = 0.4
 MOST_M = 10.0
-LOOK_M = 1.0  # at which bends are looked at
+LOOK_M = 1.0  # spacing of the places at which bends are sampled
 
 
 @lru_cache(maxsize=256)
@@ -50,7 +50,7 @@ def stations(road: Road, first_m: float = 0.0, last_m: float | None = None) -> F
 
 
 def _breaks(road: Road) -> set[float]:
-    """Return where something changes abruptly."""
+    """Return the places at which line, heights, lanes or structures change abruptly."""
     length = road.length_m
     found = {0.0, length, *(r.start_m for r in road.line.records)}
     found |= {section.start_m for section in road.sections}

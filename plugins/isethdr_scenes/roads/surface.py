@@ -27,7 +27,7 @@ from .network import Network
 from .profile import Floats
 from .road import LANE_TYPES, Road
 
-PAINT_M = 0.004  # markings lie so far above the road
+PAINT_M = 0.004  # height of markings above the road
 STEP_M = 1e-4  # a smaller difference of heights is no step
 MATERIALS = {
     "sidewalk": "concrete",
@@ -42,7 +42,7 @@ VERGE = "gravel"
 
 
 class Surface(NamedTuple):
-    """What lies on the ground, by what it is."""
+    """Meshes of the ground, by kind."""
 
     roads: Assembly  # carriageways, pavements, kerbs, markings
     land: Assembly
@@ -62,7 +62,7 @@ def surface(network: Network) -> Surface:
     roads = Assembly("road")
     count = len(plan.points)
     base = _base_heights(plan)
-    top = np.full(count, -np.inf)  # of the faces that meet at a vertex
+    top = np.full(count, -np.inf)  # greatest height of the faces that meet at a vertex
     for face in plan.faces:
         np.maximum.at(top, face.triangles, base[face.triangles] + face.owner.lane.raised_m)
     roofs = [
@@ -94,8 +94,9 @@ def _verge_material(network: Network) -> str:
 
 
 def _base_heights(plan: Arrangement) -> Floats:
-    """Return the height of each vertex without what its lane is raised by: that of the road which
-    owns the face of the first lane type about it.
+    """Return the height of each vertex on its road, without the raise of its lane.
+
+    Its road is that of the adjoining face whose lane type comes first in `LANE_TYPES`.
     """
     best = np.full(len(plan.points), len(LANE_TYPES) + 1)
     owner = np.full(len(plan.points), -1)
@@ -158,8 +159,10 @@ class _Edges:
         self._heights.append(z[sides])
 
     def steps(self) -> tuple[Ints, Floats, Floats]:
-        """Return the sides (n, 2) at which two triangles meet at different heights, in the
-        direction of the higher one, with its heights and those of the lower one.
+        """Return the sides (n, 2) at which two triangles meet at different heights.
+
+        They run in the direction of the higher triangle. Its heights and those of the lower one
+        follow, each (n, 2).
         """
         pairs = np.concatenate(self._pairs)
         heights = np.concatenate(self._heights)

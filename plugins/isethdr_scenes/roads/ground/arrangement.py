@@ -1,8 +1,9 @@
 """Arrangement: the plan of all roads at ground level as faces that share their vertices.
 
-The outlines of all lanes are noded on a grid of 1 mm and cut into faces. A face belongs to the lane
-that comes first in `LANE_TYPES`, so that a carriageway goes on through a pavement that another
-road leads across it. Faces share vertices and vertices have one height, so that no gap can arise.
+The outlines of all lanes are noded on a grid of 1 mm and cut into faces. Where lanes overlap, a
+face belongs to the lane type that comes first in `LANE_TYPES`, so that a carriageway continues
+through the pavement of another road. Faces share vertices and a vertex has one height, so no gap
+can arise.
 """
 
 from __future__ import annotations
@@ -24,9 +25,9 @@ with needed("meshes of roads", "mitsuba"):
     import shapely
 
 Ints = NDArray[np.intp]
-GRID_M = 1e-3  # to which vertices are rounded in plan
-SMALL_M2 = 4.0  # a hole between ways through a junction that is smaller is paved
-THIN_M = 5e-3  # a lane that is narrower has no face
+GRID_M = 1e-3  # grid to which vertices are rounded in plan
+SMALL_M2 = 4.0  # smaller holes between the roads through a junction are paved
+THIN_M = 5e-3  # narrower lanes have no face
 
 
 class Owner(NamedTuple):
@@ -96,7 +97,7 @@ def arrange(roads: Sequence[Road], vertices: Vertices) -> Arrangement:
     lines = [*shapely.boundary(lanes), *cuts]
     noded = shapely.unary_union(lines, grid_size=GRID_M)
     cells = shapely.get_parts(shapely.polygonize([noded]))
-    # the least triangle on the grid has half a square; a sliver that is left out is a hole
+    # the smallest triangle on the grid is half a grid square; leaving one out would open a hole
     cells = cells[shapely.area(cells) > GRID_M**2 / 4]
     chosen = _owners(cells, lanes, owners)
     kept = [k for k in range(len(cells)) if k in chosen]
@@ -124,7 +125,9 @@ def _on_ground(road: Road, first: float, last: float) -> list[tuple[float, float
 
 
 def _owners(cells: Any, lanes: Any, owners: list[Owner]) -> dict[int, Owner]:
-    """Return the owner of each cell; cells outside all lanes have none, unless they are small."""
+    """Return the owner of each cell. A small cell outside all lanes belongs to the nearest driving
+    lane; a large one has no owner.
+    """
     inside = shapely.point_on_surface(cells)
     cell, lane = shapely.STRtree(lanes).query(inside, predicate="intersects")
     found: dict[int, Owner] = {}

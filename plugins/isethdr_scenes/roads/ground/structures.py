@@ -22,19 +22,19 @@ DECK_M = 0.9  # thickness of a bridge's deck
 PARAPET_M = (0.25, 0.35)  # breadth and height of the kerb that carries a railing
 RAILING_M = 1.1  # height of the railing
 POST_STEP_M = 2.0
-PIER_M = 0.45  # radius
-WALL_DEPTH_M = 0.5  # of the walls beside a roof below the land
-# where the vault of a tunnel springs, and its crown
+PIER_M = 0.45  # radius of a pier
+WALL_DEPTH_M = 0.5  # depth to which the walls beside a roof reach below the land
+# heights above the road at which the vault of a tunnel begins, and of its crown
 SPRING_M = 3.0
 TOP_M = 6.0
-WALL_BESIDE_M = 0.05  # a tunnel's wall stands so far beyond the road's edge
+WALL_BESIDE_M = 0.05  # distance of a tunnel's wall from the road's edge
 GAUGE_M = 1.435
 RAIL_WIDTH_M = 0.07
-RAIL_TOP_M = 0.004  # above the road of a crossing
-RAIL_LOOK_M = 8.0  # within which a rail keeps the height of a crossing
-LUMINAIRE_STEP_M = 12.0
-LUMINAIRE_ASIDE_M = 2.2
-LUMINAIRE_BELOW_M = 0.75
+RAIL_TOP_M = 0.004  # height of the rails above the road on a level crossing
+RAIL_LOOK_M = 8.0  # distance from a level crossing within which a rail keeps its height
+LUMINAIRE_STEP_M = 12.0  # spacing along the tunnel
+LUMINAIRE_ASIDE_M = 2.2  # distance of a row from the middle of the road
+LUMINAIRE_BELOW_M = 0.75  # distance below the crown
 SKIN_M = 0.3  # thickness of a tunnel's lining, and of the bed below its road
 
 
@@ -69,7 +69,7 @@ def _bridge(network: Network, road: Road, span: Structure) -> list[Piece]:
         low = np.minimum(inner, outer)
         high = np.maximum(inner, outer)
         raised = np.full(len(s), lane.raised_m)
-        # d/du x d/dv looks up where v runs to the left
+        # the normal d/du x d/dv points up if v runs to the left
         top = _strip(road, s, [low, high], [raised, raised])
         material = "concrete" if lane.type == "sidewalk" else road.surface
         found.append(grid(top, "deck", material))
@@ -127,9 +127,7 @@ def _section(half: float, n: int = 24) -> Floats:
 
 
 def _tunnel(network: Network, road: Road, span: Structure) -> list[Piece]:
-    """Return walls and vault, whose faces look inwards, a skin around all of it, and the walls
-    around both mouths.
-    """
+    """Return walls and vault with faces that point inwards, an outer skin, and the portal walls."""
     s = stations(road, span.start_m, span.end_m)
     s = np.unique(np.concatenate([s, np.arange(span.start_m, span.end_m, 4.0)]))
     right, left = road.edges(s)
@@ -147,8 +145,8 @@ def _tunnel(network: Network, road: Road, span: Structure) -> list[Piece]:
         grid(points[:, 1:last], "vault", "tunnel_lining"),
         grid(points[:, last - 1 :], "wall", "tunnel_tile"),
     ]
-    # A path that leaves a smoothly shaded lining backwards ends at the skin. Outside, it would see
-    # the light from below the horizon.
+    # Smooth shading lets a light path leave through the back of the lining. The skin stops such a
+    # path; without the skin it would pick up light from below the horizon.
     bulge = np.sign(outline - [0, SPRING_M / 2])
     t = t + SKIN_M * bulge[None, :, 0]
     plan = road.line.points(np.broadcast_to(s[:, None], t.shape), t)
@@ -171,7 +169,7 @@ def _portal(road: Road, at: float, mouth: tuple[float, float], forward: bool) ->
     corners = np.array([(wide, -1.5), (wide, ROOF_M), (-wide, ROOF_M), (-wide, -1.5)])
     length = np.concatenate([[0], np.cumsum(np.linalg.norm(np.diff(corners, axis=0), axis=1))])
     share = np.linspace(0, 1, n)
-    # both outlines turn their corners at the same rows
+    # rows 0, 5, n - 6 and n - 1 of the outer outline are its corners
     share = np.interp(np.arange(n), [0, 5, n - 6, n - 1], length / length[-1])
     outer = np.stack([np.interp(share * length[-1], length, corners[:, k]) for k in (0, 1)], 1)
     ring = np.stack([inner, outer], 0)
@@ -192,14 +190,15 @@ def _roof(road: Road, plan: Any, material: str) -> Piece:
 
 
 def _roof_sides(network: Network, road: Road, plan: Any) -> Piece:
-    """Return the walls between the roof of a tunnel and lower land beside it: near the portals."""
+    """Return the walls between the roof of a tunnel and lower land beside it, near the portals."""
     corners = np.array(plan.exterior.coords)[:-1]
     s, t, _ = road.line.beside(corners)
     top = road.elevation.at(s) + ROOF_M
     low = np.minimum(network.ground.land_at(corners), top) - WALL_DEPTH_M
     a = np.arange(len(corners))
     b = np.roll(a, -1)
-    a, b = (x[np.sign(t[a]) == np.sign(t[b])] for x in (a, b))  # above a portal is its wall
+    # leave out the two edges above the portals, which have walls of their own
+    a, b = (x[np.sign(t[a]) == np.sign(t[b])] for x in (a, b))
     rows = [
         np.column_stack([corners[k], z[k]]) for k, z in ((a, low), (b, low), (b, top), (a, top))
     ]
@@ -216,7 +215,7 @@ def grid_free(name: str, points: Floats, triangles: Any, material: str) -> Piece
 
     Parameters
     ----------
-    name : of the piece.
+    name : name of the piece.
     points : (n, 3) vertices, m.
     triangles : (m, 3) numbers of vertices, counter-clockwise as seen from outside.
     material : name of its material.
@@ -225,7 +224,7 @@ def grid_free(name: str, points: Floats, triangles: Any, material: str) -> Piece
 
 
 def _rails(road: Road) -> list[Piece]:
-    """Return two rails on sleepers; on a level crossing the road lies as high as they do."""
+    """Return two rails on sleepers; on a level crossing they are flush with the road."""
     s = np.arange(0.0, road.length_m + 0.5, 1.0)
     near = s[:, None] + np.linspace(-RAIL_LOOK_M, RAIL_LOOK_M, 9)
     top = road.elevation.at(near).max(1)
@@ -255,7 +254,7 @@ def luminaire_poses(road: Road) -> list[Floats]:
             right, left = (float(t) for t in road.edges(at))
             for side in (-1, 1):
                 t = (left + right) / 2 + side * LUMINAIRE_ASIDE_M
-                # turned towards the middle, as they are built for the left row
+                # luminaires are built for the left row; those of the right row are turned round
                 pose = road.pose(float(at), t, 0.0 if side > 0 else np.pi)
                 pose[2, 3] = float(road.elevation.at(at)) + TOP_M - LUMINAIRE_BELOW_M - 0.1
                 found.append(pose)

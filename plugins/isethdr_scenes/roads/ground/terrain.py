@@ -20,25 +20,25 @@ with needed("meshes of roads", "mitsuba"):
 
 # distances of the rings from the roads' edges; the first ones carry the ditch
 RINGS_M = (0.5, 2.2, 3.2, 5.5, 8.0, 12.0, 18.0, 27.0, 40.0, 60.0, 90.0, 140.0, 230.0, 360.0)
-SPACING = 0.45  # of the vertices on a ring, in distances from the road
-SPACING_M = (1.6, 60.0)
+SPACING = 0.45  # spacing of the vertices on a ring over the ring's distance from the road
+SPACING_M = (1.6, 60.0)  # least and greatest spacing
 
 
 class Terrain(NamedTuple):
-    """Triangles of the land, and of its first ring, the gravel beside a country road."""
+    """Triangles of the first ring (`verge`: gravel beside a country road) and of the other land."""
 
     land: Ints
     verge: Ints
 
 
 def terrain(paved: Any, roofs: Sequence[Any], vertices: Vertices) -> Terrain:
-    """Return the triangles around what is paved, and around the roofs of tunnels.
+    """Return the triangles around the paved area and around the roofs of tunnels.
 
     Parameters
     ----------
-    paved : plan of all that is paved, a polygon of shapely, m.
-    roofs : plans of the land over tunnels, likewise.
-    vertices : collects the plan points that triangles name by number.
+    paved : plan of the paved area, a polygon of shapely, m.
+    roofs : plans of the land over tunnels, polygons of shapely, m.
+    vertices : collects the plan points; triangles refer to them by index.
     """
     inner = shapely.unary_union([paved, *roofs])
     taken = inner
@@ -74,6 +74,6 @@ def roof(road: Road, first_m: float, last_m: float) -> Any:
 
 
 def land_heights(ground: GroundHeight, points: Floats) -> Floats:
-    """Return the heights of the land at plan points, in parts that fit into a small memory."""
+    """Return the heights of the land at plan points (n, 2), m, in parts to save memory."""
     parts = np.array_split(points, max(1, len(points) // 20000))
     return np.concatenate([ground.land_at(part) for part in parts])

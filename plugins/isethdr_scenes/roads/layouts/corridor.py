@@ -16,11 +16,11 @@ from .cross_section import CROWN, CrossSection
 from .draw import Draw
 from .vertical import Vertex, grades
 
-START_M = 40.0  # the camera's car starts so far behind the road's beginning
+START_M = 40.0  # distance from the road's beginning at which the camera's car starts
 # length and width of lane arrows; their spacing
 ARROW_M = (4.0, 0.9)
 ARROW_STEP_M = 60.0
-TAPER_M = 40.0  # over which lanes narrow before road works
+TAPER_M = 40.0  # length over which lanes narrow before road works
 
 
 class Layout:
@@ -39,14 +39,14 @@ def land(draw: Draw) -> Land:
 
 
 def bare(draw: Draw, name: str, line: ReferenceLine, section: LaneSection) -> Road:
-    """Return a road of a kind with a crown and without anything else.
+    """Return a road of a kind with lanes and a crown only.
 
     Parameters
     ----------
     draw : ranges and seed of the kind: type, speed limit and surface come from it.
-    name : of the road in its network.
-    line : its reference line.
-    section : its lanes, along all of it.
+    name : name of the road in its network.
+    line : reference line of the road.
+    section : lanes along the whole road.
     """
     return Road(
         name,
@@ -79,13 +79,16 @@ def corridor(draw: Draw) -> Layout:
 
 
 def own_lane(road: Road, section: int) -> LaneKey:
-    """Return the outermost driving lane along +s."""
+    """Return the key of the outermost driving lane along +s."""
     driving = [lane.number for lane in road.sections[section].right if lane.type == "driving"]
     return LaneKey(road.name, section, min(driving))
 
 
 def _plan(draw: Draw, length: float) -> tuple[list[Stretch], list[tuple[float, ...]]]:
-    """Return the stretches, and of each bend: s of its spiral, arc, arc's end, end; curvature."""
+    """Return the stretches and the bends.
+
+    A bend is (start, start of the arc, end of the arc, end, curvature): s, m, and 1/m.
+    """
     stretches: list[Stretch] = []
     bends: list[tuple[float, ...]] = []
     at = draw.number("before_m")
@@ -108,7 +111,7 @@ def _plan(draw: Draw, length: float) -> tuple[list[Stretch], list[tuple[float, .
 
 
 def _heights(draw: Draw, length: float) -> Profile:
-    """Return the heights: level, a grade, a hill or a crest."""
+    """Return the heights of a level road, a grade, a hill or a crest."""
     grade = draw.number("grade")
     radius = draw.number("vertical_radius_m")
     shape = draw.value("vertical", "grade")
@@ -121,7 +124,7 @@ def _heights(draw: Draw, length: float) -> Profile:
 
 
 def _banked(draw: Draw, road: Road, bends: list[tuple[float, ...]]) -> Road:
-    """Return the road tilted inwards in its bends, where the crown makes room for the tilt."""
+    """Return the road tilted inwards in its bends; in a bend the tilt replaces the crown."""
     tilt = draw.number("superelevation")
     if tilt == 0:
         return road
@@ -136,7 +139,7 @@ def _banked(draw: Draw, road: Road, bends: list[tuple[float, ...]]) -> Road:
 
 
 def _eased(nodes: list[tuple[float, float]]) -> Profile:
-    """Return the profile through (s_m, value), level at each."""
+    """Return the profile through the nodes (s_m, value), with zero slope at each node."""
     rising = [n for k, n in enumerate(nodes) if k == 0 or n[0] > nodes[k - 1][0] + 1e-9]
     return Profile.smooth([(s, value, 0.0) for s, value in rising])
 
@@ -146,14 +149,14 @@ def _tunnel(draw: Draw) -> Structure:
 
 
 def _works(draw: Draw, road: Road) -> Road:
-    """Return the road with its outer lane closed, the others narrow and marked in yellow."""
+    """Return the road with its outer lane closed; the others are narrow and marked in yellow."""
     first = draw.number("works_from_m")
     length = draw.number("works_m")
     narrow = draw.number("works_lane_m")
     before = road.sections[0]
     saved = sum(float(x.width.at(0.0)) - narrow for x in before.right if x.type == "driving")
     tapered = tuple(_linked(_tapered(lane, narrow, first)) for lane in before.right)
-    broad = _changing(tapered[-1], saved, first)  # the outer shoulder takes what the lanes lose
+    broad = _changing(tapered[-1], saved, first)  # the outer shoulder takes the width lanes lose
     opening = replace(before, right=(*tapered[:-1], broad), left=tuple(map(_linked, before.left)))
     closed = tuple(_in_works(lane, narrow, before.right) for lane in opening.right)
     inside = replace(opening, start_m=first, right=closed)
@@ -183,14 +186,14 @@ def _tapered(lane: Lane, narrow: float, first: float) -> Lane:
 
 
 def _changing(lane: Lane, by: float, first: float) -> Lane:
-    """Return a lane that is wider by so many metres at `first`."""
+    """Return a lane whose width changes by `by` metres before `first`."""
     wide = float(lane.width.at(0.0))
     nodes = [(first - TAPER_M, wide, 0.0), (first, wide + by, 0.0)]
     return replace(lane, width=Profile.smooth(nodes))
 
 
 def _widening(tapered: tuple[Lane, ...], broad: Lane, before: LaneSection) -> tuple[Lane, ...]:
-    """Return the lanes behind the works, which become as wide as they were before."""
+    """Return the lanes after the works; they return to their width before the works."""
     lanes = []
     for lane, usual in zip((*tapered[:-1], broad), before.right):
         wide = float(usual.width.at(0.0))

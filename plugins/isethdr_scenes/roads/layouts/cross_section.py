@@ -63,7 +63,9 @@ class CrossSection:
         return cls(right, left, lines)
 
     def section(self, start_m: float = 0.0, linked: bool = False) -> LaneSection:
-        """Return the section with these lanes; `linked` to the same lanes of a neighbour."""
+        """Return the section with these lanes; `linked` links each lane to the lanes of the same
+        number before and after the section.
+        """
         left, right = (self._lanes(side, linked) for side in (1, -1))
         two_ways = all(any(s.type == "driving" for s in side) for side in (self.left, self.right))
         centre = self.lines.mark(self.lines.centre) if two_ways else ()
@@ -106,7 +108,7 @@ class CrossSection:
         return "none", None
 
     def changed(self, change: Callable[[Strip], Strip]) -> CrossSection:
-        """Return the cross-section with every lane changed."""
+        """Return the cross-section with `change` applied to every lane."""
         right = tuple(map(change, self.right))
         left = tuple(map(change, self.left))
         return replace(self, right=right, left=left)
@@ -123,7 +125,7 @@ def strips(draw: Draw, name: str, told: Sequence[Sequence[Any]]) -> tuple[Strip,
     Parameters
     ----------
     draw : seed of the widths.
-    name : of the draw; each lane takes its number besides.
+    name : name of the draw; the number of the lane is appended to it.
     told : for each lane, from the middle outwards: type, least and greatest width in m, and
         optionally the height by which it is raised, m.
     """

@@ -16,26 +16,26 @@ from .cross_section import CROWN, CrossSection, Strip
 from .draw import Draw
 from .junction import Mouth, Movement, at_junction, connecting_road, join
 
-CROWN_FADE_M = 25.0  # over which the crown of an arm ends before a junction
+CROWN_FADE_M = 25.0  # length over which the crown of an arm flattens towards a junction
 STOP_M = 0.5  # breadth of a stop line
 WALK_M = 3.5  # breadth of a crosswalk
-RING_ANGLE_DEG = 38.0  # between an arm and where it joins the ring
+RING_ANGLE_DEG = 38.0  # angle at the ring's centre between an arm and its junctions with the ring
 BAY_M = 2.5  # width of a parking bay
 
 
 def arm(
     draw: Draw, name: str, cross: CrossSection, place: tuple[float, float], length: float
 ) -> Road:
-    """Return a road that leads away from a junction about the origin: (distance, angle).
+    """Return a road that leads away from a junction at the origin.
 
     Parameters
     ----------
     draw : ranges and seed of the kind.
-    name : of the road in its network.
-    cross : its lanes.
+    name : name of the road in its network.
+    cross : lanes of the road.
     place : distance of its start from the origin, m, and the direction in which it leads away,
         radians from +x to the left.
-    length : of the road, m.
+    length : length of the road, m.
     """
     distance, angle = place
     x = distance * np.cos(angle)
@@ -167,8 +167,8 @@ def _ring_line(radius: float, first_rad: float, last_rad: float) -> ReferenceLin
 
 
 def car_park(draw: Draw) -> Layout:
-    """Return aisles with bays across on both sides, which leave a lane; the camera's car drives
-    along the first aisle.
+    """Return a car park: a lane, and aisles off it with perpendicular bays on both sides. The
+    camera's car drives along the first aisle.
     """
     cross = CrossSection.drawn(draw)
     cross = replace(cross, left=tuple(s for s in cross.left if s.type == "driving"))
@@ -202,7 +202,7 @@ def car_park(draw: Draw) -> Layout:
 
 
 def _aisle(draw: Draw, k: int, x: float, y: float, widths: tuple[float, float]) -> Road:
-    """Return an aisle: first without bays, then with bays on both sides."""
+    """Return an aisle with a short part without bays, then with bays on both sides."""
     half, bay = widths
     length = draw.number("aisle_m")
     mouth_m = 2.0

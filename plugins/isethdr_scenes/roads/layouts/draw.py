@@ -14,7 +14,7 @@ import numpy as np
 class Draw:
     """The ranges of one kind, and the seed that selects values in them.
 
-    Each name has a generator of its own, so that a further range changes no other value.
+    Each name has its own generator, so that an added range changes no other value.
     """
 
     kind: str
@@ -22,7 +22,7 @@ class Draw:
     ranges: dict[str, Any]
 
     def rng(self, name: str) -> np.random.Generator:
-        """Return the generator of a name."""
+        """Return the random generator of a name."""
         return np.random.default_rng([self.seed, crc32(self.kind.encode()), crc32(name.encode())])
 
     def value(self, name: str, default: Any = 0.0) -> Any:
@@ -34,7 +34,13 @@ class Draw:
         return float(self.value(name, default))
 
     def one(self, name: str, told: Any) -> Any:
-        """Return a value drawn from what the table tells, with the generator of `name`."""
+        """Return the value of a table entry, drawn with the generator of `name`.
+
+        Parameters
+        ----------
+        name : name of the value.
+        told : entry of the table: range [low, high], choice {"one_of": [...]}, or fixed value.
+        """
         if isinstance(told, dict):
             choices: Sequence[Any] = told["one_of"]
             return choices[int(self.rng(name).integers(len(choices)))]
@@ -46,5 +52,5 @@ class Draw:
         return float(self.rng(name).uniform(low, high))
 
     def side(self, name: str) -> int:
-        """Return 1 or -1."""
+        """Return 1 or -1, drawn with equal probability."""
         return 1 if self.rng(name).random() < 0.5 else -1

@@ -1,7 +1,8 @@
 """Junctions: roads that connect the lanes of several road ends, with kerbs around the corners.
 
-Right-hand traffic. A driver who comes in from one road end has the next end, counted
-counter-clockwise, on the right; the way from the one to the other carries the corner's pavement.
+Traffic is right-hand. A driver who comes in from one road end has the next end, counted
+counter-clockwise, on the right. The connecting road between these two ends carries the pavement of
+the corner.
 """
 
 from __future__ import annotations
@@ -19,7 +20,7 @@ from ..profile import Profile
 from ..reference_line import ReferenceLine, Stretch
 from ..road import End, Lane, LaneSection, Link, Mark, Road
 
-STRAIGHT_RAD = 0.3  # a way that turns less goes straight on
+STRAIGHT_RAD = 0.3  # a movement that turns less counts as straight on
 TINY_M = 1e-6
 
 
@@ -71,7 +72,7 @@ class Mouth:
         return float(lane.width.at(self.s_m - self.road.span(at)[0]))
 
     def inner_border(self, lane: Lane, inward: bool) -> Pose:
-        """Return the place on a lane's inner border, in the direction of its traffic."""
+        """Return the end of a lane's inner border, with the direction of its traffic."""
         at = len(self.road.sections) - 1 if self.end == "end" else 0
         inner, _ = self.road.borders(at, self.s_m)[lane.number]
         x, y = self.road.line.points(self.s_m, inner)
@@ -84,11 +85,11 @@ def turn_rad(start: float, end: float) -> float:
 
 
 def way(start: Pose, end: Pose) -> ReferenceLine:
-    """Return the line from one pose to another: line, arc, line; or two arcs to shift aside.
+    """Return the line from one pose to another: line, arc, line; or two arcs without a turn.
 
     Raises
     ------
-    ConfigError : no such line leads from the one to the other.
+    ConfigError : no such line connects the poses.
     """
     turn = turn_rad(start.heading_rad, end.heading_rad)
     dx = end.x_m - start.x_m
@@ -115,7 +116,7 @@ def way(start: Pose, end: Pose) -> ReferenceLine:
 
 
 def _shift(ahead: float, aside: float) -> list[Stretch]:
-    """Return two arcs that lead `ahead` and `aside` and end in the direction of the start."""
+    """Return two arcs that lead `ahead` and `aside`, m, and end in the direction of the start."""
     if abs(aside) < TINY_M:
         return [Stretch(ahead)]
     angle = 2 * np.arctan2(abs(aside), ahead)
@@ -125,13 +126,13 @@ def _shift(ahead: float, aside: float) -> list[Stretch]:
 
 @dataclass(frozen=True)
 class Movement:
-    """One lane that comes in, the lane out into which it leads, and what lies outside of it."""
+    """A movement through a junction: from a lane of an incoming road to one of an outgoing road."""
 
     incoming: Mouth
     outgoing: Mouth
     entry: Lane
     exit: Lane
-    corner: bool  # it carries the corner's shoulder and pavement
+    corner: bool  # the connecting road carries the shoulder and the pavement of a corner
 
 
 def connecting_road(name: str, junction: str, move: Movement, edge_line: Mark | None) -> Road:
@@ -139,9 +140,9 @@ def connecting_road(name: str, junction: str, move: Movement, edge_line: Mark | 
 
     Parameters
     ----------
-    name : of the new road.
-    junction : name of the junction that it is part of.
-    move : the lane that it comes from, and the lane that it leads to.
+    name : name of the new road.
+    junction : name of the junction that the road belongs to.
+    move : lanes that the road connects.
     edge_line : mark at the outer border of a turn at a corner; None: without.
     """
     start = move.incoming.inner_border(move.entry, True)
@@ -182,7 +183,7 @@ def _between(first: float, last: float, length: float) -> Profile:
 
 
 def _outside(move: Movement, length: float) -> list[Lane]:
-    """Return the lanes outside of the outermost driving lanes, where both roads have them."""
+    """Return the lanes outside of the outermost driving lanes, if both roads have them."""
     ins = _outer(move.incoming.side(True))
     outs = _outer(move.outgoing.side(False))
     lanes: list[Lane] = []
@@ -212,8 +213,8 @@ def _outer(lanes: Sequence[Lane]) -> list[Lane]:
 
 
 def movements(mouths: Sequence[Mouth]) -> list[Movement]:
-    """Return all ways through a junction: left from the innermost lane, right from the outermost
-    one, straight on from every lane.
+    """Return all movements through a junction: left turns from the innermost lane, right turns from
+    the outermost lane, straight on from every lane.
     """
     order = sorted(mouths, key=lambda m: m.outward_rad % (2 * np.pi))
     found = []
@@ -244,7 +245,7 @@ def join(
 
     Parameters
     ----------
-    name : of the junction; the connecting roads are numbered after it.
+    name : name of the junction; the connecting roads are named after it, with a number.
     mouths : ends of the roads that meet there.
     edge_line : mark at the outer border of turns at corners; None: without.
     """
@@ -267,7 +268,7 @@ def at_junction(road: Road, end: End, name: str) -> Road:
     ----------
     road : any road.
     end : start or end of its reference line.
-    name : of the junction.
+    name : name of the junction.
     """
     link = Link("junction", name)
     return replace(road, predecessor=link) if end == "start" else replace(road, successor=link)

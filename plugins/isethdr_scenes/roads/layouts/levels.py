@@ -16,13 +16,13 @@ from .cross_section import CROWN, CrossSection, Strip, strips
 from .draw import Draw
 from .vertical import Vertex, grades
 
-DECK_M = 1.0  # from the carriageway of a bridge to its underside
-EMBANKMENT = 1.7  # metres out per metre of height, from the abutment down
-APPROACH_GRADE = 0.05  # of the road that climbs to a bridge
+DECK_M = 1.0  # height of the carriageway of a bridge above its underside
+EMBANKMENT = 1.7  # horizontal run of an embankment per metre of height
+APPROACH_GRADE = 0.05  # grade of the road that climbs to a bridge
 CREST_RADIUS_M = 1100.0
-RAIL_DEPTH_M = 0.17  # from the carriageway of a crossing down to the ballast beside it
+RAIL_DEPTH_M = 0.17  # depth of the ballast beside a crossing below its carriageway
 EXIT_LANE_M = 3.5
-GORE_M = 70.0  # over which a ramp leaves the main road's side
+GORE_M = 70.0  # length over which a ramp separates from the main road
 SPIRAL_M = 50.0
 
 
@@ -61,15 +61,15 @@ def _over(half: float, top: float) -> Profile:
     """Return the heights of a road that climbs to `top` at its middle and comes down again."""
     g = APPROACH_GRADE
     r = CREST_RADIUS_M
-    # the crest's parabola rounds the tip off by r g^2 / 2, the feet take r_foot g^2 / 2 each
+    # the parabola of the crest lies r g^2 / 2 below the tip at which both grades would meet
     foot = 600.0
-    climb = (top + r * g * g / 2) / g  # from the foot's vertex to the tip
+    climb = (top + r * g * g / 2) / g  # distance from the foot's vertex to the tip
     vertices = [Vertex(half - climb, foot), Vertex(half, r), Vertex(half + climb, foot)]
     return grades([0.0, g, -g, 0.0], vertices)
 
 
 def railway(draw: Draw) -> Layout:
-    """Return a road that crosses a railway track on the level."""
+    """Return a road with a level crossing of a railway track."""
     cross = CrossSection.drawn(draw)
     half = draw.number("half_m")
     angle = np.radians(draw.number("angle_deg"))
@@ -104,11 +104,11 @@ def railway(draw: Draw) -> Layout:
 
 
 def ramp(draw: Draw) -> Layout:
-    """Return a motorway with an exit; the camera's car drives on the lane next to it."""
+    """Return a motorway with an exit; the camera's car drives on the lane next to the exit lane."""
     cross = CrossSection.drawn(draw)
     ahead = draw.number("ahead_m")
     taper = draw.number("taper_m")
-    lane_m = ahead - 130.0  # the exit lane begins
+    lane_m = ahead - 130.0  # place at which the exit lane begins
     plain = cross.section(0.0, linked=True)
     with_exit, number = _with_exit_lane(plain, lane_m, taper)
     line = ReferenceLine.of(0.0, 0.0, 0.0, [Stretch(ahead)])
@@ -142,7 +142,7 @@ def at_gore(road: Road, end: str) -> Road:
 
 
 def _with_exit_lane(plain: LaneSection, start: float, taper: float) -> tuple[LaneSection, int]:
-    """Return the section with a further lane before the outer shoulder, and its number."""
+    """Return the section with an exit lane inside the outer shoulder, and its number."""
     *inner, shoulder = plain.right
     number = shoulder.number
     width = Profile.smooth([(0.0, 0.0, 0.0), (taper, EXIT_LANE_M, 0.0)])
@@ -153,12 +153,12 @@ def _with_exit_lane(plain: LaneSection, start: float, taper: float) -> tuple[Lan
 
 
 def shoulder_mark(lane: Lane) -> tuple[Mark, ...]:
-    """Return the edge line that an outer driving lane has."""
+    """Return the edge line of an outer driving lane."""
     return lane.marks
 
 
 def _blocks(mark: Mark) -> Mark:
-    """Return the line between main and exit lanes: broad, short blocks."""
+    """Return the line between main and exit lanes: broad and short dashes."""
     return mark._replace(kind="broken", dash_m=3.0, gap_m=3.0, width_m=0.30)
 
 
@@ -170,12 +170,14 @@ def _without_edge_line(plain: LaneSection) -> LaneSection:
 
 
 def _pairs(lanes: tuple[Lane, ...], exit_number: int) -> tuple[tuple[int, int], ...]:
-    """Return the lanes that go straight on: the shoulder has another number beside the exit."""
+    """Return the pairs of lanes that go straight on, without the outer shoulder: next to the exit
+    lane it has another number.
+    """
     return tuple((x.number, x.number) for x in lanes if x.number > exit_number)
 
 
 def _ramp_roads(draw: Draw, main: Road, number: int) -> tuple[Road, Road]:
-    """Return the connecting road that leaves the main road, and the ramp that goes on."""
+    """Return the connecting road that leaves the main road, and the ramp that continues it."""
     s = main.length_m
     inner, _ = main.borders(1, s)[number]
     x, y = main.line.points(s, inner)
@@ -183,7 +185,7 @@ def _ramp_roads(draw: Draw, main: Road, number: int) -> tuple[Road, Road]:
     parts = [Stretch(GORE_M - SPIRAL_M + 10.0, 0.0, -0.0022), Stretch(SPIRAL_M, -0.0022, curvature)]
     line = ReferenceLine.of(float(x), float(y), 0.0, parts)
     at = np.linspace(0.0, line.length_m, 9)
-    # the ramp lies in the main road's plane while it leaves it
+    # the connecting road lies in the plane of the main road
     z = -CROWN * np.abs(line.points(at)[:, 1])
     slope = CROWN * np.sin(line.at(at).heading_rad)
     nodes = [(float(a), float(b), float(c)) for a, b, c in zip(at, z, slope)]

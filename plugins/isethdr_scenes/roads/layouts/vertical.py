@@ -9,14 +9,14 @@ from ..profile import Cubic, Profile
 
 
 class Vertex(NamedTuple):
-    """Where one grade turns into the next one, on a parabola of that radius."""
+    """Place where one grade changes into the next, on a parabola with a radius of curvature."""
 
     s_m: float
     radius_m: float
 
 
 def grades(grade: Sequence[float], vertices: Sequence[Vertex], height_m: float = 0.0) -> Profile:
-    """Return the heights with `grade[k]` before `vertices[k]` and `grade[-1]` behind the last.
+    """Return the heights with `grade[k]` before `vertices[k]` and `grade[-1]` after the last.
 
     Parameters
     ----------

@@ -17,7 +17,7 @@ from ...sky.state import sky_state
 from ..kinds import BaseRoad
 from ..surface import surface
 
-# of the camera; where it looks on the road
+# height of the camera, and distance ahead of the point at which it looks
 HEIGHT_M = 1.3
 AHEAD_M = 30.0
 FIELD_DEG = 60.0
@@ -29,7 +29,7 @@ SKY = {"sun_elevation_deg": 38.0, "sun_azimuth_deg": 60.0}
 
 
 def scene_of(base: BaseRoad) -> SceneDescription:
-    """Return the scene of a bare road under a sky at noon, seen from the camera's car."""
+    """Return the scene of a bare road under a day sky, seen from the camera's car."""
     parts = surface(base.network)
     models: dict[str, Model] = {}
     objects = []
@@ -52,9 +52,9 @@ def driver_view(base: BaseRoad, width: int = 240, samples: int = 16) -> Image.Im
 
     Parameters
     ----------
-    base : the road, without what stands on it.
-    width : of the picture, pixels; its height follows from `ASPECT`.
-    samples : paths per pixel.
+    base : road and start of the camera's car.
+    width : width of the picture, pixels; its height follows from `ASPECT`.
+    samples : samples per pixel.
     """
     height = round(width / ASPECT)
     size = {"width": width, "height": height, "margin": 0.0, "samples": samples, "max_depth": 3}
@@ -63,7 +63,8 @@ def driver_view(base: BaseRoad, width: int = 240, samples: int = 16) -> Image.Im
     light = renderer(scene, Demand().with_groups(scene.light_groups()))
     radiance = light.radiance.values.sum(0)
     bands = light.wavelength.values
-    grey = linear_srgb(xyz(np.ones(len(bands)), bands))  # few bands shift colours
+    # few bands shift colours: divide by the colour of a flat spectrum
+    grey = linear_srgb(xyz(np.ones(len(bands)), bands))
     linear = linear_srgb(xyz(radiance, bands)) / grey
     linear = linear / np.quantile(linear.mean(-1), WHITE) * SHOWN
     code = srgb_encode(np.clip(linear, 0, 1))

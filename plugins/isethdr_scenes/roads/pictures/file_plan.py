@@ -1,4 +1,4 @@
-"""Plan of a road file: a drawing with ids, and a report of what the file holds."""
+"""Plan of a road file: a drawing with ids, and a report of the file's content."""
 
 from __future__ import annotations
 
@@ -18,9 +18,9 @@ from ..opendrive.gaps import GAP_M, STEP_M
 from .from_above import CAR, PAINT, Canvas, draw_lanes, draw_structures
 
 PIXELS = 1200
-ROOM = 1.08  # of the picture's side to the network's
-CAR_M = 0.012  # length of the camera's mark in sides of the picture
-PAINTED_M = 500.0  # a larger network is drawn without its marks
+ROOM = 1.08  # side of the picture over that of the network
+CAR_M = 0.012  # length of the camera's mark over the side of the picture
+PAINTED_M = 500.0  # a larger picture shows no road markings
 
 
 def draw(path: Path, out: Path) -> Path:
@@ -28,7 +28,7 @@ def draw(path: Path, out: Path) -> Path:
 
     Raises
     ------
-    CatalogError : as `road_file.read`; the picture cannot be written.
+    CatalogError : as `road_file.read`; or the picture cannot be written.
     """
     file = content(path)
     network = file.network
@@ -65,7 +65,7 @@ def draw(path: Path, out: Path) -> Path:
 
 
 def report(path: Path) -> list[str]:
-    """Return lines about a road file: what it holds, gaps, and what is not carried.
+    """Return lines about a road file: its content, gaps, and parts that are changed or left out.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Sheets of roads from above: each kind drawn, lanes by type, with markings and the car's start."""
+"""Sheets of roads from above: lanes coloured by type, markings, start of the camera's car."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ CAR = (220, 20, 20)
 
 
 class Canvas:
-    """A picture of a square of the plan, x to the right and y up, drawn finer than it is shown."""
+    """A picture of a square of the plan, x to the right and y up, drawn `FINER` times as finely."""
 
     FINER = 2
 
@@ -66,13 +66,13 @@ def top_view(base: BaseRoad, size_m: float = 180.0, pixels: int = 480) -> Image.
 
     Parameters
     ----------
-    base : the road, without what stands on it.
+    base : road and start of the camera's car.
     size_m : side of the square, m.
     pixels : side of the picture, pixels.
     """
     pose = base.pose()
     canvas = Canvas(pose[:2, 3] + 0.3 * size_m * pose[:2, 0], size_m, pixels)
-    # what is below is drawn first; pavements before carriageways, as these win where roads cross
+    # roads with bridges or tunnels are drawn last, over the roads that they cross
     order = sorted(base.network.roads, key=lambda r: bool(r.structures))
     for road in order:
         draw_lanes(canvas, road)
@@ -90,7 +90,7 @@ def top_view(base: BaseRoad, size_m: float = 180.0, pixels: int = 480) -> Image.
 
 
 def draw_lanes(canvas: Canvas, road: Road) -> None:
-    """Draw the lanes of a road by their types."""
+    """Draw the lanes of a road in the colours of their types, driving lanes last."""
     for k, section in enumerate(road.sections):
         s = stations(road, *road.span(k))
         drawn = sorted(section.lanes, key=lambda lane: lane.type == "driving")
@@ -114,8 +114,8 @@ def sheet(folder: Path, seeds: Sequence[int], kinds: Sequence[str] = ()) -> list
 
     Parameters
     ----------
-    folder : for the pictures; made where it is missing.
-    seeds : of the roads, one picture each.
+    folder : folder for the pictures; it is made if it is missing.
+    seeds : seeds of the roads, one picture each.
     kinds : names of kinds of road; empty takes all.
     """
     folder.mkdir(parents=True, exist_ok=True)
