@@ -1,9 +1,9 @@
-"""Band phase: error of lenses and dust whose phase changes too much within a part of a band.
+"""Band phase: error of lenses and dust with a phase that changes too much within a part of a band.
 
 Beyond the core, kernels are computed from parts of a band. Within a part (`wings.parts_of`) the
 pattern of its middle wavelength is scaled to all others. The speckles of a real lens change with
 the phase and average out; those of the scaled pattern do not. To second order in the change of
-phase, a speckle is wrong by up to change^2 / 24.
+phase (rad rms), the relative error of a speckle is up to change^2 / 24.
 """
 
 from __future__ import annotations
@@ -26,23 +26,26 @@ if TYPE_CHECKING:
 
     from ..abilities import PupilOptics
 
-# Relative per tile, L1 per octave, for a radian rms within a part: measured 0.004 to 0.030 against
-# 40 and 100 parts (f/4 and f/8, tiles of 1.5 to 6 um, defocus, coma and spherical aberration of 3.7
-# to 13 rad within a band, with and without dirt). Speckles of full contrast: 1 / 24.
+# Relative error per tile (L1 per octave) if the phase changes by 1 rad rms within a part. Measured:
+# 0.004 to 0.030, against kernels of 40 and 100 parts (f/4 and f/8, tiles of 1.5 to 6 um, defocus,
+# coma and spherical aberration of 3.7 to 13 rad within a band, with and without dirt). For speckles
+# of full contrast it is 1 / 24.
 STANDING = 0.04
-MOST_RAD = 2.5  # within a part: as far as this was measured
+MOST_RAD = 2.5  # largest change of phase within a part for which the error was measured, rad rms
 
 
 def check(lens: PupilOptics, flares: Sequence[Flare], wavelength_nm: np.ndarray) -> None:
-    """Raise ConfigError where dirt delays light, or a wavefront changes its phase, by more within a
-    band than can be followed.
-
-    It says how narrow bands have to be.
+    """Refuse a phase of dirt or of the wavefront that changes too much within a band.
 
     Parameters
     ----------
-    lens : a lens of this package. `flares` : its flare components.
-    wavelength_nm : centres of the bands, nm.
+    lens : a lens of this package.
+    flares : its flare components.
+    wavelength_nm : (band,) centres of the bands, nm.
+
+    Raises
+    ------
+    ConfigError : the phase changes too much; the message says which bands are narrow enough.
     """
     change, wave, width = _worst((lens,), wavelength_nm)
     delays = sampled_pupil.delays_um(lens, flares)
@@ -61,8 +64,12 @@ def check(lens: PupilOptics, flares: Sequence[Flare], wavelength_nm: np.ndarray)
 
 
 def errors(lenses: Sequence[PupilOptics], wavelength_nm: np.ndarray) -> list[ErrorTerm]:
-    """Return the errors of dividing a band into too few parts; `lenses` are those of the field
-    points.
+    """Return the errors of dividing a band into fewer parts than its phase needs.
+
+    Parameters
+    ----------
+    lenses : lenses of the field points.
+    wavelength_nm : (band,) centres of the bands, nm.
     """
     change, wave, _ = _worst(lenses, wavelength_nm)
     if _needed(change) <= wings.MOST_PARTS:
@@ -80,8 +87,8 @@ def _needed(change: float) -> int:
 
 
 def _worst(lenses: Sequence[PupilOptics], wavelength_nm: np.ndarray) -> tuple[float, float, float]:
-    """Return the largest change of a lens's own phase within a band, radians rms, and that band's
-    centre and width, nm.
+    """Return (change, centre, width): the largest change of a lens's own phase within a band,
+    radians rms, and the centre and width of that band, nm.
     """
     wave = np.asarray(wavelength_nm, float)
     width = band_widths_nm(wavelength_nm)

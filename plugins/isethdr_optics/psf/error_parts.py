@@ -1,17 +1,18 @@
-"""Error parts: the parts of its light that the lens declares, keys that more than one module uses,
-and terms of light.
+"""Error parts: names of the parts of the lens's light, keys that several modules use, and the
+constructor of error terms.
 """
 
 from __future__ import annotations
 
 from isethdr_core.uncertainty.error_terms import ErrorTerm, How, Quantity, Source
 
-SPREAD = "spread light"  # all light that does not come from the tiles a pixel looks at
+SPREAD = "spread light"  # all light of a pixel that does not come from the tiles it images
 
-# of `Quantity.OTHER`: the shape of the point spread function, which changes no light by itself
+# part for `Quantity.OTHER`: the shape of the point spread function; an error of it alone does not
+# change the amount of light
 POINT_SPREAD = "point spread"
 
-# keys of the errors of kernels, which are also known tile by tile (`spread_errors`)
+# keys of the errors of kernels; `spread_errors` also gives these errors for every tile
 SPECKLE = "kernel speckle"
 FAR_PERIOD = "kernel far field period"
 AXIS_KERNEL = "kernel of the axis"
@@ -28,11 +29,12 @@ def term(  # noqa: PLR0913 - the fields of an `ErrorTerm`, by their names
     part: str | None = None,
     acts_on: Quantity = Quantity.IRRADIANCE,
 ) -> ErrorTerm:
-    """Return an error of light; the stage that records it becomes its source.
+    """Return an error term; the stage that records it becomes its source.
 
     Parameters
     ----------
-    value, unit, how, label, part, acts_on : as in `isethdr_core.error_terms.ErrorTerm`.
-    key : sets the error apart within its stage.
+    value, unit, how, label, part, acts_on : as in
+        `isethdr_core.uncertainty.error_terms.ErrorTerm`.
+    key : identifies the error within its stage.
     """
     return ErrorTerm(Source(key=key), acts_on, part, float(value), unit, how, label)

@@ -23,28 +23,32 @@ if TYPE_CHECKING:
     from ..abilities import PupilOptics
     from .kernels import BandPlan
 
-# Wavelengths of an exact core, at Gauss's places in a band: so many per speckle that its corner
-# moves, and two more. Tiles wider than a speckle average over the finest rings: the numbers are
-# those at two widths of a tile, wavelengths x f-number. They leave 1e-5 to 2e-4 of the light near
-# the border; as many midpoints of equal parts leave 2e-3 to 7e-3
+# Number of Gauss-Legendre wavelengths of an exact core: `DENSE_GAUSS` for every speckle width that
+# the core's corner moves within the band, plus `MORE_GAUSS`. Tiles wider than a speckle average
+# over the finest rings and need fewer: `DENSE_GAUSS` is interpolated between the tile widths
+# `DENSE_WIDTHS`, in wavelengths x f-number. The error is 1e-5 to 2e-4 of the light near the border;
+# with the same number of midpoints of equal parts it is 2e-3 to 7e-3.
 DENSE_GAUSS = (1.75, 1.0)
 DENSE_WIDTHS = (0.9, 1.5)
 MORE_GAUSS = 2
-# Cells of the pupil hold back the light that the period of the field folds into the core, but not
-# all of it: the error of tiles grows with the square of their distance. Against finer cells (f/2.8
-# to f/16, with and without a wavefront and dirt, cores of 4 to 80 tiles), the mean magnitude per
-# tile was at most 4.5e-3 at the border, and `kernel_sampling_error.deviation` 2.4e-2: along the
-# axes neighbours err alike. Near the axis both were at most 9e-5
+# Relative errors of an exact core from cells of the pupil: L1 and deviation at the border, and
+# either near the axis. The period of the field folds light into the core. Averaging over cells
+# suppresses this light, but not all of it: the error of a tile grows with the square of its
+# distance. Against finer cells (f/2.8 to f/16, with and without a wavefront and dirt, cores of 4 to
+# 80 tiles), the mean magnitude per tile was at most 4.5e-3 at the border, and
+# `kernel_sampling_error.deviation` 2.4e-2, because errors of neighbours are correlated along the
+# axes. Near the axis both were at most 9e-5.
 CELLS_AT_BORDER = 6e-3
 CELLS_DEVIATION = 2.5e-2
 CELLS_NEAR = 1e-4
-# Cores from one pattern err by the strips of the pupil and the wavelengths of a band, closed forms
-# by the wavelengths alone. Against closed forms and patterns of three times the strips, with twice
-# the wavelengths (f/1.6 to f/8, bands of 10 and 50 nm, clean and up to 150 grains per mm2, cores of
-# 16 to 120 tiles), the mean magnitude per tile and `kernel_sampling_error.deviation` were at most
-# 2e-4 at the border. Two to eight tiles from the axis, where weights end beside the peak, they were
-# 2e-5 and 5e-5. Tile by tile nothing is stated there: the noise of that light is a hundred times as
-# large, and blocks of tiles would spread the error to dark ones
+# Relative errors of an exact core from one pattern, at the border and near the axis. They come from
+# the strips of the pupil and the wavelengths of a band; those of closed forms come from the
+# wavelengths alone. Against closed forms and patterns of three times the strips, with twice the
+# wavelengths (f/1.6 to f/8, bands of 10 and 50 nm, clean and up to 150 grains per mm2, cores of 16
+# to 120 tiles), the mean magnitude per tile and `kernel_sampling_error.deviation` were at most 2e-4
+# at the border. Two to eight tiles from the axis, where the weights of samples end next to the
+# peak, they were 2e-5 and 5e-5. The error map of single tiles omits this error: the noise of that
+# light is a hundred times as large, and blocks of tiles would spread the error to dark tiles.
 PATTERN_ERROR = 2e-4
 PATTERN_NEAR = 6e-5
 
@@ -53,7 +57,9 @@ _core_cache: dict[str, np.ndarray] | None = None
 
 @contextmanager
 def kept_cores() -> Iterator[None]:
-    """Cache the cores computed within this context: finer kernels have the same cores."""
+    """Cache the cores that are computed within this context. Kernels that are computed again with
+    finer wings have the same cores.
+    """
     global _core_cache
     before = _core_cache
     _core_cache = {}
@@ -64,10 +70,10 @@ def kept_cores() -> Iterator[None]:
 
 
 class Wavelengths(NamedTuple):
-    """Wavelengths whose weighted sum stands for a band."""
+    """Wavelengths and weights of a quadrature over a band."""
 
-    nm: np.ndarray
-    weight: np.ndarray  # sum 1
+    nm: np.ndarray  # wavelengths, nm
+    weight: np.ndarray  # weights, their sum 1
 
 
 def gauss_wavelengths(
@@ -77,15 +83,17 @@ def gauss_wavelengths(
     pitch_um: tuple[float, float],
     reach: tuple[float, float],
 ) -> Wavelengths:
-    """Return the Gauss-Legendre wavelengths, nm, in a band for a core of `reach`.
+    """Return the Gauss-Legendre wavelengths, nm, of a band for a core of `reach`.
 
-    The pattern is a band-limited function of the wavelength, which they integrate almost exactly. A
-    radian of phase, rms, counts as a speckle.
+    The pattern is a band-limited function of the wavelength; this quadrature integrates it almost
+    exactly. A change of phase of 1 rad rms counts as a movement by one speckle.
 
     Parameters
     ----------
-    lens : a lens of this package. `flares` : its flare components.
-    band_nm : (low, high). `pitch_um` : (y, x) of a tile.
+    lens : a lens of this package.
+    flares : its flare components.
+    band_nm : (low, high) ends of the band, nm.
+    pitch_um : (y, x) pitch of the tiles, um.
     reach : (y, x) tiles from the axis to the border of the core.
     """
     phase_rad = sampled_pupil.phase_change(lens, flares, *band_nm)
@@ -99,13 +107,14 @@ def wavelengths_of_phase(
     pitch_um: tuple[float, float],
     reach: tuple[float, float],
 ) -> Wavelengths:
-    """Return the wavelengths of `gauss_wavelengths` for a pupil whose phase is known.
+    """Return the wavelengths of `gauss_wavelengths` for a known change of phase.
 
     Parameters
     ----------
     lens : a lens of this package.
     phase_rad : change of the pupil's phase over the band, radians rms.
-    band_nm : (low, high). `pitch_um` : (y, x) of a tile.
+    band_nm : (low, high) ends of the band, nm.
+    pitch_um : (y, x) pitch of the tiles, um.
     reach : (y, x) tiles from the axis to the border of the core.
     """
     low, high = band_nm
@@ -120,17 +129,17 @@ def wavelengths_of_phase(
 
 
 def is_closed_form(lens: PupilOptics, flares: Sequence[Flare]) -> bool:
-    """Return whether a closed form gives the exact core, so that no pupil cells leave an error."""
+    """Return whether a closed form gives the exact core, without an error from pupil cells."""
     return sampled_pupil.round_and_clean(lens, flares)
 
 
 def core_error(at_border: float, tiles: np.ndarray, reach: float) -> np.ndarray:
-    """Return the relative error of tiles of an exact core.
+    """Return the relative error of tiles of an exact core; it has the shape of `tiles`.
 
     Parameters
     ----------
-    at_border : `CELLS_AT_BORDER`, `CELLS_DEVIATION` or `PATTERN_ERROR`.
-    tiles : distance from the axis, any shape.
+    at_border : error at the border: `CELLS_AT_BORDER`, `CELLS_DEVIATION` or `PATTERN_ERROR`.
+    tiles : distances of tiles from the axis, in tiles, any shape.
     reach : tiles from the axis to the border of the core.
     """
     nearest = CELLS_NEAR if at_border > PATTERN_ERROR else 0.0
@@ -138,16 +147,16 @@ def core_error(at_border: float, tiles: np.ndarray, reach: float) -> np.ndarray:
 
 
 def core_error_by_octave(at_border: float, reach: float) -> np.ndarray:
-    """Return `core_error` (octave) of the outermost tiles of each octave within `reach`; 0 farther
-    out.
+    """Return `core_error` of the outermost tiles of each octave within `reach`, (octave,); it is 0
+    in octaves beyond.
 
     Parameters
     ----------
-    at_border : as of `core_error`.
+    at_border : as in `core_error`.
     reach : tiles from the axis to the border of the core.
     """
     inner = 2.0 ** np.arange(kernel_sampling_error.OCTAVES)
-    within = inner <= np.sqrt(2) * reach  # to the corner
+    within = inner <= np.sqrt(2) * reach  # as far as the corner of the core
     error = np.maximum(core_error(at_border, 2 * inner, reach), PATTERN_NEAR)
     return np.where(within, error, 0.0)
 
@@ -155,13 +164,15 @@ def core_error_by_octave(at_border: float, reach: float) -> np.ndarray:
 def exact_core(
     plan: BandPlan, centre_nm: float, width_nm: float, waves: Wavelengths, energy: float
 ) -> np.ndarray:
-    """Return the (y, x) kernel of a band within `plan.half` tiles, the sum of wavelengths `waves`.
+    """Return the kernel (y, x) of a band within `plan.half` tiles, summed over wavelengths.
 
     Parameters
     ----------
-    centre_nm : of the band, nm.
-    width_nm : of the band, nm.
-    plan : `kernels.BandPlan` of the band. `energy` : of its open pupil, mm2.
+    plan : `kernels.BandPlan` of the band.
+    centre_nm : centre of the band, nm.
+    width_nm : width of the band, nm.
+    waves : wavelengths of the band and their weights.
+    energy : energy of the band's open pupil, mm2.
     """
     cache = _core_cache if all(map(is_dataclass, (plan.lens, *plan.flares))) else None
     if cache is None:

@@ -1,9 +1,9 @@
-"""Interpolation wavelengths: where patterns of a pupil with phase are computed, a few for all
-bands. Between them patterns are interpolated linearly.
+"""Interpolation wavelengths (knots): patterns of a pupil with phase are computed at a few
+wavelengths for all bands. Between them patterns are interpolated linearly.
 
-At the same scale, patterns of neighbouring wavelengths differ only by the change of phase. The
-error of linear interpolation is proportional to the square of that change. Light in the wings comes
-from the rim and from dirt, so that the largest change anywhere in the stop matters. The
+Scaled to the same size, patterns of neighbouring wavelengths differ only by the change of phase.
+The error of linear interpolation is proportional to the square of that change. Light in the wings
+comes from the rim and from dirt, so that the largest change anywhere in the stop matters. The
 wavelengths are fixed: a band does not depend on which other bands a run has.
 """
 
@@ -25,18 +25,20 @@ if TYPE_CHECKING:
     from .kernels import BandPlan
     from .wings import Lattice
 
-STEPS_NM = (80.0, 40.0, 20.0)  # between knots, tried one after the other
-APART = 0.35  # radians from knot to knot at most, anywhere in the stop
-# relative per tile, L1, for a radian: an estimate, for what any two lattices differ by hides most
-# of it (0.9 % clean, 0.12 % dirty)
+STEPS_NM = (80.0, 40.0, 20.0)  # distances of knots, tried in this order
+APART = 0.35  # largest change of phase from knot to knot anywhere in the stop, radians
+# Relative error per tile (L1) of linear interpolation if the phase changes by 1 rad. This is an
+# estimate: the difference between any two lattices (0.9 % clean, 0.12 % dirty) hides most of it.
 STRAIGHT = 0.05
-WORTH = 2.0  # least number of bands in a step: a step needs two lattices, a band one
-HELD_BYTES = 1.6e9  # of lattices that are kept; the two pairs that a band reads, always
+# least number of bands in a step for which knots are used: a step needs two lattices, a band one
+WORTH = 2.0
+# memory of the lattices that are kept; the two pairs that a band reads are kept in any case
+HELD_BYTES = 1.6e9
 
 
 class Knots:
-    """Lattices of one lens at fixed wavelengths, made when first asked for and kept while bands
-    near by need them.
+    """Lattices of one lens at fixed wavelengths. They are computed at first use; those used last
+    are kept.
     """
 
     def __init__(self) -> None:
@@ -52,17 +54,17 @@ class Knots:
         energy: float,
         fine: float,
     ) -> list[list]:
-        """Return for either half [(lattice, share), ...] of the pattern at wavelength `middle`, to
-        be read over `span`, nm.
+        """Return the pattern at wavelength `middle`: [(lattice, share), ...] for each of the two
+        independent estimates.
 
         Parameters
         ----------
         plan : `kernels.BandPlan` of the band.
-        reach : (y, x) parts of tiles from the axis to the border, as of `wings.Grid`.
+        reach : (y, x) parts of tiles from the axis to the border, as in `wings.Grid`.
         middle : wavelength, nm.
-        span : width of the part of the band that is read, nm.
-        energy : of the open pupil, mm2.
-        fine : times the usual number of samples.
+        span : width of the part of the band that is read from the pattern, nm.
+        energy : energy of the open pupil, mm2.
+        fine : factor on the usual number of samples.
         """
         low, step = _cell(plan, middle, span)
         if not step:
@@ -89,7 +91,7 @@ class Knots:
         energy: float,
         fine: float,
     ) -> list[Lattice]:
-        # the same, into however many parts a band divides tiles
+        # the extent does not depend on the number of parts into which a band divides tiles
         extent = tuple(round((r + 1) * p, 6) for r, p in zip(reach, plan.pitch))
         key = wave, extent, stretch, fine
         with self._lock:
@@ -112,14 +114,15 @@ class Knots:
 def lattices_of(
     plan: BandPlan, centre: float, width: float, parts: int
 ) -> list[tuple[float, float]]:
-    """Return (wavelength, stretch) of every pair of lattices that the parts of a band read.
+    """Return [(wavelength in nm, stretch), ...] of the pairs of lattices that the parts of a band
+    read.
 
     Parameters
     ----------
     plan : `kernels.BandPlan` of the band.
-    centre : of the band, nm.
-    width : of the band, nm.
-    parts : of about the same phase, into which the band is divided.
+    centre : centre of the band, nm.
+    width : width of the band, nm.
+    parts : number of parts of about the same phase into which the band is divided.
     """
     span = width / parts
     out = []
@@ -135,7 +138,7 @@ def lattices_of(
 
 
 def error(plan: BandPlan, middle: float, span: float) -> float:
-    """Return the relative error per tile that straight lines between knots leave of light around a
+    """Return the relative error per tile of linear interpolation between the knots around a
     wavelength.
 
     Parameters
@@ -149,8 +152,8 @@ def error(plan: BandPlan, middle: float, span: float) -> float:
 
 
 def _change(plan: BandPlan, first_nm: float, last_nm: float) -> float:
-    """Return the largest change of phase anywhere in the stop, radians, piston apart; dirt counts
-    with all of its delay.
+    """Return the largest change of phase anywhere in the stop, radians. Piston is left out; the
+    delay of dirt is added in full.
     """
     first, last = (sampled_pupil.coefficients_um(plan.lens, w) for w in (first_nm, last_nm))
     waves = {
@@ -168,8 +171,8 @@ def _change(plan: BandPlan, first_nm: float, last_nm: float) -> float:
 
 
 def _cell(plan: BandPlan, middle: float, span: float) -> tuple[float, float]:
-    """Return the knot below a wavelength and the step to the next; a step of 0 where the lens
-    changes too fast, or is not known at knots.
+    """Return (knot below a wavelength, step to the next knot), nm. The step is 0 where the phase
+    changes too fast or is not known at the knots.
     """
     if not sampled_pupil.all_shapes(plan.flares):
         return middle, 0.0

@@ -1,4 +1,4 @@
-"""Kernel request: which kernels of which lens on which grid."""
+"""Kernel request: the bands, the lens and the grid of kernels that are asked for."""
 
 from __future__ import annotations
 
@@ -24,12 +24,12 @@ class KernelRequest:
     lens: PupilOptics
     flares: Sequence[Flare]
     wavelength_nm: np.ndarray  # (band,) centres of the bands
-    pitch_um: tuple[float, float]  # of a tile
+    pitch_um: tuple[float, float]  # pitch of the tiles
     reach: tuple[int, int]  # tiles from the axis to the border; (ny - 1, nx - 1): the full frame
-    width_nm: np.ndarray | None = None  # (band,) of the bands; None: they lie side by side
+    width_nm: np.ndarray | None = None  # (band,) widths of the bands; None: no gaps between them
 
     def __post_init__(self) -> None:
-        # callers may give numbers in lists
+        # callers may pass lists of numbers
         object.__setattr__(self, "wavelength_nm", np.asarray(self.wavelength_nm, float))
         object.__setattr__(self, "pitch_um", tuple(self.pitch_um))
         object.__setattr__(self, "reach", tuple(self.reach))
@@ -51,7 +51,7 @@ class KernelRequest:
         return float(self.edges_nm.min())
 
     def of_bands(self, some: np.ndarray) -> KernelRequest:
-        """Return the request for the bands of a mask or slice, with the widths that they have."""
+        """Return the request for the bands of a mask or slice; their widths do not change."""
         return replace(
             self, wavelength_nm=self.wavelength_nm[some], width_nm=self.band_width_nm[some]
         )

@@ -1,7 +1,7 @@
-"""Kernel errors: how wrong a kernel is beyond its exact core, from the difference between its two
-independent halves.
+"""Kernel sampling error: error of a kernel beyond its exact core, from the difference between its
+two independent estimates.
 
-Stated per octave of the distance to the lamp: 1 to 2 tiles, 2 to 4, and so on.
+It is stated per octave of the distance to the axis: 1 to 2 tiles, 2 to 4, and so on.
 """
 
 from __future__ import annotations
@@ -10,15 +10,15 @@ from functools import lru_cache
 
 import numpy as np
 
-OCTAVES = 13  # the last: 4096 tiles and more
-ROWS = 256  # of a kernel that errors per tile are read from
-BLOCKS = (2, 4, 8)  # tiles along either axis, over which neighbours are compared
-LEAST_BLOCKS = 16  # of an octave, else its neighbours are not compared
+OCTAVES = 13  # number of octaves; the last holds 4096 tiles and more
+ROWS = 256  # number of rows of a kernel from which errors per tile are computed
+BLOCKS = (2, 4, 8)  # sides of the blocks of tiles over which errors are compared, tiles
+LEAST_BLOCKS = 16  # least number of blocks of an octave for which the comparison is used
 
 
 @lru_cache(maxsize=4)
 def octaves(shape: tuple[int, int]) -> np.ndarray:
-    """Return the octave (y, x), int8, of every tile of a kernel, the axis in its middle."""
+    """Return the octave (y, x), int8, of every tile of a kernel with the axis in its middle."""
     y, x = (np.arange(n) - n // 2 for n in shape)
     return octave_of(y[:, None], x)
 
@@ -26,20 +26,27 @@ def octaves(shape: tuple[int, int]) -> np.ndarray:
 def octave_of(y: np.ndarray, x: np.ndarray) -> np.ndarray:
     """Return the octave, int8, of tiles `y` and `x` from the axis."""
     squares = np.maximum(np.square(y, dtype=np.float32) + np.square(x, dtype=np.float32), 1.0)
-    # the exponent of a float: log2, rounded down
+    # the exponent of a float is log2, rounded down
     exponent = np.frexp(squares)[1] - 1
     return np.minimum(exponent // 2, OCTAVES - 1).astype(np.int8)
 
 
 def core(wrong: np.ndarray) -> int:
-    """Return how many tiles from the axis, along y and along x, `wrong` is 0."""
+    """Return the largest number of tiles from the axis, along both y and x, within which `wrong` is
+    0 everywhere.
+    """
     y, x = (np.abs(np.arange(n) - n // 2) for n in wrong.shape)
     return int(np.maximum(y[:, None], x)[wrong != 0].min(initial=max(wrong.shape))) - 1
 
 
 def by_octave(wrong: np.ndarray, kernel: np.ndarray) -> np.ndarray:
-    """Return the sum of the magnitudes of `wrong` over that of the kernel's values where it is not
-    0, per octave.
+    """Return the relative L1 error (octave,): the sum of the magnitudes of `wrong` divided by the
+    sum of the kernel, over tiles where `wrong` is not 0.
+
+    Parameters
+    ----------
+    wrong : (y, x) error of the kernel.
+    kernel : (y, x) kernel.
     """
     rows = slice(None, None, max(1, len(kernel) // ROWS))
     wrong = np.abs(wrong[rows])
@@ -50,12 +57,18 @@ def by_octave(wrong: np.ndarray, kernel: np.ndarray) -> np.ndarray:
 
 
 def deviation(wrong: np.ndarray, kernel: np.ndarray) -> np.ndarray:
-    """Return per octave the relative standard deviation d with which light of any pattern goes
-    wrong: variance sum of (d k L)^2.
+    """Return the relative standard deviation d (octave,) of the image of any light pattern.
 
-    Root mean square of `wrong` over that of the kernel, times the root of the number of tiles that
-    err alike. Light L of neighbouring tiles meets errors that are alike: sum of L_s L_t C_st is at
-    most the sum of L_s^2 times that of C_st over t, as 2 L_s L_t <= L_s^2 + L_t^2.
+    The variance of the image of light L is the sum of (d k L)^2 for the kernel k. d is the root
+    mean square of `wrong` over that of the kernel, times the root of the number of tiles with
+    correlated errors. With the covariance C_st of the errors of tiles s and t, the sum of
+    L_s L_t C_st is at most the sum over s of L_s^2 times the sum over t of C_st, because
+    2 L_s L_t <= L_s^2 + L_t^2.
+
+    Parameters
+    ----------
+    wrong : (y, x) error of the kernel.
+    kernel : (y, x) kernel.
     """
     octave = octaves(kernel.shape)
     rows = slice(None, None, max(1, len(kernel) // (2 * ROWS)))
@@ -68,14 +81,16 @@ def deviation(wrong: np.ndarray, kernel: np.ndarray) -> np.ndarray:
 
 
 def _alike(wrong: np.ndarray, octave: np.ndarray) -> np.ndarray:
-    """Return how many tiles err alike, per octave: variance of the sum over a block / sum of
-    variances, the largest of all blocks.
+    """Return the effective number of tiles with correlated errors (octave,).
+
+    It is the variance of the sum over a block, divided by the sum of the variances in the block,
+    for the block size where it is largest.
     """
     ny, nx = wrong.shape
-    y = np.arange(ny - ny // 2)  # from the axis on
-    # of a large kernel, farther out stripes as high as a block
+    y = np.arange(ny - ny // 2)  # rows from the axis on
+    # of a large kernel, only stripes as high as the largest block are used farther out
     y = y[(y < ROWS // 2) | (y // BLOCKS[-1] % max(1, ny // (2 * ROWS)) == 0)]
-    # kernels fall as r^-3: all of an octave counts alike
+    # kernels fall as r^-3: with this factor all tiles of an octave have about the same weight
     level = wrong[y + ny // 2] * np.hypot(y[:, None], np.arange(nx) - nx // 2) ** 3
     octave = octave[y + ny // 2]
     out = np.ones(OCTAVES)
@@ -111,22 +126,22 @@ def _ratio(a: np.ndarray, b: np.ndarray) -> np.ndarray:
 
 
 class ColumnErrors:
-    """`by_octave` and `deviation` of whole kernels, from the errors of a few columns of tiles."""
+    """Estimates of `by_octave` and `deviation` from the errors of a few columns of tiles."""
 
     def __init__(self) -> None:
         self._sums = np.zeros((5, OCTAVES))  # |wrong|, wrong, light, wrong^2, light^2
-        self._blocks = np.zeros((len(BLOCKS), 3, OCTAVES))  # count, of sums, of parts
+        # per block size: number of blocks, sum of squared sums, sum of squares
+        self._blocks = np.zeros((len(BLOCKS), 3, OCTAVES))
 
     def add(self, wrong: np.ndarray, light: np.ndarray, first: int, core: tuple[int, int]) -> None:
-        """Take columns of tiles, (y, column), from `first` on, the axis in the middle of y; tiles
-        within `core` (y, x) do not count.
+        """Add columns of tiles.
 
         Parameters
         ----------
-        wrong : (y, column) error of the light of tiles.
+        wrong : (y, column) error of the light of tiles, with the axis in the middle of y.
         light : (y, column) light of the tiles.
-        first : column, tiles from the axis.
-        core : (y, x) tiles from the axis that do not count.
+        first : first column, tiles from the axis.
+        core : (y, x) tiles from the axis within which tiles do not count.
         """
         y = np.arange(len(wrong)) - len(wrong) // 2
         x = first + np.arange(wrong.shape[1])
@@ -136,7 +151,8 @@ class ColumnErrors:
         parts = np.abs(wrong), wrong, light, wrong**2, light**2
         self._sums += [np.bincount(octave[beyond], a[beyond], OCTAVES) for a in parts]
         octave = np.where(beyond, octave, -1)
-        level = wrong * radius**3  # kernels fall as r^-3: all of an octave counts alike
+        # kernels fall as r^-3: with this factor all tiles of an octave have about the same weight
+        level = wrong * radius**3
         for m, into in zip(BLOCKS, self._blocks):
             rows, columns = (n // m for n in level.shape)
             if not (rows and columns):
@@ -153,16 +169,18 @@ class ColumnErrors:
             into += [np.bincount(place[uniform_blocks], a[uniform_blocks], OCTAVES) for a in parts]
 
     def relative(self) -> np.ndarray:
-        """Return the sum of the magnitudes of the error over that of the light, per octave."""
+        """Return the sum of the magnitudes of the error divided by the sum of the light,
+        (octave,).
+        """
         return _ratio(self._sums[0], self._sums[2])
 
     def mean(self) -> np.ndarray:
-        """Return the sum of the error over that of the light, per octave."""
+        """Return the sum of the error divided by the sum of the light, (octave,)."""
         return _ratio(self._sums[1], self._sums[2])
 
     def deviation(self) -> np.ndarray:
-        """Return the relative standard deviation with which light of any pattern goes wrong, per
-        octave, as `deviation`.
+        """Return the relative standard deviation of the image of any light pattern, (octave,); see
+        the function `deviation`.
         """
         alike = np.ones(OCTAVES)
         for count, of_sum, of_parts in self._blocks:

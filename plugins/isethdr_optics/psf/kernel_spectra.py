@@ -1,5 +1,5 @@
-"""Kernel spectra: the transforms of a lens's kernels, taken once and mapped from disk by every
-process that forms images.
+"""Kernel spectra: Fourier transforms of a lens's kernels. They are computed once, and every process
+that forms images maps them from disk.
 """
 
 from __future__ import annotations
@@ -18,8 +18,11 @@ from isethdr_core.physics.convolution.transform import sizes
 
 from . import kernel_store
 
-NEAR = 96  # tiles: what falls farther from a lamp is so little that single precision is enough
-# size of the near part's transforms, of the full frame's; above it kernels stay whole
+# reach of the near part of a kernel, tiles: so little light falls farther from a lamp that single
+# precision is enough there
+NEAR = 96
+# Kernels are divided only if the near part's transforms have at most this share of the size of the
+# full frame's transforms.
 WORTH_DIVIDING = 0.5
 
 
@@ -29,7 +32,7 @@ class Spectra:
 
     kernels: list[Kernel]
     profiles: list[tuple[np.ndarray, np.ndarray]]  # sums over x and over y of every band's kernel
-    # (band, block, sy, columns): the transforms of all kernels, each of psf / its peak
+    # (band, block, sy, columns): transforms of all kernels, each divided by its peak
     blocks: np.ndarray
 
     @property
@@ -42,25 +45,23 @@ class Spectra:
 class Part:
     """The transforms of a part of every band's kernel, for images of the full frame."""
 
-    blocks: np.ndarray  # (band, block, sy, columns): of the part / its peak
-    peaks: np.ndarray  # (band,)
-    norms: np.ndarray  # (band,): roots of the sums of squares of the part / its peak
-    size: tuple[int, int]  # of the transforms
+    blocks: np.ndarray  # (band, block, sy, columns): transforms of the part, divided by its peak
+    peaks: np.ndarray  # (band,) largest magnitude of the part
+    norms: np.ndarray  # (band,) root of the sum of squares of the part divided by its peak
+    size: tuple[int, int]  # (y, x) size of the transforms
 
     @property
     def single(self) -> bool:
-        """Whether they are kept in single precision."""
+        """Whether the transforms are kept in single precision."""
         return self.blocks.dtype in (np.float32, np.complex64)
 
 
 @dataclass(frozen=True, eq=False)
 class Divided:
-    """Kernels of all bands in two parts, of which they are the sums: near a lamp, and far from
-    it.
-    """
+    """Kernels of all bands, each the sum of two parts: near a lamp, and far from it."""
 
     near: Part
-    far: Part | None  # None where all is near
+    far: Part | None  # None: the near part is the whole kernel
     profiles: list[tuple[np.ndarray, np.ndarray]]  # sums over x and over y of every band's kernel
 
     @property
@@ -70,8 +71,10 @@ class Divided:
 
 
 class KeptTransforms:
-    """Transforms of kernels, made for one image after the other, and kept from the second image on
-    as far as memory is allowed.
+    """Transforms of kernels, computed when an image needs them.
+
+    A transform that is needed a second time is kept from then on, as long as all kept transforms
+    take at most `most_bytes`.
     """
 
     def __init__(self, bands: Sequence[Mirrored], most_bytes: float) -> None:
@@ -101,12 +104,12 @@ class KeptTransforms:
 
 
 def spectra(bands: Sequence[np.ndarray], name: str | None) -> Spectra:
-    """Return the transforms of kernels (y, x), each of the full frame.
+    """Return the transforms of kernels. They are read from disk, or else computed.
 
     Parameters
     ----------
-    name : under which the transforms are kept on disk; None: nowhere. They are read from there, or
-        taken now.
+    bands : kernels (y, x) of all bands, each of the full frame.
+    name : name of the transforms on disk; None: they are not kept there.
     """
     shape = _shape(bands)
     size = sizes(_shape(bands), bands[0].shape)
@@ -129,12 +132,16 @@ def spectra(bands: Sequence[np.ndarray], name: str | None) -> Spectra:
 
 
 def divided(bands: Sequence[Mirrored | np.ndarray], name: str | None) -> Divided:
-    """Return the transforms of what falls within NEAR tiles and, in single precision, of what falls
-    farther; arguments as `spectra`.
+    """Return the transforms of the kernels within `NEAR` tiles and, in single precision, of the
+    kernels beyond.
 
-    Near a lamp light is bright and must be right to many digits, but so small a kernel has small
-    transforms. Far from it the full frame is needed, but hardly any light arrives. In a small frame
-    all is near.
+    Near a lamp, light is bright and must be accurate to many digits; a kernel that ends there has
+    small transforms. Far from a lamp, the transforms cover the full frame, but hardly any light
+    arrives. In a small frame, the near part is the whole kernel.
+
+    Parameters
+    ----------
+    bands, name : as in `spectra`.
     """
     shape = _shape(bands)
     full = sizes(_shape(bands), bands[0].shape)
@@ -187,8 +194,15 @@ def _stored_spectra(
     divided_part: Callable[..., Any],
     bands: Sequence[Mirrored | np.ndarray],
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return facts (fact, band) and arrays (band, ...) of one(kernel) -> (facts, array): from disk,
-    written there, or held.
+    """Return facts (fact, band) and arrays (band, ...) of all kernels.
+
+    They are read from disk, or else computed. Without a name or a store they are held in memory.
+
+    Parameters
+    ----------
+    name : name of the arrays on disk; None: they are not kept there.
+    divided_part : function(kernel) -> (facts, array).
+    bands : kernels (y, x) of all bands.
     """
     stored = kernel_store.load(name) if name else None
     facts = []

@@ -3,7 +3,7 @@
 The name of a file is a hash of everything the kernels depend on. The file holds, in NumPy's format:
 one array per band, facts (float64), checksums (uint32). It is written under a temporary name and
 renamed, so that any number of processes may share a folder. Each process maps the arrays into
-memory, where they exist once for all. If the folder cannot be written to, nothing is stored.
+memory; all processes share one copy. If the folder cannot be written to, nothing is stored.
 """
 
 from __future__ import annotations
@@ -24,20 +24,26 @@ from isethdr_core.runs import provenance
 if TYPE_CHECKING:
     from .kernel_request import KernelRequest
 
-LIMIT_BYTES = 8 << 30  # of all files together; beyond it those unused for longest go
-PART = "-band-"  # in the name of a file with one band, until all bands are computed
-REACH = "-reach-"  # in a name, before the tiles to the border, (y, x)
-WORTH_KEEPING_S = 1.0  # kernels made faster than this are not written to disk
-# of kernels from one pattern, which are many while somebody tries lenses
+# largest size of all files together; beyond it, the files that were unused for longest are removed
+LIMIT_BYTES = 8 << 30
+PART = "-band-"  # part of the name of a file with one band, which is kept until all are computed
+REACH = "-reach-"  # part of a name; the tiles from the axis to the border, (y, x), follow
+WORTH_KEEPING_S = 1.0  # kernels that were computed in less time are not written to disk
+# the same for kernels from one pattern, of which there are many when lenses are compared
 PATTERN_WORTH_KEEPING_S = 5.0
-ABANDONED_S = 3600.0  # age at which a temporary file's writer is taken for dead
+# age of a temporary file from which on its writer is assumed to have been interrupted
+ABANDONED_S = 3600.0
 
 
 def name(request: KernelRequest, way: str | None = None) -> str | None:
-    """Return the file name of kernels; None if their content cannot be named.
+    """Return the file name of kernels; None if it cannot identify their content.
 
-    The lens, its flares and the code that computes kernels are part of the name. `way` : method of
-    computing the kernels, if there are several.
+    The name is a hash of the lens, its flares, the sampling, and the code that computes kernels.
+
+    Parameters
+    ----------
+    request : the kernels that are asked for.
+    way : method of computing the kernels, if there are several.
     """
     lens = request.lens
     flares = request.flares
@@ -53,7 +59,7 @@ def name(request: KernelRequest, way: str | None = None) -> str | None:
                 "versions": provenance.libraries(lens, *flares),
             }
         )
-    except (TypeError, ValueError, OSError):  # fields that are no values
+    except (TypeError, ValueError, OSError):  # a field cannot be written as JSON, or a file is lost
         return None
     return f"{made_of}{REACH}{'x'.join(map(str, request.reach))}"
 
@@ -69,8 +75,8 @@ def _folder() -> Path:
 
 
 def load(key: str) -> tuple[np.ndarray, np.ndarray] | None:
-    """Return (facts, arrays): (fact, band) float64 and (band, ...), mapped; None where missing or
-    damaged.
+    """Return (facts, arrays): facts (fact, band), float64, and memory-mapped arrays (band, ...).
+    Return None if the file is missing or damaged.
     """
     path = _folder() / f"{key}.npy"
     try:
@@ -90,13 +96,13 @@ def load(key: str) -> tuple[np.ndarray, np.ndarray] | None:
 
 
 def reaches(key: str) -> list[tuple[int, ...]]:
-    """Return the reaches (y, x), in tiles, of stored kernels whose names differ from `key` only in
-    the reach. Their checksums are not tested here but by `load`.
+    """Return the reaches (y, x), in tiles, of stored kernels with names that differ from `key` only
+    in the reach. `load` tests the checksums; this function does not.
     """
     made_of = key.partition(REACH)[0]
     files = _folder().glob(f"{made_of}{REACH}*.npy")
     ends = [path.stem.partition(REACH)[2] for path in files if PART not in path.name]
-    # transforms are stored beside the kernels, under a longer name
+    # transforms are stored in the same folder, under a longer name
     return [tuple(map(int, end.split("x"))) for end in ends if "-" not in end]
 
 
@@ -107,14 +113,14 @@ def save(
     bands: Sequence[np.ndarray],
     facts: Callable[..., Any],
 ) -> None:
-    """Keep arrays for `load`; do nothing where that is not possible.
+    """Store arrays for `load`; do nothing if the folder cannot be written to.
 
     Parameters
     ----------
-    key : name of the kernels, as of `name`.
-    shape, dtype : of all bands together.
-    bands : iterable of one array per band, taken one at a time.
-    facts : called at last; returns (fact, band) float64.
+    key : name of the kernels, from `name`.
+    shape, dtype : shape (band, ...) and type of all bands together.
+    bands : iterable of one array per band; it is consumed one array at a time.
+    facts : function that returns (fact, band) float64; it is called after the last band.
     """
     folder = _folder()
     dtype = np.dtype(dtype)
@@ -154,14 +160,14 @@ def remove_parts(key: str) -> None:
 def _check(a: np.ndarray) -> int:
     """Return a checksum of an array: the sum of its 32-bit words, modulo 2^32.
 
-    A change of any one bit changes it. It takes as long as reading the array.
+    A change of any single bit changes the sum. Computing it takes as long as reading the array.
     """
     return int(np.add.reduce(np.ascontiguousarray(a).reshape(-1).view(np.uint32), dtype=np.uint32))
 
 
 def _remove_oldest(folder: Path) -> None:
-    """Keep the folder below its limit; a file that another process has mapped lives on until that
-    lets go of it.
+    """Remove old files until the folder is below its limit, and stale temporary files. A removed
+    file that another process has mapped stays readable there.
     """
     for path in folder.glob(".*.tmp"):
         if time.time() - path.stat().st_mtime > ABANDONED_S:

@@ -1,7 +1,7 @@
-"""Kernel work: the CPU seconds of kernels from patterns, estimated before they are computed.
+"""Kernel work: CPU seconds of kernels from patterns, estimated before they are computed.
 
-Parts of the work are counted and multiplied by measured times: samples of lattices, running sums
-along rays, reads at the borders of bands, weights of tiles, and chords of the pupil.
+Operations are counted and multiplied by measured times: samples of lattices, running sums along
+rays, reads at the borders of bands, weights of tiles, and chords of the pupil.
 """
 
 from __future__ import annotations
@@ -26,20 +26,21 @@ if TYPE_CHECKING:
 
 
 class Counts(NamedTuple):
-    """Parts of the work of kernels from patterns."""
+    """Numbers of operations that kernels from patterns take."""
 
-    samples: float = 0.0  # of lattices
-    sums: float = 0.0  # as `ray_sums.Work`
-    reads: float = 0.0  # as `ray_sums.Work`, times borders of bands and bands
-    taps: float = 0.0  # as `ray_sums.Work`, times bands
-    chords: float = 0.0  # of the pupil in lattices and direct sums
+    samples: float = 0.0  # samples of lattices
+    sums: float = 0.0  # as in `ray_sums.Work`
+    reads: float = 0.0  # as in `ray_sums.Work`, times borders of bands, times bands
+    taps: float = 0.0  # as in `ray_sums.Work`, times bands
+    chords: float = 0.0  # chords of the pupil in lattices and direct sums
     turns: float = 0.0  # chords times columns of direct sums
     cores: float = 0.0  # multiplications of exact cores without phase
     transforms: float = 0.0  # wavelengths of exact cores with phase
 
 
-# CPU seconds of each part on a busy machine: within a third of what kernels of five lenses without
-# phase took (f/1.6 to f/4, 8 and 31 bands, 40 and 150 grains per mm2, up to 10 million values)
+# CPU seconds of each operation on a busy machine. The estimates were within a third of the measured
+# times of kernels of five lenses without phase (f/1.6 to f/4, 8 and 31 bands, 40 and 150 grains per
+# mm2, up to 10 million values)
 SECONDS = Counts(
     samples=2.0e-8,
     sums=7.0e-8,
@@ -53,7 +54,7 @@ SECONDS = Counts(
 
 
 def seconds(counts: Counts) -> float:
-    """Return the CPU seconds of some work."""
+    """Return the CPU seconds of counted operations."""
     return float(np.dot(counts, SECONDS))
 
 
@@ -77,7 +78,7 @@ def one_pattern(frame: Frame) -> Counts:
     turns = 0.0
     rows_um = frame.reach[0] * frame.pitch_um[0]
     step = read.columns.get("step", pattern_columns.STEP)
-    # columns of samples: a tile's triangle is two tiles wide, and some beyond
+    # columns of samples: a tile's triangle is two tiles wide; 4 more at the borders
     width = (scaled_pattern.columns_together(frame) + 1) * frame.pitch_um[1] / (step * blur) + 4
     for first in scaled_pattern.checked_columns(frame):
         far_um = first * frame.pitch_um[1]
@@ -105,7 +106,7 @@ def with_phase(frame: Frame) -> Counts:
         for _, _, patterns in levels
     )
     samples = count * sum(np.prod(patterns.period, dtype=float) for _, _, patterns in levels)
-    # direct sums: one complex lattice for each of three groups of columns
+    # direct sums take one complex lattice for each of three groups of columns
     sides_um = [r * p for r, p in zip(frame.reach, frame.pitch_um)]
     step = phase_patterns.CHECKED_STEP
     period = [phase_patterns.CHECKED_PERIOD * side / (step * blur) for side in sides_um]
@@ -120,7 +121,7 @@ def with_phase(frame: Frame) -> Counts:
 def _rings(
     frame: Frame, levels: Sequence[tuple[Level, list[Any], HalfLattice]]
 ) -> tuple[float, float, float]:
-    """Return the work of all rings of a half plane: (sums, reads, taps)."""
+    """Return (sums, reads, taps), as in `Counts`, of all rings of a half plane."""
     edges = frame.edges_nm
     borders = len(np.unique(edges))
     bands = len(edges)
@@ -149,6 +150,14 @@ def _no_lines(first: int, last: int) -> None:
 def _chords(
     lens: PupilOptics, terms: Sequence[tuple[Convex, float]], cell: float, strips: float
 ) -> float:
-    """Return the chords of a pupil in rows of cells, `cell` of its diameter high, two per strip."""
+    """Return the number of chords of a pupil in rows of cells, two per strip.
+
+    Parameters
+    ----------
+    lens : a lens of this package.
+    terms : shapes of the pupil and their weights.
+    cell : height of a row of cells, in diameters of the stop.
+    strips : strips per row of cells.
+    """
     across = cell * 2 * sampled_pupil.radius_mm(lens)
     return float(sum((shape.high - shape.low) / across + 1 for shape, _ in terms) * 2 * strips)

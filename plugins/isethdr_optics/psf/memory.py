@@ -1,6 +1,4 @@
-"""Memory: what point spread functions and kernels take, and a refusal of those that the machine
-cannot hold.
-"""
+"""Memory: checks that the machine's memory holds point spread functions and kernels."""
 
 from __future__ import annotations
 
@@ -12,14 +10,14 @@ from isethdr_core.plugins.ranges import LEAST_NM, MOST_NM
 
 
 def check_psf(waves: np.ndarray, pitch_um: float, size: int) -> None:
-    """Refuse a point spread function of no wavelength, no pitch, or more samples than the memory
-    holds.
+    """Refuse a point spread function without valid wavelengths or a valid pitch, or one with more
+    samples than the memory holds.
 
     Parameters
     ----------
-    waves : wavelengths, nm, an array.
-    pitch_um : of the samples, um.
-    size : samples along either axis.
+    waves : (wavelength,) wavelengths, nm.
+    pitch_um : distance of the samples, um.
+    size : number of samples along each axis.
     """
     if not (np.all(waves >= LEAST_NM) and np.all(waves <= MOST_NM)) or waves.size == 0:
         raise ConfigError(
@@ -40,12 +38,11 @@ def check_psf(waves: np.ndarray, pitch_um: float, size: int) -> None:
 
 
 def check_kernels(held_bytes: float, bands: int, reach: tuple[int, int]) -> None:
-    """Refuse kernels, with their lattices, that the memory does not hold or that would take
-    hours.
+    """Refuse kernels that, together with their lattices, the memory does not hold.
 
     Parameters
     ----------
-    held_bytes : of the kernels and their lattices.
+    held_bytes : memory of the kernels and their lattices.
     bands : number of bands.
     reach : (y, x) tiles from the axis to the border of the kernels.
     """

@@ -2,10 +2,10 @@
 wavenumbers.
 
 A wavefront with the same path difference at all wavelengths is a phase proportional to the
-wavenumber. At one scale, the pattern is then a smooth function of the wavenumber. A polynomial
-through a few patterns gives that of every band (`whole_plane_pattern`). Means over tiles and bands
-are read from running sums along rays, with the sampling of `scaled_pattern`. The exact core is
-computed band by band (`exact_core`).
+wavenumber. Scaled to the same size, the pattern is then a smooth function of the wavenumber. A
+polynomial through a few patterns gives the pattern of every band (`whole_plane_pattern`). Means
+over tiles and bands are read from running sums along rays, with the sampling of `scaled_pattern`.
+The exact core is computed band by band (`exact_core`).
 """
 
 from __future__ import annotations
@@ -34,16 +34,19 @@ if TYPE_CHECKING:
 
     from ..abilities import PupilOptics
 
-INTERPOLATED = 0.005  # relative, of light: what the polynomial leaves at most
-MOST_WAVENUMBERS = 9  # each takes as long as all kernels of a lens without phase
-CHECKED_STEP = 0.5  # of direct sums, wavelengths x f-number: holds all of the pattern
-CHECKED_PERIOD = 4.0  # of direct sums, in reaches
-CHECKED_TURNS = 1 / 128  # of direct sums, from cell to cell
+INTERPOLATED = 0.005  # largest error of the polynomial, relative to the light
+# largest number of wavenumbers; each takes as long as all kernels of a lens without phase
+MOST_WAVENUMBERS = 9
+# step of the direct sums, wavelengths x f-number; samples that close hold all of the pattern
+CHECKED_STEP = 0.5
+CHECKED_PERIOD = 4.0  # period of the direct sums, in reaches of the kernel
+# largest change of phase between adjacent pupil cells of the direct sums, wavelengths
+CHECKED_TURNS = 1 / 128
 
 
 def serves(frame: Frame) -> bool:
-    """Return whether patterns at a few wavenumbers give the kernels of a frame: a phase in
-    proportion to the wavenumber, and lattices that memory allows.
+    """Return whether patterns at a few wavenumbers can give the kernels of a frame: the phase must
+    be proportional to the wavenumber, and the lattices must fit into memory.
     """
     lens = frame.lens
     flares = frame.flares
@@ -53,7 +56,7 @@ def serves(frame: Frame) -> bool:
         return False
     if lens.pupil_matrix is not None or frame.core == frame.reach:
         return False
-    if frame.has_wide_tiles:  # many speckles each: coarse lattices cost less
+    if frame.has_wide_tiles:  # each tile holds many speckles: coarse lattices cost less
         return False
     if whole.left_by(MOST_WAVENUMBERS, _change(frame)) > INTERPOLATED:
         return False
@@ -72,7 +75,9 @@ def serves(frame: Frame) -> bool:
 
 
 def memory_bytes(frame: Frame) -> float:
-    """Return the peak memory, bytes: kernels of a frame, and patterns of the largest lattice."""
+    """Return the peak memory, bytes, of the kernels of a frame and the patterns of the largest
+    lattice.
+    """
     kernel_bytes = 4.0 * len(frame.edges_nm) * np.prod([2.0 * r + 1 for r in frame.reach])
     *_, (_, _, lattice) = lattices(frame, scaled.usual_rings(frame))
     pattern = 4.0 * np.prod([2.0 * n + 1 for n in lattice.samples_to_border])
@@ -97,7 +102,9 @@ def wings(
     Parameters
     ----------
     frame : bands and tiles of the kernels.
-    read : how finely rings are read. `apply` : `map`, or the `map` of a pool of threads.
+    read : sampling of the rings.
+    out : (band, y, x) float32 array that receives the kernels.
+    apply : `map`, or the `map` of a pool of threads.
     """
     pupil = frame.pupil(frame.shortest_nm)
     wave = frame.scaled_nm
@@ -112,8 +119,9 @@ def wings(
         patterns = [whole.whole_pattern(drawn, _turns(frame.lens, 1 / k), apply) for k in numbers]
         del drawn
         rays = scaled.rays_per_tile(frame, level)
-        views = out, out[:, ::-1, ::-1]  # the right half plane; the left one turned by 180 degrees
-        # columns write tiles beyond the diagonal too, on either side: rows come last
+        # the right half plane, and the left one rotated by 180 degrees
+        views = out, out[:, ::-1, ::-1]
+        # columns also write tiles beyond the diagonals; rows are written last and replace them
         for axis, writer in ((1, _columns), (0, _rows)):
             for side, into in enumerate(views):
                 sectors = [
@@ -143,14 +151,16 @@ def errors(
     read: Rings,
     apply: Callable = map,
 ) -> Errors:
-    """Return what direct sums over the pupil say of kernels, as `scaled_pattern.errors`; beside the
-    core on one side of the axis, far from it on the other.
+    """Return the errors of kernels against direct sums over the pupil, as `scaled_pattern.errors`.
+
+    Three groups of columns are compared: the band of the shortest wavelengths next to the core;
+    and, on the other side of the axis, the longest next to the core and the shortest far from it.
 
     Parameters
     ----------
     frame : bands and tiles of the kernels.
-    half_kernels : (band, y, x), whole kernels.
-    read : how finely rings are read.
+    half_kernels : (band, y, x) whole kernels.
+    read : sampling of the rings; it is not used.
     apply : `map`, or the `map` of a pool of threads.
     """
     reach = frame.reach[1]
@@ -184,7 +194,16 @@ def _wrong(
     place: tuple[int, int, bool],
     apply: Callable[..., Any],
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return the error and the light, (y, column), of a few columns of a kernel."""
+    """Return the error and the light, each (y, column), of a few columns of a kernel.
+
+    Parameters
+    ----------
+    frame : bands and tiles of the kernels.
+    kernel : (y, x) kernel of one band.
+    place : (first column in tiles from the axis, index of the band, whether the kernel is rotated
+        by 180 degrees).
+    apply : `map`, or the `map` of a pool of threads.
+    """
     first, band, turned = place
     count = min(scaled.columns_together(frame), frame.reach[1] + 1 - first)
     edges = tuple(float(sampled_pupil.scaled_nm(frame.lens, w)) for w in frame.edges_nm[band])
@@ -210,48 +229,59 @@ def _wrong(
 
 
 def _turns(lens: PupilOptics, wavelength_nm: float, turned: bool = False) -> whole.Turns:
-    """Return the phase of the lens, in wavelengths, at places of the pupil; `turned` : conjugate,
-    whose pattern is turned by 180 degrees.
+    """Return the function that gives the phase of the lens, in wavelengths, over the pupil.
+
+    Parameters
+    ----------
+    lens : a lens with a wavefront.
+    wavelength_nm : wavelength, nm.
+    turned : return the negative phase, which rotates the pattern by 180 degrees.
     """
     radius = sampled_pupil.radius_mm(lens)
     wavefront = coefficients_um(lens, wavelength_nm)
     scale = (-1 if turned else 1) / (wavelength_nm * 1e-3)
 
     def turns(x_mm: np.ndarray, y_mm: np.ndarray) -> np.ndarray:
-        # OSA's y points up. Smooth cells end a little beyond the rim: so does the polynomial
+        # y of the OSA polynomials points up. Cells with a smooth response end a little beyond the
+        # rim; the polynomial is evaluated there too.
         return scale * wavefront_um(wavefront, x_mm / radius, -y_mm / radius)
 
     return turns
 
 
 def _change(frame: Frame) -> float:
-    """Return the change of phase from the first wavelength of all bands to the last, rad rms."""
+    """Return the change of phase from the shortest to the longest wavelength of all bands, rad
+    rms.
+    """
     return sampled_pupil.phase_change(
         frame.lens, frame.flares, float(frame.edges_nm.min()), float(frame.edges_nm.max())
     )
 
 
 def _displacement_um(frame: Frame) -> float:
-    """Return how far the steepest slope of the wavefront moves light in the image, um."""
+    """Return the displacement of light in the image by the steepest slope of the wavefront, um."""
     slope = sampled_pupil.steepest_um(frame.lens, frame.shortest_nm)
     return slope / sampled_pupil.radius_mm(frame.lens) * sampled_pupil.distance_mm(frame.lens)
 
 
 def _period(frame: Frame, reach_um: float, turns: float) -> float:
-    """Return the period of the field, in reaches, for `turns` of phase between adjacent cells."""
+    """Return the period of the field, in reaches, at which the phase changes by at most `turns`
+    wavelengths between adjacent cells.
+    """
     return max(whole.PERIOD, _displacement_um(frame) / (turns * reach_um))
 
 
 def lattices(
     frame: Frame, read: Rings
 ) -> Iterator[tuple[scaled.Level, Sequence[int], HalfLattice]]:
-    """Yield (level, (y, x) tiles to its border, lattice): periods as long as the slope of the phase
-    asks for.
+    """Yield (level, (y, x) tiles from the axis to its border, lattice) for every level of rings.
+
+    The periods of the lattices are long enough for the slope of the phase.
 
     Parameters
     ----------
     frame : bands and tiles of the kernels.
-    read : how finely rings are read.
+    read : sampling of the rings.
     """
     for level, outer in scaled.reaches(frame, read):
         reach_um = min(r * p for r, p in zip(outer, frame.pitch_um))
@@ -260,13 +290,15 @@ def lattices(
 
 
 def _steepest_turns(frame: Frame, lattice: HalfLattice) -> float:
-    """Return the largest change of phase from one cell of a lattice's pupil to the next."""
+    """Return the largest change of phase between adjacent cells of a lattice's pupil,
+    wavelengths.
+    """
     return _displacement_um(frame) / (min(lattice.period) * lattice.step_um)
 
 
 def _columns(out: np.ndarray, frame: Frame) -> Callable[..., Any]:
-    """Return what writes blocks of columns x > 0, |y| <= x; tiles beyond the diagonal are written
-    again by rows.
+    """Return a function that writes blocks of columns, x > 0, |y| <= x, into `out`. Rows later
+    replace tiles beyond the diagonals.
     """
     rows, middle = frame.reach
 
@@ -281,7 +313,7 @@ def _columns(out: np.ndarray, frame: Frame) -> Callable[..., Any]:
 
 
 def _rows(out: np.ndarray, frame: Frame) -> Callable[..., Any]:
-    """Return what writes blocks of rows y > 0, |x| < y."""
+    """Return a function that writes blocks of rows, y > 0, |x| < y, into `out`."""
     rows, middle = frame.reach
 
     def write(block: Columns) -> None:

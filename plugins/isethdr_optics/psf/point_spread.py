@@ -1,4 +1,4 @@
-"""Point spread functions for users: at single wavelengths, on a square of samples."""
+"""Point spread functions for users: at single wavelengths, on a square grid of samples."""
 
 from __future__ import annotations
 
@@ -33,11 +33,13 @@ def point_spread(
 
     Parameters
     ----------
-    lens : a lens of this package. `flares` : its flare components.
+    lens : a lens of this package.
+    flares : its flare components.
     wavelength_nm : one or more wavelengths, nm.
-    pitch_um : of the samples, um.
-    size : samples along either axis.
-    integrated : whether samples are integrals over their squares; None: where they are wide.
+    pitch_um : distance of the samples, um.
+    size : number of samples along each axis.
+    integrated : whether samples are integrals over their squares; None: if `pitch_um` is at least
+        wavelength x working f-number.
     """
     waves = np.atleast_1d(np.asarray(wavelength_nm, float))
     memory.check_psf(waves, pitch_um, size)
@@ -76,10 +78,11 @@ def psf_array(
 
     Parameters
     ----------
-    lens : a lens of this package. `flares` : its flare components.
     values : (wavelength, y, x), the axis at index size // 2.
     wavelength_nm : one or more wavelengths, nm.
-    pitch_um : of the samples, um.
+    pitch_um : distance of the samples, um.
+    lens : a lens of this package.
+    flares : its flare components.
     integrated : whether samples are integrals over their squares.
     """
     at = (np.arange(values.shape[-1]) - values.shape[-1] // 2) * pitch_um * 1e-6

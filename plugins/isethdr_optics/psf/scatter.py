@@ -1,5 +1,5 @@
-"""Scatter: flares spread a part of the light by angle, and take it from the sharp image. The
-energy stays the same.
+"""Scatter: flares spread a part of the light over angles and take it from the sharp image. The
+energy is conserved.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 
 def active(flares: Sequence[Flare], wavelength_nm: float | np.ndarray) -> list:
-    """Return the flares that scatter any light at `wavelength_nm` (one or more)."""
+    """Return the flares that scatter any light at one or more wavelengths, nm."""
     angles = np.geomspace(1e-6, np.pi / 2, 64)
     return [
         f
@@ -31,10 +31,10 @@ def active(flares: Sequence[Flare], wavelength_nm: float | np.ndarray) -> list:
 
 
 def total(flare: HazeFlare, wavelength_nm: float) -> float:
-    """Return the scattered fraction: the integral of 2 pi sin(angle) scatter over the forward
-    hemisphere.
+    """Return the scattered fraction of the light: the integral of 2 pi sin(angle) scatter(angle)
+    over the forward hemisphere.
     """
-    # decades of angle: scatter often rises steeply to its axis
+    # logarithmic steps of the angle, because scatter often rises steeply towards the axis
     edges = np.concatenate([[0.0], np.geomspace(1e-6, np.pi / 2, 400)])
     node, weight = np.polynomial.legendre.leggauss(6)
     half = np.diff(edges)[:, None] / 2
@@ -51,12 +51,13 @@ def mix(
     pitch_um: tuple[float, float],
     focal_length_mm: float,
 ) -> np.ndarray:
-    """Return a kernel with the scatter of flares: (1 - scattered fraction) kernel + scatter per
-    sample, for one flare after the other.
+    """Return a kernel with the scatter of flares.
+
+    Each flare in turn changes the kernel to (1 - scattered fraction) kernel + scatter per sample.
 
     Parameters
     ----------
-    kernel : point spread function (y, x), whose axis is at index size // 2.
+    kernel : point spread function (y, x), its axis at index size // 2.
     flares : flares; those that do not scatter change nothing.
     wavelength_nm : wavelength, nm.
     pitch_um : side of a sample along y and x, um.
@@ -89,8 +90,16 @@ def _per_sample(
     """Return the scatter of a flare integrated over each sample (y, x).
 
     Near the axis scatter may be steep. Samples there are divided; the axis sample is integrated
-    over the radius, so that its share is right for any peak. The sum is at most `part`, the
-    scattered fraction.
+    over the radius, so that its share is right for any peak. The sum is limited to `part`.
+
+    Parameters
+    ----------
+    flare : a flare that scatters light.
+    wavelength_nm : wavelength, nm.
+    shape : (y, x) number of samples.
+    pitch_um : side of a sample along y and x, um.
+    focal_length_mm : focal length of the lens, mm.
+    part : scattered fraction of the light.
     """
     f = focal_length_mm * 1e3
     x = (np.arange(shape[1]) - shape[1] // 2) * pitch_um[1] / f
@@ -98,7 +107,7 @@ def _per_sample(
     out = _density(flare, wavelength_nm, x[None, :], y[:, None]) * (
         pitch_um[0] * pitch_um[1] / f**2
     )
-    near = 4  # samples from the axis within which each is divided finer
+    near = 4  # number of samples from the axis within which each sample is divided
     cy = shape[0] // 2
     cx = shape[1] // 2
     rows, cols = (
@@ -117,7 +126,7 @@ def _per_sample(
         .sum((1, 3))
     )
     out[np.ix_(rows, cols)] = block * (px * py / fine**2)
-    # The axis sample: the largest disc inside it by the radial integral, its corners by sums.
+    # The axis sample is its largest inscribed disc, a radial integral, plus its corners, a sum.
     r = min(px, py) / 2
     edges = np.concatenate([[0.0], np.geomspace(1e-9, 1.0, 200)]) * np.arctan(r)
     node, weight = np.polynomial.legendre.leggauss(6)
@@ -135,8 +144,8 @@ def _per_sample(
 
 
 def _density(flare: HazeFlare, wavelength_nm: float, x: np.ndarray, y: np.ndarray) -> np.ndarray:
-    """Return scatter per unit area of the tangent plane, at the tangents x and y of the angle. A
-    unit area there has a solid angle of cos^3.
+    """Return scatter per unit area of the tangent plane, at the tangents `x` and `y` of the angle.
+    A unit area there covers the solid angle cos(angle)^3.
     """
     r2 = x**2 + y**2
     return _values(flare, wavelength_nm, np.arctan(np.sqrt(r2))) * (1 + r2) ** -1.5

@@ -2,20 +2,20 @@
 band.
 
 A kernel is the point spread function averaged over the source tile and integrated over the
-receiving one. Close to the axis it is exact (`exact_core`); farther out it is an average over many
-points and wavelengths, whose remaining sampling error is measured.
+receiving tile. Close to the axis it is exact (`exact_core`). Farther out it is an average over many
+points and wavelengths, and its sampling error is measured.
 
 | module       | content                                                               |
 |--------------|-----------------------------------------------------------------------|
 | `band_plan`  | kernel of one band: an exact core and rings from lattices             |
-| `computing`  | which way serves a request                                            |
-| `core_size`  | reach of the exact core, and the tiles that kernels are made of       |
+| `computing`  | choice of the method for a request                                    |
+| `core_size`  | reach of the exact core, and the fine tiles of a kernel               |
 | `expected`   | CPU seconds and memory, estimated before kernels are computed         |
 | `kernel_set` | kernels of all bands, their errors and their transforms               |
 | `lattices`   | kernels band by band, from lattices or exact cores alone              |
-| `lookup`     | kernels that this process or the disk holds, else computed            |
+| `lookup`     | kernels from this process, from disk, or else computed                |
 | `patterns`   | kernels of all bands from one pattern, or from a few with a wavefront |
-| `stored`     | how kernels are written to disk and read from it                      |
+| `stored`     | writing kernels to disk and reading them                              |
 | `wider`      | a wider exact core and finer rings for kernels from one pattern       |
 """
 

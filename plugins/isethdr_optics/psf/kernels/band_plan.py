@@ -27,11 +27,11 @@ class BandKernel(NamedTuple):
 
     values: np.ndarray  # (y, x)
     wrong: np.ndarray | None  # (y, x) half the difference of two estimates; None: exact
-    energy_mm2: float  # of the light through the pupil
+    energy_mm2: float  # energy of the light through the pupil
 
 
 class BandPlan:
-    """One band: the pupil of the core, its energy, the grids of the rings."""
+    """Sampling of one band: cells and energy of the core's pupil, and the grid of the rings."""
 
     def __init__(
         self,
@@ -42,14 +42,20 @@ class BandPlan:
         lattices: Sequence[Any] = (),
         shared: Knots | None = None,
     ) -> None:
-        """Compute the core's grid of one band.
+        """Compute the sampling of one band.
 
         Parameters
         ----------
-        lens : a lens of this package. `flares` : its flare components.
-        band_nm : (centre, width). `grid` : tiles of the kernel.
-        lattices : of the pattern, if it is one for all wavelengths.
+        lens : a lens of this package.
+        flares : its flare components.
+        band_nm : (centre, width) of the band, nm.
+        grid : tiles of the kernel.
+        lattices : lattices of the pattern, if one pattern serves all wavelengths.
         shared : `interpolation_wavelengths.Knots` that other bands use too.
+
+        Raises
+        ------
+        ConfigError : the band reaches the wavelength 0.
         """
         centre_nm, width_nm = band_nm
         split, pitch_um, reach = grid
@@ -89,7 +95,7 @@ class BandPlan:
         wrong = None
         if self.half != self.reach:
             kernel, wrong = wings.rings(self, centre, width, energy)
-            # both halves go along the same lines
+            # both estimates share the error of interpolation, so that their difference omits it
             if straight := (
                 0.0 if self.lattices else interpolation_wavelengths.error(self, centre, width)
             ):
@@ -106,7 +112,8 @@ class BandPlan:
     def wavelengths(self, centre: float, width: float) -> Wavelengths:
         """Return the wavelengths of the core of the band, `centre` and `width` in nm.
 
-        Wide tiles, of several parts, average over the speckles that move by less than a tile.
+        The reach is counted in whole tiles: a tile of several parts averages over speckles that
+        move by less than the tile, so that fewer wavelengths are needed.
         """
         band_nm = centre - width / 2, centre + width / 2
         reach = tuple(h / self.split for h in self.half)

@@ -1,4 +1,4 @@
-"""Computing kernels: which way serves a request."""
+"""Computing kernels: choice of the method for a request."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ if TYPE_CHECKING:
 
 
 def computed(request: KernelRequest, name: str | None = None) -> Kernels:
-    """Return kernels, neither kept nor read as a whole.
+    """Compute and return kernels, without a look into the cache of whole kernels.
 
     Parameters
     ----------
     request : the kernels that are asked for.
-    name : of the kernels on disk, where single bands that take long are kept; None: nowhere.
+    name : name of the kernels on disk, where single bands that take long are kept; None: nowhere.
     """
     frame = one_pattern_frame(request)
     if frame is not None:

@@ -1,4 +1,4 @@
-"""Core size: how far the exact core of a kernel reaches, and the tiles that kernels are made of."""
+"""Core size: reach of the exact core of a kernel, and the fine tiles of a kernel."""
 
 from __future__ import annotations
 
@@ -14,10 +14,11 @@ if TYPE_CHECKING:
     from ...abilities import PupilOptics
     from ..kernel_request import KernelRequest
 
-CORE_SAMPLES = 240  # image samples from the axis to the border of the exact core
-# of an exact core that covers a frame of tiles finer than its samples: a second a wavelength
+CORE_SAMPLES = 240  # number of image samples from the axis to the border of the exact core
+# largest number of tiles of an exact core that covers a frame of tiles finer than its samples: one
+# second per wavelength
 CORE_TILES = 1e6
-MOST_TILES = 4e6  # of a kernel whose coarse tiles were divided
+MOST_TILES = 4e6  # largest number of fine tiles of a kernel with divided tiles
 
 
 def core_half(
@@ -25,14 +26,16 @@ def core_half(
 ) -> tuple[int, int]:
     """Return the (y, x) tiles from the axis to the border of the exact core, `reach` at most.
 
-    Samples are at most half as wide as the finest detail, wavelength x f-number. If tiles are finer
-    still (slow lenses, small pixels) and the frame is not wider than such a core, the core covers
-    the whole frame, up to `CORE_TILES`.
+    Samples are at most half as wide as the finest detail, wavelength x f-number. Tiles may be finer
+    still (slow lenses, small pixels). If the frame is then not wider than a core of `CORE_SAMPLES`
+    samples, the core covers the whole frame, up to `CORE_TILES`.
 
     Parameters
     ----------
-    lens : a lens of this package. `shortest_nm` : wavelength. `pitch_um` : (y, x) of a tile.
-    reach : (y, x) tiles of the kernel.
+    lens : a lens of this package.
+    shortest_nm : shortest wavelength of the band, nm.
+    pitch_um : (y, x) pitch of the tiles, um.
+    reach : (y, x) tiles from the axis to the border of the kernel.
     """
     blur = sampled_pupil.blur_um(lens, shortest_nm)
     half = [
@@ -53,9 +56,9 @@ def without_lattices(request: KernelRequest, shortest_nm: float) -> bool:
 
 
 def fine_tiles(request: KernelRequest, shortest_nm: float) -> Grid:
-    """Return the tiles of which the kernel of a band that starts at `shortest_nm` is composed.
+    """Return the tiles on which the kernel of a band that starts at `shortest_nm` is computed.
 
-    They are parts of the frame's tiles if these are much wider than the finest detail.
+    If the frame's tiles are much wider than the finest detail, they are divided into parts.
     """
     split = _split(request, shortest_nm)
     return Grid(
@@ -66,8 +69,8 @@ def fine_tiles(request: KernelRequest, shortest_nm: float) -> Grid:
 
 
 def _split(request: KernelRequest, shortest_nm: float) -> int:
-    """Return the number of parts, per axis, into which to divide tiles that are much wider than the
-    core of the point spread function.
+    """Return the number of parts, per axis, into which tiles are divided that are much wider than
+    the core of the point spread function.
     """
     if shortest_nm <= 0:
         return 1

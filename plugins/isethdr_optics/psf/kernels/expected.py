@@ -18,16 +18,15 @@ from .patterns import one_pattern_frame, phase_frame
 if TYPE_CHECKING:
     from ..kernel_request import KernelRequest
 
-# CPU seconds, measured on a busy machine: one wavelength of an exact core of usual size, one value
-# of the two lattices of a pupil, one tile read at one wavelength
-CORE_WAVELENGTH_S = 0.06
-LATTICE_SAMPLE_S = 1.5e-7
-SHARED_SAMPLE_S = 2.5e-8  # of the lattices of a pupil without phase, beside its chords
-READ_S = 1.2e-8
+# CPU seconds, measured on a busy machine
+CORE_WAVELENGTH_S = 0.06  # one wavelength of an exact core of usual size
+LATTICE_SAMPLE_S = 1.5e-7  # one sample of a lattice of a pupil with phase
+SHARED_SAMPLE_S = 2.5e-8  # one sample of a lattice of a pupil without phase, without its chords
+READ_S = 1.2e-8  # one tile read at one wavelength
 
 
 def expected_s(request: KernelRequest) -> float:
-    """Return the CPU seconds that kernels take to make."""
+    """Return the expected CPU seconds for computing kernels."""
     frame = one_pattern_frame(request)
     if frame is not None:
         return kernel_work.seconds(kernel_work.one_pattern(frame))
@@ -73,7 +72,11 @@ def _lattices_s(request: KernelRequest) -> float:
 
 
 def held_bytes(request: KernelRequest) -> float:
-    """Return the bytes of kernels, and of lattices. Those of traced lenses are not counted."""
+    """Return the memory, bytes, of kernels and of the lattices while they are computed.
+
+    The lattices of lenses with traced colour, and of lenses that vary over the field, are not
+    counted.
+    """
     lens = request.lens
     sides = np.prod([2.0 * r + 1 for r in request.reach])
     total = float(FLOAT32_BYTES * len(request.wavelength_nm) * sides)

@@ -15,8 +15,9 @@ from isethdr_core.physics.convolution.mirrored import Mirrored
 from .. import kernel_spectra
 from ..scaled_pattern import Frame
 
-SPECTRA_BYTES = 1 << 30  # of transforms of one lens's kernels that are held and not on disk
-SAMPLED = 64  # sample points of a kernel along each axis, for estimates
+# largest memory of the transforms of one lens's kernels that are not mapped from disk
+SPECTRA_BYTES = 1 << 30
+SAMPLED = 64  # number of sample points of a kernel along each axis, for estimates
 
 
 class Wide(NamedTuple):
@@ -31,38 +32,40 @@ class Kernels:
     """Kernels of all bands (float32, the axis in the middle), and their errors."""
 
     bands: Sequence[np.ndarray | Mirrored]
-    outside: np.ndarray  # fraction of the energy beyond the kernel, per band
-    # (band, octave of radius from 1 to 2 tiles on) relative L1 error per tile
+    outside: np.ndarray  # (band,) fraction of the energy beyond the kernel
+    # (band, octave) relative L1 error per tile; the first octave of radius is 1 to 2 tiles
     speckle: np.ndarray
-    # light through the pupil / light through the clean round stop, per band
+    # (band,) light through the pupil / light through the clean round stop
     transmitted: np.ndarray
-    # relative, light wrapped into tiles near the kernel's border by the period of the far field
+    # relative error of tiles near the kernel's border, from light that the period of the lattice
+    # wraps around
     wrap: float = 0.0
-    # (band, octave) relative beyond `core`, as `kernel_sampling_error.deviation`; None: exact
+    # (band, octave) relative error beyond `core`, as `kernel_sampling_error.deviation`; None: exact
     deviation: np.ndarray | None = None
-    # per band, tiles from the axis, along y and along x, within which the kernel is exact
+    # (band,) tiles from the axis, along both y and x, within which the kernel is exact
     core: np.ndarray | None = None
-    # at the border of that core, as `exact_core.core_error`; 0: no error but rounding
+    # relative error at the border of that core, as `at_border` of `exact_core.core_error`; 0: only
+    # rounding errors
     core_deviation: float = 0.0
-    # what the cache's key names: objects stay alive, so that an id is never used twice
+    # objects that the cache's key identifies by id; kept alive, so that no id is used twice
     keep: tuple = ()
-    name: str | None = None  # under which they are kept on disk
-    scaled: Frame | None = None  # of kernels from one pattern, which can have
-    wide: Wide | None = None  # a wider exact core
-    fine_rings: bool = False  # read as `scaled_pattern.FINE`
-    key: tuple = ()  # in the cache
+    name: str | None = None  # name of the kernels on disk; None: they are not kept there
+    scaled: Frame | None = None  # frame of kernels from one pattern; None: other kernels
+    wide: Wide | None = None  # wider exact core of kernels from one pattern; None: the usual core
+    fine_rings: bool = False  # whether the rings have the sampling of `scaled_pattern.fine_rings`
+    key: tuple = ()  # key in the cache
 
     @cached_property
     def profiles(self) -> list[tuple[np.ndarray, np.ndarray]]:
         """Sums over x and over y of every band's kernel."""
-        # not made for their sake
+        # transforms hold the profiles, but are not computed only for them
         source = self.__dict__.get("spectra") or self.__dict__.get("divided")
         return source.profiles if source else [kernel_spectra.profile(b) for b in self.bands]
 
     @cached_property
     def sampled(self) -> tuple[np.ndarray, list[int], list[int]]:
-        """Points of the kernels (y, x, band) on a coarse grid, with its spacing along (y, x) and
-        its first tiles: the shape of the kernels at a distance.
+        """Shape of the kernels on a coarse grid: samples (y, x, band), spacing of the grid (y, x)
+        and its first tiles (y, x).
         """
         steps = [max(1, n // SAMPLED) for n in self.bands[0].shape]
         first = [s // 3 for s in steps]
@@ -81,15 +84,15 @@ class Kernels:
 
     @cached_property
     def spectra(self) -> kernel_spectra.Spectra | None:
-        """The kernels with their transforms, for images of the full frame; None without a file on
-        disk and enough memory.
+        """The kernels with their transforms, for images of the full frame. None if there is neither
+        a file on disk nor enough memory.
         """
         return kernel_spectra.spectra(self.bands, self.name) if self._fits else None
 
     @cached_property
     def divided(self) -> kernel_spectra.Divided | None:
-        """The kernels' near and far parts with their transforms, for images of the full frame; None
-        as `spectra`.
+        """The kernels' near and far parts with their transforms, for images of the full frame. None
+        in the same cases as `spectra`.
         """
         return kernel_spectra.divided(self.bands, self.name) if self._fits else None
 
@@ -121,12 +124,12 @@ class Kernels:
 
 
 def joined(first: np.ndarray, some: Kernels, computed: Kernels) -> Kernels:
-    """Return kernels of all bands.
+    """Return kernels of all bands, joined from two sets.
 
     Parameters
     ----------
     first : (band,) mask: true where `some` holds the kernel, false where `computed` does.
-    some, computed : kernels of the bands of either kind, in order.
+    some, computed : kernels of the bands of each set, in the order of the bands.
     """
     order = np.argsort(np.concatenate([np.flatnonzero(first), np.flatnonzero(~first)]))
     arrays = {

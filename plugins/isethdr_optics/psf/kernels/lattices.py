@@ -1,7 +1,8 @@
-"""Kernels of pupils whose patterns do not scale with the wavelength, and of small frames.
+"""Kernels computed band by band, from lattices or from exact cores alone.
 
-Each band has a kernel of its own: an exact core, and beyond it rings that are read from a lattice
-of diffraction samples. The kernels of small frames are exact cores alone.
+They serve pupils with patterns that do not scale with the wavelength, and small frames. Each band
+has an exact core and, beyond it, rings that are read from a lattice of diffraction samples. The
+kernels of small frames are exact cores alone.
 """
 
 from __future__ import annotations
@@ -32,7 +33,7 @@ if TYPE_CHECKING:
 
 
 class _Band(NamedTuple):
-    """The kernel of one band and its errors, as the fields of `Kernels`."""
+    """The kernel of one band and its errors; the fields are those of `Kernels`."""
 
     kernel: np.ndarray
     speckle: np.ndarray
@@ -42,8 +43,13 @@ class _Band(NamedTuple):
 
 
 def of_lattices(request: KernelRequest, name: str | None = None) -> Kernels:
-    """Return kernels of all bands. Bands that take long are read from the store, and written into
-    it, by the `name` of the kernels; None: neither.
+    """Return kernels of all bands.
+
+    Parameters
+    ----------
+    request : the kernels that are asked for.
+    name : name of the kernels on disk, where bands that take long are stored one by one; None:
+        they are neither read from disk nor stored.
     """
     lens = request.lens
     flares = request.flares
@@ -59,7 +65,7 @@ def of_lattices(request: KernelRequest, name: str | None = None) -> Kernels:
         summed = wings.tile_sums(values, grid.split)
         mixed = scatter.mix(summed, flares, centre, request.pitch_um, lens.focal_length_mm)
         kernel = np.asarray(mixed, np.float32)
-        if mirrored:  # but for rounding; then the transform is real
+        if mirrored:  # removes rounding differences, so that the transform is real
             kernel = (kernel + kernel[::-1, ::-1]) / 2
         errors = *np.zeros((2, kernel_sampling_error.OCTAVES)), max(kernel.shape) // 2
         if wrong is not None:
@@ -71,7 +77,7 @@ def of_lattices(request: KernelRequest, name: str | None = None) -> Kernels:
             )
         return _Band(kernel, *errors, energy / sampled_pupil.stop_mm2(lens))
 
-    # band by band, so that what was done before a run was stopped is not done again
+    # bands are stored one by one, so that a run that was interrupted can continue
     def stored_band(centre: float, width: float) -> _Band:
         part = f"{name}{kernel_store.PART}{centre:.9g}"
         if name and (stored := kernel_store.load(part)):
@@ -96,7 +102,7 @@ def of_lattices(request: KernelRequest, name: str | None = None) -> Kernels:
     wrap = (wings.WRAP_SHARED if lattices else wings.WRAP) if speckle.max() > 0 else 0.0
     at_border = exact_core.CELLS_AT_BORDER
     core_deviation = exact_core.CELLS_DEVIATION
-    if exact_core.is_closed_form(lens, flares):  # the wavelengths of a band alone leave an error
+    if exact_core.is_closed_form(lens, flares):  # only the wavelengths of a band leave an error
         at_border = exact_core.PATTERN_ERROR
         core_deviation = exact_core.PATTERN_ERROR
     of_core = [exact_core.core_error_by_octave(at_border, reach) for reach in core]
@@ -115,8 +121,8 @@ def of_lattices(request: KernelRequest, name: str | None = None) -> Kernels:
 
 
 def shared_lattices(request: KernelRequest) -> list[wings.Lattice]:
-    """Return the result of `wings.shared` for all bands; none if it would be wrong, or exact cores
-    cover the frame.
+    """Return the lattices of `wings.shared` for all bands; none if the pupil has phase or exact
+    cores cover the frame.
     """
     shortest = request.edges_nm[:, 0]
     if shortest.min() <= 0 or sampled_pupil.has_phase(request.lens, request.flares):

@@ -1,4 +1,4 @@
-"""Lookup: kernels that this process or the disk holds; those that neither holds are computed."""
+"""Lookup: kernels from the cache of this process, from disk, or else computed."""
 
 from __future__ import annotations
 
@@ -20,12 +20,12 @@ if TYPE_CHECKING:
 
     Make = Callable[[KernelRequest], Kernels]
 
-CACHE_BYTES = 3 << 30  # of kernels held by this process and not by a file
-REACH = 4  # place of the reach in a cache's key; what stands before it names all but the reach
+CACHE_BYTES = 3 << 30  # memory of the cached kernels that are not mapped from a file
+REACH = 4  # index of the reach in a key of the cache; all entries before it are independent of it
 
 _cache: OrderedDict[tuple, Kernels] = OrderedDict()
 _lock = Lock()
-_making: dict[tuple, Lock] = {}  # by key: a thread that asks for the same kernels waits for them
+_making: dict[tuple, Lock] = {}  # by key: other threads that need the same kernels wait for them
 
 
 def kernels(request: KernelRequest, make: Make | None = None) -> Kernels:
@@ -34,17 +34,22 @@ def kernels(request: KernelRequest, make: Make | None = None) -> Kernels:
     Parameters
     ----------
     request : the kernels that are asked for.
-    make : function of the request that computes the kernels by another method. Its results are
-        always stored on disk.
+    make : function(request) that computes the kernels by another method. Its results are stored on
+        disk however fast they were computed.
     """
     key = _key(request, make)
     return once(key, lambda: _read_or_made(key, request, make))
 
 
 def once(key: tuple, make: Callable[[], Kernels]) -> Kernels:
-    """Return the kernels that this process holds under a key, else make and keep them.
+    """Return the kernels that this process holds under a key, or else make and keep them.
 
-    Threads that ask for the same key wait for the first one.
+    Threads that need the same key wait for the first of them.
+
+    Parameters
+    ----------
+    key : key of the cache.
+    make : function that returns the kernels.
     """
     with _lock:
         making = _making.setdefault(key, Lock())
@@ -62,17 +67,18 @@ def once(key: tuple, make: Callable[[], Kernels]) -> Kernels:
 
 
 def forget() -> None:
-    """Forget the kernels that this process holds; those on disk stay."""
+    """Remove the kernels that this process holds; those on disk stay."""
     with _lock:
         _cache.clear()
 
 
 def _read_or_made(key: tuple, request: KernelRequest, make: Make | None) -> Kernels:
-    """Return kernels from the disk, else make and store them.
+    """Return kernels from disk, or else make and store them.
 
     Parameters
     ----------
-    key : of the kernels in this process. `request`, `make` : as of `kernels`.
+    key : key of the kernels in this process.
+    request, make : as in `kernels`.
     """
     name = name_of(request, make)
     frame = None if make else one_pattern_frame(request)
@@ -90,7 +96,7 @@ def _read_or_made(key: tuple, request: KernelRequest, make: Make | None) -> Kern
             store(name, found)
             kernel_store.remove_parts(name)
             if frame is None:
-                found = stored(name) or found  # mapped, no longer this process's own
+                found = stored(name) or found  # map the file, and free the memory of the arrays
     return replace(found, key=key)
 
 
@@ -100,8 +106,8 @@ def at_hand(request: KernelRequest, shorter: float = 0.0) -> bool:
     Parameters
     ----------
     request : the kernels that are asked for.
-    shorter : such as reach up to that share of the reach count too: how far kernels have to reach
-        for a sensor is known with the light.
+    shorter : kernels with at most this share of the reach count too. The reach that a sensor needs
+        is known only with the light.
     """
     without_reach = _key(request)[:REACH]
     with _lock:
@@ -133,7 +139,7 @@ def name_of(request: KernelRequest, make: Make | None = None) -> str | None:
     Parameters
     ----------
     request : the kernels that are asked for.
-    make : as of `kernels`.
+    make : as in `kernels`.
     """
     if not all(map(is_dataclass, (request.lens, *request.flares))):
         return None

@@ -19,18 +19,18 @@ if TYPE_CHECKING:
     from ..kernel_request import KernelRequest
     from ..scaled_pattern import Frame
 
-WIDER = 1.25  # times its size, an exact core may be made to cover a frame
+WIDER = 1.25  # largest factor by which an exact core is enlarged to cover a frame
 
 
 def from_patterns(request: KernelRequest) -> bool:
-    """Return whether kernels come from one pattern or a few; others come from lattices or exact
-    cores alone.
+    """Return whether kernels come from one or a few patterns; other kernels come from lattices or
+    from exact cores alone.
     """
     return one_pattern_frame(request) is not None or phase_frame(request) is not None
 
 
 def one_pattern_frame(request: KernelRequest) -> Frame | None:
-    """Return the frame of kernels from one pattern; None where one pattern does not serve them."""
+    """Return the frame of kernels from one pattern; None if one pattern cannot give them."""
     frame = _frame(request)
     if frame is None or not scaled_pattern.serves(frame):
         return None
@@ -41,7 +41,7 @@ def one_pattern_frame(request: KernelRequest) -> Frame | None:
 
 
 def phase_frame(request: KernelRequest) -> Frame | None:
-    """Return the frame of kernels from patterns at a few wavenumbers; None where these do not serve
+    """Return the frame of kernels from patterns at a few wavenumbers; None if these cannot give
     them.
     """
     frame = _frame(request)
@@ -49,16 +49,16 @@ def phase_frame(request: KernelRequest) -> Frame | None:
 
 
 def _frame(request: KernelRequest) -> Frame | None:
-    """Return the frame of a request; None where a band reaches the wavelength 0."""
+    """Return the frame of a request; None if a band reaches the wavelength 0."""
     shortest = request.shortest_nm
     if shortest <= 0:
         return None
     reach = request.reach
     half = core_half(request.lens, shortest, request.pitch_um, reach)
-    # of wide tiles, whose core would be smaller
+    # the core of wide tiles would be smaller than the rings allow
     half = tuple(min(max(h, scaled_pattern.LEAST_CORE), r) for h, r in zip(half, reach))
     if all(r <= WIDER * h for r, h in zip(reach, half)):
-        half = reach  # a little more of the exact core costs less than rings
+        half = reach  # a slightly larger exact core costs less than rings
     return scaled_pattern.Frame(request, half)
 
 

@@ -1,4 +1,4 @@
-"""Stored kernels: how kernels of all bands are written to disk, and read from it."""
+"""Stored kernels: writing kernels of all bands to disk, and reading them."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 def store(name: str, made: Kernels) -> None:
-    """Keep kernels on disk; of mirrored ones a half."""
+    """Write kernels to disk; of mirrored kernels only one half."""
     arrays = [band.half if isinstance(band, Mirrored) else band for band in made.bands]
     count = len(arrays)
     facts = [made.outside, made.transmitted, np.full(count, made.wrap), made.core]
@@ -33,8 +33,8 @@ def stored(name: str | None, tiles: int | None = None) -> Kernels | None:
 
     Parameters
     ----------
-    name : of the kernels on disk; None: they are not kept there.
-    tiles : of a wider core that they have; None: they have none.
+    name : name of the kernels on disk; None: they are not kept there.
+    tiles : reach of their wider exact core, in tiles; None: they have none.
     """
     arrays = kernel_store.load(name) if name else None
     if arrays is None:
@@ -60,8 +60,8 @@ def stored_halves(name: str | None, frame: Frame, tiles: int | None = None) -> K
 
     Parameters
     ----------
-    name, tiles : as of `stored`.
-    frame : of the kernels.
+    name, tiles : as in `stored`.
+    frame : bands and tiles of the kernels.
     """
     found = stored(name, tiles)
     if found is None:

@@ -21,14 +21,16 @@ from .stored import store, stored_halves
 
 
 def wider_cores(computed: Kernels) -> list[scaled_pattern.CoreSize]:
-    """Return the sizes that an exact core of kernels can have beyond its own."""
+    """Return the sizes larger than the present one that the exact core of kernels can have."""
     if computed.scaled is None or computed.wide is not None:
         return []
     return scaled_pattern.wider_cores(computed.scaled)
 
 
 def fine_rings_fit(computed: Kernels) -> bool:
-    """Return whether the machine's memory holds kernels together with kernels with fine rings."""
+    """Return whether the machine's memory holds the kernels and the same kernels with fine rings
+    together.
+    """
     if computed.scaled is None:
         return False
     read = scaled_pattern.fine_rings(computed.scaled)
@@ -37,14 +39,15 @@ def fine_rings_fit(computed: Kernels) -> bool:
 
 
 def with_core(computed: Kernels, tiles: int, fine_rings: bool = False) -> Kernels:
-    """Return kernels from one pattern with an exact core of `tiles`, one of `wider_cores`. They are
-    kept in the process.
+    """Return kernels from one pattern with a wider exact core. They are cached in the process and,
+    if they took long, on disk.
 
     Parameters
     ----------
-    computed : the kernels; such as have a smaller core and fine rings keep the rings.
-    tiles : size of the core.
-    fine_rings : compute the rings beyond the core again, as `scaled_pattern.FINE`.
+    computed : kernels from one pattern. If they have fine rings, they keep them.
+    tiles : reach of the core in tiles, one of `wider_cores`.
+    fine_rings : whether the rings beyond the core are computed again with the sampling of
+        `scaled_pattern.fine_rings`.
     """
     key = (*computed.key, tiles, fine_rings) if computed.key else ()
     are_fine = fine_rings or computed.fine_rings
@@ -60,19 +63,19 @@ def with_core(computed: Kernels, tiles: int, fine_rings: bool = False) -> Kernel
                 store(name, found)
         return replace(found, key=key, fine_rings=are_fine)
 
-    # kernels without a key are those of nobody else
+    # kernels without a key are not cached
     return lookup.once(key, read_or_made) if computed.key else read_or_made()
 
 
 def _with_core(computed: Kernels, tiles: int, fine_rings: bool) -> Kernels:
-    """Return kernels as `with_core`, made anew."""
+    """Compute the kernels of `with_core`."""
     with executor(min(cpus(), MOST_THREADS)) as pool:
         core = scaled_pattern.wider_core(computed.scaled, tiles, pool.map)
         if fine_rings:
             rings = _fine_rings(computed, core, pool.map)
         else:
             rings = _inserted(computed, core)
-    inside = 2.0 ** (np.arange(len(core.relative)) + 1) <= tiles  # whole octaves
+    inside = 2.0 ** (np.arange(len(core.relative)) + 1) <= tiles  # octaves wholly within the core
     changed = {
         "outside": np.array([1 - float(b.sum(dtype=float)) for b in rings["bands"]]),
         "speckle": np.where(inside, core.relative, rings.pop("speckle")),
@@ -82,7 +85,7 @@ def _with_core(computed: Kernels, tiles: int, fine_rings: bool) -> Kernels:
 
 
 def _inserted(computed: Kernels, core: scaled_pattern.Core) -> dict[str, Any]:
-    """Return the fields of kernels with another core."""
+    """Return the changed fields of kernels with a wider core and unchanged rings."""
     mix_scatter(core.halves, computed.scaled)
     bands = []
     rows, columns = core.reach
@@ -97,7 +100,7 @@ def _inserted(computed: Kernels, core: scaled_pattern.Core) -> dict[str, Any]:
 def _fine_rings(
     computed: Kernels, core: scaled_pattern.Core, apply: Callable[..., Any]
 ) -> dict[str, Any]:
-    """Return the fields of kernels with fine rings around a wider core."""
+    """Return the changed fields of kernels with fine rings around a wider core."""
     read = scaled_pattern.fine_rings(computed.scaled)
     frame = replace(computed.scaled, core=core.reach)
     finer_halves = scaled_pattern.halves(frame, core.halves, read, apply)

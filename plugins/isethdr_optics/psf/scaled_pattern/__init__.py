@@ -3,20 +3,20 @@
 The pattern of such a pupil keeps its shape and grows in proportion to the wavelength. So it is
 computed at one wavelength, and scaled for all others.
 
-Close to the axis tiles are integrated exactly, by weights on band-limited samples (`exact_tiles`).
-Farther out means over tiles and bands are read from running sums along rays (`ray_sums`), ring by
-ring, from lattices that are finer the nearer they are: there a band moves a tile's light by so
-little that few speckles are averaged.
+Close to the axis, tiles are integrated exactly, by weights on band-limited samples (`exact_tiles`).
+Farther out, means over tiles and bands are read ring by ring from running sums along rays
+(`ray_sums`). Inner rings use finer lattices: a band moves their light by so little that few
+speckles are averaged.
 
 | module          | content                                                             |
 |-----------------|---------------------------------------------------------------------|
 | `column_errors` | errors of kernels, from direct sums in a few columns of tiles       |
-| `core_halves`   | exact cores of all bands, from one pattern drawn to scale           |
+| `core_halves`   | exact cores of all bands, from one pattern scaled to each band      |
 | `core_sizes`    | exact cores beyond the usual size, their errors, and possible sizes |
-| `frame`         | kernels that one pattern gives, and the size of their exact core    |
-| `limits`        | which lenses and frames one pattern serves, and its memory          |
+| `frame`         | bands and tiles of kernels, and the size of their exact core        |
+| `limits`        | lenses and frames that one pattern serves, and its memory           |
 | `read_rings`    | kernels of all bands, read ring by ring around their exact core     |
-| `rings`         | how finely the pattern is sampled, and read, beyond the exact core  |
+| `rings`         | sampling of the pattern and of the rings beyond the exact core      |
 """
 
 from .column_errors import (

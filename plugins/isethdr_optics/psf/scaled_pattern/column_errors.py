@@ -1,4 +1,4 @@
-"""Column errors: how wrong kernels are, by direct sums over the pupil in a few columns of tiles."""
+"""Column errors: errors of kernels against direct sums over the pupil in a few columns of tiles."""
 
 from __future__ import annotations
 
@@ -16,20 +16,21 @@ from .rings import USUAL, Rings
 if TYPE_CHECKING:
     from .frame import Frame
 
-COLUMNS = 8  # of tiles, looked at together; of wide ones, which hold more speckles,
-WIDE_COLUMNS = 2
-# times their errors' deviation is stated: whole kernels showed up to 1.5, most below 1.2
+COLUMNS = 8  # number of adjacent columns of tiles that are compared together
+WIDE_COLUMNS = 2  # the same for wide tiles, which hold more speckles
+# factor on the deviation of errors in the columns, to state that of whole kernels: ratios up to 1.5
+# were found, most below 1.2
 ELSEWHERE = 1.25
 
 
 class Errors(NamedTuple):
-    """How wrong kernels are beyond the exact core, per octave of radius; the largest of the bands
-    looked at.
+    """Relative errors of kernels beyond the exact core, per octave of radius; the largest of all
+    bands that were compared.
     """
 
-    relative: np.ndarray  # mean magnitude per tile
-    deviation: np.ndarray  # as `kernel_sampling_error.deviation`
-    mean: float  # largest relative error of an octave's light as a whole
+    relative: np.ndarray  # (octave,) mean magnitude per tile
+    deviation: np.ndarray  # (octave,) as `kernel_sampling_error.deviation`
+    mean: float  # largest relative error of the total light of an octave
 
 
 def errors(
@@ -38,17 +39,18 @@ def errors(
     read: Rings = USUAL,
     apply: Callable = map,
 ) -> Errors:
-    """Return what direct sums over the pupil say of kernels, in four groups of eight columns of
-    tiles, and a fifth for clean round pupils.
+    """Return the errors of kernels against direct sums over the pupil.
 
-    Columns cross all octaves beyond their own. Long wavelengths err most near the core, where they
-    hold the fewest speckles, short ones far from it, where they ask most of the lattice.
+    Four groups of `columns_together` columns of tiles are compared, and a fifth for clean round
+    pupils. Columns cross all octaves beyond their own. Errors of long wavelengths are largest near
+    the core, where a tile holds the fewest of their speckles. Errors of short wavelengths are
+    largest far from it, where the lattice resolves them least.
 
     Parameters
     ----------
     frame : bands and tiles of the kernels.
-    half_kernels : (band, y, x) of `halves`: the half plane from the axis on.
-    read : how finely rings are read.
+    half_kernels : (band, y, x) result of `halves`: the half plane from the axis on.
+    read : sampling of the rings.
     apply : `map`, or the `map` of a pool of threads.
     """
     if frame.core == frame.reach:
@@ -80,7 +82,9 @@ def errors(
 
 
 def _checked_columns(frame: Frame) -> tuple[int, int, int]:
-    """Return the first tiles of columns near the core, in the middle, and far out."""
+    """Return the first columns, in tiles from the axis, of the groups near the core, in the middle,
+    and far out.
+    """
     reach = frame.reach[1]
     last = max(2, reach + 1 - columns_together(frame))
     near_column = min(frame.core[1] + 1, last)
@@ -89,8 +93,11 @@ def _checked_columns(frame: Frame) -> tuple[int, int, int]:
 
 
 def _border_columns(frame: Frame) -> list[int]:
-    """Return the first tile of columns at the border of a clean round pupil's frame, whose rings of
-    light err alike in many tiles: there they err three times as much as in the far columns.
+    """Return the first column of the group at the border of a clean round pupil's frame; none for
+    other pupils.
+
+    The errors of such a pupil's diffraction rings are correlated over many tiles. At the border
+    they are three times as large as in the far columns.
     """
     if not sampled_pupil.round_and_clean(frame.lens, frame.flares):
         return []
@@ -98,7 +105,9 @@ def _border_columns(frame: Frame) -> list[int]:
 
 
 def checked_columns(frame: Frame) -> list[int]:
-    """Return the first tile of every group of columns that `errors` compares with direct sums."""
+    """Return the first column, in tiles from the axis, of every group of columns that `errors`
+    compares with direct sums.
+    """
     if frame.core == frame.reach:
         return []
     near_column, middle_column, far_column = _checked_columns(frame)
@@ -106,16 +115,16 @@ def checked_columns(frame: Frame) -> list[int]:
 
 
 def of_whole_kernels(relative: np.ndarray, deviation: np.ndarray, mean: float) -> Errors:
-    """Return the errors of kernels from the largest, per octave, of a few columns of tiles.
+    """Return the errors of whole kernels from those of a few columns of tiles.
 
     Parameters
     ----------
-    relative : largest error per tile of a few columns, per octave of distance, relative; changed in
-        place.
-    deviation : the same of `kernel_sampling_error.deviation`.
-    mean : relative error of the mean of the tiles of a column.
+    relative : (octave,) largest relative error per tile of the columns; it is changed in place.
+    deviation : (octave,) the same for `kernel_sampling_error.deviation`; it is changed in place.
+    mean : largest relative error of the total light of an octave.
     """
-    # of a small frame, corners lie in an octave that no column crosses: as wrong as the one before
+    # the corners of a small frame lie in an octave that no column crosses: it gets the error of the
+    # octave before
     outermost = int(np.flatnonzero(relative).max(initial=0))
     for values in (relative, deviation):
         values[outermost + 1 :] = values[outermost]
@@ -123,7 +132,7 @@ def of_whole_kernels(relative: np.ndarray, deviation: np.ndarray, mean: float) -
 
 
 def columns_together(frame: Frame) -> int:
-    """Return how many columns of tiles are looked at together."""
+    """Return the number of adjacent columns of tiles that are compared together."""
     return WIDE_COLUMNS if frame.has_wide_tiles else COLUMNS
 
 
@@ -135,16 +144,16 @@ def wrong_columns(
     apply: Callable = map,
     **fine: float,
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return the error and the light, (y, column), of a few columns of tiles.
+    """Return the error and the light, each (y, column), of a few columns of tiles.
 
     Parameters
     ----------
     frame : bands and tiles of the kernels.
     half : (y, x) half plane of one band's kernel.
-    first : column, tiles from the axis.
+    first : first column, tiles from the axis.
     band : index of the band.
     apply : `map`, or the `map` of a pool of threads.
-    **fine : fields of a `pattern_columns.Place`: how finely light is summed.
+    **fine : fields of a `pattern_columns.Place`: sampling of the direct sums.
     """
     count = min(columns_together(frame), frame.reach[1] + 1 - first)
     edges = tuple(float(sampled_pupil.scaled_nm(frame.lens, w)) for w in frame.edges_nm[band])

@@ -1,4 +1,4 @@
-"""Core halves: exact cores of all bands, from one pattern that is drawn to the scale of each."""
+"""Core halves: exact cores of all bands, from one pattern that is scaled to each band."""
 
 from __future__ import annotations
 
@@ -25,17 +25,18 @@ def exact_halves(
     apply: Callable = map,
     strips: float = FINE_STRIPS,
 ) -> np.ndarray:
-    """Return (band, y = 0 .. reach, x = -reach .. reach), integrated exactly over tiles and
-    averaged over wavelengths of each band.
+    """Return one half of every exact core, (band, y = 0 .. reach, x = -reach .. reach), integrated
+    exactly over tiles and averaged over wavelengths of each band.
 
-    The pattern is sampled once, where samples carry all of it; each wavelength weights the samples
-    drawn to its scale.
+    The pattern is sampled once, so finely that the samples hold all of it. The weights of the
+    samples are scaled to each wavelength.
 
     Parameters
     ----------
     frame : bands and tiles of the kernels.
-    reach : (y, x) tiles from the axis. `apply` : `map`, or the `map` of a pool of threads.
-    strips : of a cell of the pupil.
+    reach : (y, x) tiles from the axis to the border of the core.
+    apply : `map`, or the `map` of a pool of threads.
+    strips : strips per row of pupil cells.
     """
     blur = frame.blur_um
     lattice = exact_tiles.exact_lattice(frame.pitch_um, reach, blur, strips)
@@ -53,7 +54,7 @@ def exact_halves(
 
 
 def exact_sums(frame: Frame, reach: tuple[int, int]) -> float:
-    """Return the multiplications that `exact_halves` takes.
+    """Return the number of multiplications that `exact_halves` takes.
 
     Parameters
     ----------
@@ -71,7 +72,7 @@ def exact_sums(frame: Frame, reach: tuple[int, int]) -> float:
 
 
 def core_wavelengths(frame: Frame, reach: tuple[int, int]) -> int:
-    """Return the wavelengths of the exact cores of all bands together.
+    """Return the number of wavelengths of the exact cores, summed over all bands.
 
     Parameters
     ----------

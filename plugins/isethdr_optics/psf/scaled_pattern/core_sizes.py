@@ -14,27 +14,29 @@ from .core_halves import exact_halves, exact_sums
 if TYPE_CHECKING:
     from .frame import Frame
 
-# of a row of cells. With 3 single tiles along y, 150 tiles from the axis, err by 2e-4, with 5 by
-# 6e-5
+# Number of strips per row of pupil cells. With 3 strips, single tiles along y, 150 tiles from the
+# axis, have an error of 2e-4; with 5 strips, 6e-5.
 STRIPS = 5.0
-# of direct sums. Beside the axis light falls so steeply that they take half the step, and twice the
-# strips for the ends of the columns
+# Sampling of direct sums, fields of `pattern_columns.Place`. Next to the axis light falls so
+# steeply that they need half the step, and twice the strips for the ends of the columns.
 FINE_COLUMNS = {"step": 0.1, "moves": 0.25, "period": 6.0, "strips": 3.0}
 NEAREST_COLUMNS = {**FINE_COLUMNS, "step": 0.05, "strips": 6.0}
-# over wide tiles, as `WIDE`
+# the same for wide tiles, as in `rings.WIDE`
 WIDE_FINE_COLUMNS = {"step": 0.5, "moves": 0.5, "period": 6.0, "strips": 3.0}
-NEAREST = 8  # tiles from the axis: nearer, no error of a wider core was found
-MOST_SUMS = 1e11  # of a wider core: some 6 CPU seconds
-USUAL_SUMS = 8e3  # for every value of the kernels: as long as the other rings take
+# first compared column, tiles from the axis: no error of a wider core was found nearer to the axis
+NEAREST = 8
+MOST_SUMS = 1e11  # largest number of multiplications of a wider core: about 6 CPU seconds
+# multiplications of a wider core per value of the kernels that take as long as the usual rings
+USUAL_SUMS = 8e3
 
 
 class Core(NamedTuple):
     """An exact core wider than the usual one."""
 
-    reach: tuple[int, int]  # (y, x) tiles from the axis
-    halves: np.ndarray  # as `exact_halves`
-    relative: np.ndarray  # mean magnitude of the error per tile, per octave
-    deviation: np.ndarray  # of light of any pattern, as `kernel_sampling_error.deviation`
+    reach: tuple[int, int]  # (y, x) tiles from the axis to the border
+    halves: np.ndarray  # as returned by `exact_halves`
+    relative: np.ndarray  # (octave,) relative mean magnitude of the error per tile
+    deviation: np.ndarray  # (octave,) as `kernel_sampling_error.deviation`
 
 
 def wider_core(frame: Frame, tiles: int, apply: Callable = map) -> Core:
@@ -44,8 +46,9 @@ def wider_core(frame: Frame, tiles: int, apply: Callable = map) -> Core:
 
     Parameters
     ----------
-    frame : of the kernels.
-    tiles : from the axis to the border of the core. `apply` : `map`, or that of a pool of threads.
+    frame : bands and tiles of the kernels.
+    tiles : tiles from the axis to the border of the core.
+    apply : `map`, or the `map` of a pool of threads.
     """
     reach = wider_reach(frame, tiles)
     exact = exact_halves(frame, reach, apply, STRIPS)
@@ -71,20 +74,20 @@ def wider_core(frame: Frame, tiles: int, apply: Callable = map) -> Core:
 
 
 def wider_reach(frame: Frame, tiles: int) -> tuple[int, int]:
-    """Return the reach (y, x) of an exact core of `tiles`, at most that of the frame."""
+    """Return the reach (y, x) of an exact core of `tiles`; it is at most that of the frame."""
     return tuple(min(tiles, r) for r in frame.reach)
 
 
 class CoreSize(NamedTuple):
-    """A size that an exact core can have, and what it takes."""
+    """A possible size of an exact core, and its cost."""
 
-    tiles: int
-    quick: bool  # it takes no longer than the rings of the usual kernels
+    tiles: int  # from the axis to the border
+    quick: bool  # computing it takes no longer than the rings of the usual kernels
 
 
 def wider_cores(frame: Frame) -> list[CoreSize]:
-    """Return the sizes that an exact core of a frame can have: each time the root of two wider than
-    the usual one, as far as `MOST_SUMS` lets it.
+    """Return the possible sizes of an exact core larger than the usual one. Each is larger than the
+    one before by the root of two; `MOST_SUMS` limits them.
     """
     sizes = []
     tiles = float(max(frame.core))

@@ -1,4 +1,4 @@
-"""Frame: the kernels that one pattern gives, and the size of their exact core."""
+"""Frame: bands and tiles of kernels, and the size of their exact core."""
 
 from __future__ import annotations
 
@@ -18,7 +18,8 @@ if TYPE_CHECKING:
 
     from ...abilities import PupilOptics
 
-# wavelengths x f-number: wider tiles average over many speckles, and samples may be coarser
+# width in wavelengths x f-number above which tiles count as wide: they average over many speckles,
+# and samples may be coarser
 WIDE_TILE = 8.0
 
 
@@ -27,11 +28,11 @@ class Frame:
     """Kernels that are asked for, and the reach of their exact core; pairs are (y, x) tiles."""
 
     request: KernelRequest
-    core: tuple[int, int]
+    core: tuple[int, int]  # from the axis to the border of the exact core
 
     @property
     def lens(self) -> PupilOptics:
-        """Lens whose kernels are asked for."""
+        """Lens of the kernels."""
         return self.request.lens
 
     @property
@@ -61,23 +62,23 @@ class Frame:
 
     @property
     def blur_um(self) -> float:
-        """Shortest wavelength times the f-number, um."""
+        """Shortest wavelength times the working f-number, um."""
         return sampled_pupil.blur_um(self.lens, self.shortest_nm)
 
     @property
     def scaled_nm(self) -> float:
-        """Shortest wavelength, as the pattern is scaled (`sampled_pupil.scaled_nm`), nm."""
+        """Shortest wavelength, scaled as the pattern is (`sampled_pupil.scaled_nm`), nm."""
         return sampled_pupil.scaled_nm(self.lens, self.shortest_nm)
 
     @property
     def scaled_edges_nm(self) -> np.ndarray:
-        """(band, 2) ends of the bands, as patterns are scaled, nm."""
+        """(band, 2) ends of the bands, scaled as the pattern is, nm."""
         return np.vectorize(lambda w: sampled_pupil.scaled_nm(self.lens, w))(self.edges_nm)
 
     @property
     def narrowest(self) -> float:
-        """Least width of a band over its longest wavelength: what part of its distance to the axis
-        a tile's light moves by.
+        """Least ratio of a band's width to its longest wavelength. A band moves light by at least
+        this share of its distance from the axis.
         """
         return float((np.diff(self.edges_nm)[:, 0] / self.edges_nm[:, 1]).min())
 

@@ -1,4 +1,4 @@
-"""Limits: which lenses and frames one pattern serves, and its memory."""
+"""Limits: lenses and frames that one pattern serves, and its memory."""
 
 from __future__ import annotations
 
@@ -10,16 +10,17 @@ from .rings import Rings, lattices, usual_rings
 if TYPE_CHECKING:
     from .frame import Frame
 
-WIDEST_TILE = 60.0  # wavelengths x f-number: the exact core of wider ones outgrows memory
-LEAST_CORE = 8  # tiles from the axis: nearer, rays are too few
-FEWEST = 2.0  # samples across a tile
-MOST_ACROSS = 1e5  # cells across the pupil
-NARROWEST = 2e-4  # of a band, relative: a line of 0.1 nm
+# largest width of tiles, wavelengths x f-number: the exact core of wider tiles outgrows memory
+WIDEST_TILE = 60.0
+LEAST_CORE = 8  # least reach of the exact core, tiles: nearer to the axis there are too few rays
+FEWEST = 2.0  # least number of samples across a tile
+MOST_ACROSS = 1e5  # largest number of cells across the pupil
+NARROWEST = 2e-4  # least relative width of a band: a line of 0.1 nm
 
 
 def serves(frame: Frame) -> bool:
-    """Return whether kernels of a frame can be made from one pattern: no phase, and lattices that
-    memory and patience allow.
+    """Return whether one pattern can give the kernels of a frame: the pupil must have no phase and
+    a uniform amplitude, and the lattices must not be too large.
     """
     if sampled_pupil.has_phase(frame.lens, frame.flares) or frame.lens.uneven:
         return False
@@ -27,9 +28,9 @@ def serves(frame: Frame) -> bool:
 
 
 def lattices_fit(frame: Frame) -> bool:
-    """Return whether memory and patience allow the lattices of a frame.
+    """Return whether the lattices of a frame are within the limits of memory and time.
 
-    Tiles finer than the finest detail need lattices finer than theirs.
+    Tiles finer than the finest detail need lattices that are finer still.
     """
     if min(frame.core) < LEAST_CORE or frame.tile_width > WIDEST_TILE:
         return False
@@ -40,9 +41,12 @@ def lattices_fit(frame: Frame) -> bool:
 
 
 def memory_bytes(frame: Frame, read: Rings | None = None) -> float:
-    """Return the peak memory, bytes: kernels of a frame, and the largest lattice.
+    """Return the peak memory, bytes, of the kernels of a frame and the largest lattice.
 
-    `read` : how finely rings are read; None: as usual.
+    Parameters
+    ----------
+    frame : bands and tiles of the kernels.
+    read : sampling of the rings; None: the usual one.
     """
     rows, columns = frame.reach
     read = read or usual_rings(frame)

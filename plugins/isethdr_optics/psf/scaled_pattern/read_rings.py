@@ -29,7 +29,9 @@ if TYPE_CHECKING:
 
     from .frame import Frame
 
-WORTH = 0.9  # of the error: finer kernels that leave more of it are not made finer still
+# If finer sampling leaves more than this share of the error before, the sampling is not refined
+# again.
+WORTH = 0.9
 
 
 def halves(
@@ -38,13 +40,13 @@ def halves(
     read: Rings = USUAL,
     apply: Callable = map,
 ) -> np.ndarray:
-    """Return (band, y = 0 .. reach, x = -reach .. reach) float32; the other half is the mirror
-    image.
+    """Return one half of every kernel, (band, y = 0 .. reach, x = -reach .. reach) float32. The
+    other half is its mirror image.
 
     Parameters
     ----------
     frame : bands and tiles of the kernels.
-    core : exact cores of `exact_halves`, as large as `frame.core`.
+    core : exact cores from `exact_halves`, with the reach `frame.core`.
     read : sampling of the rings.
     apply : `map`, or the `map` of a pool of threads.
     """
@@ -77,8 +79,8 @@ def halves(
 
 
 def _columns(out: np.ndarray, frame: Frame) -> Callable[..., Any]:
-    """Return what writes blocks of columns, |y| <= x; tiles beyond the diagonal are written again
-    by rows.
+    """Return a function that writes blocks of columns, |y| <= x, into `out`. Rows later replace
+    tiles beyond the diagonals.
     """
     middle = frame.reach[1]
 
@@ -95,7 +97,7 @@ def _columns(out: np.ndarray, frame: Frame) -> Callable[..., Any]:
 
 
 def _rows(out: np.ndarray, frame: Frame) -> Callable[..., Any]:
-    """Return what writes blocks of rows, |x| < y."""
+    """Return a function that writes blocks of rows, |x| < y, into `out`."""
     middle = frame.reach[1]
 
     def write(block: Columns) -> None:
@@ -109,8 +111,8 @@ def _rows(out: np.ndarray, frame: Frame) -> Callable[..., Any]:
 
 
 def fine_enough(frame: Frame, apply: Callable = map) -> tuple[np.ndarray, Errors]:
-    """Return `halves` and their `errors`, as finely made as `frame.lens.speckle_error` asks for and
-    `FINEST` allows.
+    """Return the result of `halves` and its errors. The sampling is refined until the error is at
+    most `frame.lens.speckle_error`, or until `FINEST`.
 
     Parameters
     ----------

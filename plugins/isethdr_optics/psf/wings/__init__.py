@@ -1,19 +1,19 @@
 """Wings: kernels beyond the exact core, from the diffraction pattern on lattices of points.
 
 A lattice (`physics.optics.lattice`) samples the pattern of one wavelength somewhat finer than its
-speckles. Its points are weighted with a triangle, the convolution of two constant tiles, which
-gives tile means on a grid finer than the tiles. The pattern of a neighbouring wavelength is the
-same, scaled about the axis. The mean over a band therefore reads the grid at scaled tile centres,
-at wavelengths so close that no tile moves by more than half a tile from one to the next. Speckles
-become radial streaks for any number of bands.
+speckles. Its points are weighted with a triangle, the convolution of two uniform tiles. This gives
+tile means on a grid finer than the tiles. The pattern of a neighbouring wavelength is the same,
+scaled about the axis. The mean over a band is therefore read from the grid at scaled tile centres.
+The wavelengths are so close that no tile moves by more than half a tile from one to the next. So
+speckles become radial streaks for any number of bands.
 
-There are always two independent estimates, and half of their difference states the error.
+There are always two independent estimates. Half of their difference is stated as the error.
 
 | module         | content                                                             |
 |----------------|---------------------------------------------------------------------|
-| `band_parts`   | into how many parts of about the same phase a band is divided       |
+| `band_parts`   | number of parts of about the same phase into which a band is divided |
 | `band_rings`   | the kernel of a band, finer where its error is too large            |
-| `lattice_size` | how far and how finely a pattern is sampled, and what that takes    |
+| `lattice_size` | extent and step of the samples of a pattern, their time and memory  |
 | `patterns`     | the pattern of one wavelength on two lattices                       |
 | `reading`      | the mean over a band, from tile means at scaled places              |
 | `tile_means`   | the light from one tile to another, from the points of lattices     |

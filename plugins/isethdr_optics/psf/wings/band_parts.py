@@ -1,4 +1,4 @@
-"""Band parts: into how many parts of about the same phase a band is divided."""
+"""Band parts: number of parts of about the same phase into which a band is divided."""
 
 from __future__ import annotations
 
@@ -15,19 +15,20 @@ if TYPE_CHECKING:
 
     from ..kernels import BandPlan
 
-PHASE_CHANGE = 0.3  # radians rms, from one end of a part of the band to the other
-UNKNOWN_PARTS = 2  # of a band, for a third-party pupil whose phase may change with wavelength
-MOST_PARTS = 16
+PHASE_CHANGE = 0.3  # largest change of phase from one end of a part to the other, radians rms
+# least number of parts for a third-party pupil, because its phase may change with wavelength
+UNKNOWN_PARTS = 2
+MOST_PARTS = 16  # largest number of parts
 
 
 def parts_of(plan: BandPlan, centre: float, width: float) -> int:
-    """Return into how many parts of about the same phase a band is divided.
+    """Return the number of parts of about the same phase into which a band is divided.
 
     Parameters
     ----------
     plan : `kernels.BandPlan` of the band.
-    centre : of the band, nm.
-    width : of the band, nm.
+    centre : centre of the band, nm.
+    width : width of the band, nm.
     """
     change = sampled_pupil.phase_change(
         plan.lens, plan.flares, centre - width / 2, centre + width / 2
@@ -39,14 +40,19 @@ def parts_of(plan: BandPlan, centre: float, width: float) -> int:
 def check_delay(
     delay_um: float, wavelength_nm: ArrayLike, width_nm: np.ndarray, beside: float = 0.0
 ) -> None:
-    """Raise ConfigError if the phase of dust changes too much within a part of a band.
+    """Refuse dust with a phase that changes too much within a band.
 
     Parameters
     ----------
-    delay_um : largest optical path difference of a grain.
-    wavelength_nm : centres of the bands, nm.
-    width_nm : their widths, nm.
+    delay_um : largest optical path difference of a grain, um.
+    wavelength_nm : (band,) centres of the bands, nm.
+    width_nm : (band,) widths of the bands, nm.
     beside : change of the lens's own phase within a band, radians rms.
+
+    Raises
+    ------
+    ConfigError : the phase of dust and lens together changes by more than `MOST_PARTS` parts can
+        follow.
     """
     wave = np.asarray(wavelength_nm, float)
     width = np.asarray(width_nm, float)

@@ -1,4 +1,6 @@
-"""Band rings: the kernel of a band beyond its exact core, finer where its error is too large."""
+"""Band rings: the kernel of a band beyond its exact core. It is computed again with finer sampling
+where its error is too large.
+"""
 
 from __future__ import annotations
 
@@ -18,25 +20,25 @@ if TYPE_CHECKING:
     from ...abilities import PupilOptics
     from ..kernels import BandPlan
 
-GRID = 3  # of tile means, per tile: the nearest stands in for a place between them
-FINER = (1, 2, 4)  # times the reads, tried until the error is what the lens allows
-FINEST = 0.8  # times a step, at least: what counts as finer
+GRID = 3  # grid positions per tile at which tile means are computed; the nearest one is read
+FINER = (1, 2, 4)  # factors on the reads, tried until the error is what the lens allows
+FINEST = 0.8  # largest ratio of a new lattice step to the one before that counts as finer
 
 
 def rings(
     plan: BandPlan, centre: float, width: float, energy: float
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return the kernel of a band beyond the core, and half the difference of its two estimates.
+    """Return the kernel of a band, and half the difference of its two estimates, each (y, x).
 
-    Both are 0 within the core. Rings whose error is larger than the lens allows are computed again
-    with finer sampling.
+    The difference is 0 within the core, where the kernel is replaced later. Rings with an error
+    larger than the lens allows are computed again with finer sampling.
 
     Parameters
     ----------
     plan : lens, flares and lattices.
-    centre : of the band, nm.
-    width : of the band, nm.
-    energy : of the open pupil, mm2.
+    centre : centre of the band, nm.
+    width : width of the band, nm.
+    energy : energy of the open pupil, mm2.
     """
     reach = plan.reach
     fine = FINER[0]
@@ -69,7 +71,8 @@ def ring(
     energy: float,
     fine: int = 1,
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return a ring's kernel, averaged over a band, and half the difference of its two estimates.
+    """Return a kernel as far as a ring's border, averaged over a band, and half the difference of
+    its two estimates.
 
     The difference is 0 within the exact core.
 
@@ -77,14 +80,14 @@ def ring(
     ----------
     plan : lens, flares, lattices and core.
     reach : (y, x) parts of tiles from the axis to the border of the ring.
-    centre : of the band, nm.
-    width : of the band, nm.
-    energy : of the open pupil, mm2.
-    fine : factor on the usual number of wavelengths and points between tiles.
+    centre : centre of the band, nm.
+    width : width of the band, nm.
+    energy : energy of the open pupil, mm2.
+    fine : factor on the usual number of wavelengths and of grid positions per tile.
     """
     grid = int(np.ceil(GRID * np.sqrt(fine)))
     finer = fine * error_wanted(plan.lens)
-    # without phase the rest is the mirror image
+    # without phase the remaining rows are the mirror image
     rows = reach[0] + 1 if plan.lattices else 2 * reach[0] + 1
     parts = 1 if plan.lattices else parts_of(plan, centre, width)
     halves = [np.zeros((rows, 2 * reach[1] + 1), np.float32) for _ in range(2)]
@@ -113,7 +116,7 @@ def ring(
 
 
 def _errors(plan: BandPlan, kernel: np.ndarray, wrong: np.ndarray) -> np.ndarray:
-    """Return the error of whole tiles per octave of their distance."""
+    """Return the relative error of whole tiles per octave of their distance, (octave,)."""
     return kernel_sampling_error.by_octave(
         *(tile_sums(a[_whole_turns(a, plan.split)], plan.split) for a in (wrong, kernel))
     )
@@ -124,17 +127,18 @@ def _whole_turns(fine: np.ndarray, split: int) -> Any:
 
     Parameters
     ----------
-    fine : (y, x) the function.
-    split : its samples per tile, along each axis.
+    fine : (y, x) samples of the function.
+    split : samples per tile, along each axis.
     """
     reach = [(n // 2 - (split - 1)) // split * split + split - 1 for n in fine.shape]
     return tuple(slice(n // 2 - r, n // 2 + r + 1) for n, r in zip(fine.shape, reach))
 
 
 def error_wanted(lens: PupilOptics) -> float:
-    """Return the factor by which lattices with phase are finer, for the error that a lens allows.
+    """Return the factor on the samples of lattices with phase for the error that a lens allows.
 
-    The error falls faster than the number of samples grows.
+    It is the root of the ratio of the errors, because the error falls faster than the number of
+    samples grows.
     """
     return max(1.0, DEFAULT_ERROR / lens.speckle_error) ** 0.5
 
@@ -142,16 +146,17 @@ def error_wanted(lens: PupilOptics) -> float:
 def _finer(
     plan: BandPlan, wave: float, reach: tuple[int, int], nearer: tuple[int, int], fine: float
 ) -> float:
-    """Return how fine the next ring is to be, within `nearer`; 0 where memory allows no finer
-    lattice: more reads alone change little.
+    """Return the factor `fine` of the next ring.
+
+    It is 0 where memory allows no finer lattice, because more reads alone change little.
 
     Parameters
     ----------
     plan : lens, flares and lattices.
     wave : wavelength, nm.
-    reach : (y, x) parts of tiles of the ring before.
-    nearer : the same of the next ring.
-    fine : how fine the ring before was.
+    reach : (y, x) parts of tiles from the axis to the border of the ring before.
+    nearer : the same for the next ring.
+    fine : factor of the ring before.
     """
     if plan.lattices:
         return next((f for f in FINER if f > fine), 0)

@@ -1,4 +1,4 @@
-"""Lattice size: how far and how finely a pattern is sampled, and what that takes."""
+"""Lattice size: extent and step of the samples of a pattern, and their time and memory."""
 
 from __future__ import annotations
 
@@ -19,48 +19,51 @@ if TYPE_CHECKING:
 
     from ...abilities import PupilOptics
 
-# of the shared lattices where all bands are longer: a band then does not depend on which others
-# there are
+# Wavelength of the shared lattices if all bands are longer. It is fixed, so that a band does not
+# depend on which other bands a run has.
 REFERENCE_NM = 380.0
-PERIOD = 3.0  # of the field, in reaches
-# largest error that this leaves in the border tiles (L1, against a period of 7; clean round pupil
-# with a wavefront)
+PERIOD = 3.0  # period of the field, in reaches
+# largest L1 error of that period in the border tiles, against a period of 7: for a clean round
+# pupil with a wavefront, and for a pupil without phase, whose lattices serve all bands
 WRAP = 0.018
-WRAP_SHARED = 0.0015  # and of a pupil without phase, whose lattices serve all bands
-RING_PUPIL = 500  # least cells across the stop
-SHARED_SAMPLES = 1.2e8  # of one shared lattice: about a gigabyte while it is computed
-# of a lattice with phase: a gigabyte while it is computed, then a third of that
+WRAP_SHARED = 0.0015
+RING_PUPIL = 500  # least number of cells across the stop
+# largest number of samples of one shared lattice: about 1 GB while it is computed
+SHARED_SAMPLES = 1.2e8
+# largest number of samples of a lattice with phase: 1 GB while it is computed, then a third of it
 OWN_SAMPLES = 1.2e8
-# of either where tiles are wider than `VERY_WIDE` wavelengths x f-number, which no lattice samples
-# as finely as speckles: 0.3 GB while it is computed
+# Largest number of samples of either lattice where tiles are wider than `VERY_WIDE` wavelengths x
+# f-number: 0.3 GB while it is computed. No lattice samples such tiles as finely as speckles.
 WIDE_SAMPLES = 4e7
 VERY_WIDE = 60.0
-# of a cell of their pupil, in place of `lattice.CHORDS_PER_CELL`: 2e-5 of the light of the wings
-# differs (L1), where points between speckles leave 5e-3
+# Number of chords per pupil cell for such tiles, in place of `lattice.CHORDS_PER_CELL`. It changes
+# 2e-5 of the light of the wings (L1); the coarse samples leave an error of 5e-3.
 WIDE_CHORDS = 4
-FOLD_S = 1.9e-6  # CPU seconds of a chord of a folded pupil, measured on a busy machine
-# of the highest spatial frequency: what a lattice takes for lower ones; beside those that tiles
-# pass, hardly any light has them
+FOLD_S = 1.9e-6  # CPU seconds per chord of a folded pupil, measured on a busy machine
+# Spatial frequencies of the pattern up to this share of the highest one do not alias into the
+# frequencies that tiles pass. Hardly any light has higher frequencies.
 CLEAR = 1.0
-# samples across a wide tile: it and its neighbours then hold 600, whose mean is right to 3 %
+# number of samples across a wide tile: the tile and its neighbours then hold 600 samples, and their
+# mean is accurate to 3 %
 ENOUGH = 16
-FARTHEST = 4  # wavelengths x f-number between samples
-# samples per wavelength x f-number, at most: between them a line is right to 3 % of the finest
-# detail
+FARTHEST = 4  # largest distance between samples, wavelengths x f-number
+# largest number of samples per wavelength x f-number: linear interpolation between them is accurate
+# to 3 % of the finest detail
 SMOOTH = 12
-# extent of a lattice over that of the frame, where neighbouring wavelengths read it stretched
+# extent of a lattice over that of the frame, because shorter wavelengths read it stretched
 STRETCHED = 1.15
-# cells across a pupil: a minute where it is shapes alone; twenty, cell by cell, with phase
+# largest number of cells across a pupil: computing takes one minute for a pupil of shapes alone,
+# and twenty minutes, cell by cell, for a pupil with phase
 MOST_ACROSS = 3e5
 MOST_ACROSS_PHASE = 8e4
-# from the shortest wavelength down to the lattice that it is read from, at most: the widest of
+# largest distance from the shortest wavelength of a frame to the lattice below it: the largest of
 # `interpolation_wavelengths.STEPS_NM`
 BELOW_NM = 80.0
-CHORD_BYTES = 700  # of a pupil of shapes, while it is folded
+CHORD_BYTES = 700  # memory per chord of a pupil of shapes while it is folded
 
 
 class Grid(NamedTuple):
-    """Tiles of a kernel before it is summed: parts of the frame's tiles."""
+    """The fine tiles of a kernel before it is summed: parts of the frame's tiles."""
 
     split: int  # parts per tile, along each axis
     pitch_um: tuple[float, float]  # (y, x) of a part
@@ -70,27 +73,27 @@ class Grid(NamedTuple):
 class Size(NamedTuple):
     """Extent and fineness of a lattice."""
 
-    most: float  # samples
+    most: float  # largest number of samples
     stretch: float = 1.0  # extent over that of the frame
-    fine: float = 1.0  # samples over the usual number
-    shared: bool = False  # one pattern for all wavelengths
+    fine: float = 1.0  # factor on the usual number of samples
+    shared: bool = False  # one pattern serves all wavelengths
 
 
 def most_samples(lens: PupilOptics, wave: float, grid: Grid, usual: float) -> float:
-    """Return the samples that one lattice may have.
+    """Return the largest number of samples of one lattice.
 
     Parameters
     ----------
     lens : a lens of this package.
     wave : wavelength, nm.
     grid : tiles of the kernel.
-    usual : samples where tiles are not very wide.
+    usual : largest number if the tiles are not very wide.
     """
     return min(usual, WIDE_SAMPLES) if very_wide(lens, wave, grid) else usual
 
 
 def very_wide(lens: PupilOptics, wave: float, grid: Grid) -> bool:
-    """Return whether tiles are so wide that no lattice samples them as finely as speckles.
+    """Return whether tiles are so wide that no lattice resolves the speckles in them.
 
     Parameters
     ----------
@@ -103,7 +106,7 @@ def very_wide(lens: PupilOptics, wave: float, grid: Grid) -> bool:
 
 
 def chords_per_cell(lens: PupilOptics, wave: float, grid: Grid) -> int:
-    """Return the chords of a cell of the pupil.
+    """Return the number of chords per cell of the pupil.
 
     Parameters
     ----------
@@ -117,9 +120,11 @@ def chords_per_cell(lens: PupilOptics, wave: float, grid: Grid) -> int:
 def sampling(
     lens: PupilOptics, wave: float, grid: Grid, size: Size
 ) -> tuple[float, tuple[int, int], tuple[int, int], tuple[float, float]]:
-    """Return (step um, samples to the border, period, cells mm) of a lattice.
+    """Return the sampling of a lattice.
 
-    A tile of several parts is wide: it averages over many speckles, and the step may be coarser.
+    The result is (step in um, (y, x) samples from the axis to the border, (y, x) samples of the
+    period, (y, x) width of the pupil cells in mm). A tile of several parts is wide: it averages
+    over many speckles, and the step may be coarser.
 
     Parameters
     ----------
@@ -152,14 +157,14 @@ def sampling(
 def samples_of(
     lens: PupilOptics, wave: float, grid: Grid, stretch: float, shared_by_all: bool
 ) -> float:
-    """Return the samples of one lattice at a wavelength.
+    """Return the number of samples of one lattice at a wavelength.
 
     Parameters
     ----------
     lens : a lens of this package.
     wave : wavelength, nm.
     grid : tiles of the kernel.
-    stretch : times the frame, up to which the lattice is read.
+    stretch : extent of the lattice over that of the frame.
     shared_by_all : whether one lattice serves all wavelengths.
     """
     usual = SHARED_SAMPLES if shared_by_all else OWN_SAMPLES
@@ -174,8 +179,8 @@ def fold_seconds(lens: PupilOptics, flares: Sequence[Flare], wave: float, grid: 
     Parameters
     ----------
     lens : a lens of this package.
-    flares : its flare components, all of shapes.
-    wave : the shortest wavelength, nm.
+    flares : its flare components, which all have exact shapes.
+    wave : shortest wavelength of the frame, nm.
     grid : tiles of the kernel.
     """
     wave = min(wave, REFERENCE_NM)
@@ -188,13 +193,14 @@ def fold_seconds(lens: PupilOptics, flares: Sequence[Flare], wave: float, grid: 
 def lattice_bytes(lens: PupilOptics, shortest_nm: float, tiles: Grid) -> float:
     """Return the peak memory, bytes, of the two lattices of a pupil.
 
-    It consists of a complex field over its period, and both patterns.
+    It is the sum of a complex field over its period, both patterns, and the chords of a pupil of
+    shapes.
 
     Parameters
     ----------
     lens : a lens of this package.
     shortest_nm : shortest wavelength of the frame, nm.
-    tiles : of the frame.
+    tiles : tiles of the kernel.
 
     Raises
     ------
@@ -221,21 +227,21 @@ def lattice_bytes(lens: PupilOptics, shortest_nm: float, tiles: Grid) -> float:
 def check_pupil(
     lens: PupilOptics, wave_nm: float, cells_mm: tuple[float, float], most: float
 ) -> float:
-    """Return the cells across a lattice's pupil; refuse more than `most`, before they are drawn.
+    """Return the number of cells across a lattice's pupil; refuse too many before they are drawn.
 
-    Their number is the width of the lattice's period in wavelengths x f-number: large frames of
-    fast lenses take many.
+    Their number is the width of the lattice's period in wavelengths x f-number. It is large for
+    large frames and fast lenses.
 
     Parameters
     ----------
     lens : a lens of this package.
-    wave_nm : wavelength.
-    cells_mm : width of a cell along y and x.
-    most : cells across that are allowed.
+    wave_nm : wavelength, nm.
+    cells_mm : (y, x) width of a cell, mm.
+    most : largest allowed number of cells across.
 
     Raises
     ------
-    ConfigError : there are more.
+    ConfigError : there are more than `most` cells.
     """
     across = 2 * sampled_pupil.radius_mm(lens) / min(cells_mm)
     if across > most:

@@ -1,8 +1,8 @@
 """Patterns: the diffraction pattern of one wavelength on two lattices of points.
 
 Without phase, one pattern scales to all wavelengths: two lattices, offset by half a step, serve
-every band. With a wavefront or a third-party pupil, a pair of lattices serves a part of the band,
-in which the phase hardly changes.
+every band. With a wavefront or a third-party pupil, a pair of lattices serves a part of a band in
+which the phase hardly changes.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ if TYPE_CHECKING:
     from ...abilities import PupilOptics
     from ..kernels import BandPlan
 
-DEFAULT_ERROR = 0.03  # error of lattices with the usual sampling
+DEFAULT_ERROR = 0.03  # relative error of kernels from lattices with the usual sampling
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,17 +47,17 @@ class Lattice:
     """
 
     values: np.ndarray
-    # at `wavelength_nm`, as `sampled_pupil.scaled_nm`; without phase it scales with wavelength
+    # (y, x) distance between samples at `wavelength_nm`; without phase it scales with wavelength
     step_um: tuple[float, float]
-    wavelength_nm: float
-    offset: tuple[float, float]
+    wavelength_nm: float  # as `sampled_pupil.scaled_nm`
+    offset: tuple[float, float]  # (y, x) in steps
 
 
 def shared(
     lens: PupilOptics, flares: Sequence[Flare], shortest_nm: float, grid: Grid
 ) -> list[Lattice]:
-    """Return two lattices, shifted by half a step, of the pattern of a pupil without phase, for all
-    wavelengths of a frame.
+    """Return two lattices of the pattern of a pupil without phase, shifted by half a step against
+    each other. They serve all wavelengths of a frame.
 
     Parameters
     ----------
@@ -92,17 +92,17 @@ def shared(
 def own(
     plan: BandPlan, reach: tuple[int, int], wave: float, stretch: float, energy: float, fine: float
 ) -> list[Lattice]:
-    """Return two lattices, shifted by half a step, of the pattern at one wavelength, to be read up
-    to `stretch` times the frame.
+    """Return two lattices of the pattern at one wavelength, shifted by half a step against each
+    other.
 
     Parameters
     ----------
     plan : `kernels.BandPlan` of the band.
     reach : (y, x) parts of tiles from the axis to the border.
     wave : wavelength, nm.
-    stretch : times the frame, up to which it is read.
-    energy : of the open pupil, mm2.
-    fine : times the usual number of samples.
+    stretch : extent of the lattice over that of the frame.
+    energy : energy of the open pupil, mm2.
+    fine : factor on the usual number of samples.
     """
     lens = plan.lens
     flares = plan.flares
@@ -114,7 +114,7 @@ def own(
     folded = sampled_pupil.folded(lens, flares, wave, cells, period, offsets)
     out = []
     scaled_nm = sampled_pupil.scaled_nm(lens, wave)
-    for offset in offsets:  # the first is let go of before the second is transformed
+    for offset in offsets:  # `pop` frees the first pupil before the second is transformed
         samples = lattices.ImageSamples(scaled_nm, plan.distance, (step, step), offset)
         values = lattices.lattice_psf(
             folded.pop(0), samples, far, energy, lattices.binomial_response

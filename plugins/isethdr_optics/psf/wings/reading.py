@@ -1,4 +1,4 @@
-"""Reading: the mean over a band, from tile means of a pattern at scaled places."""
+"""Reading: the mean over a band, from tile means of a pattern at scaled positions."""
 
 from __future__ import annotations
 
@@ -12,22 +12,25 @@ if TYPE_CHECKING:
     from ..kernels import BandPlan
     from .patterns import Lattice
 
-READS = 1.0  # per tile that a tile moves within the band, of either half
-# of a block of tiles that is read at once
+# number of wavelengths, in each of the two estimates, for every tile that light moves in the band
+READS = 1.0
+# size of a block of tiles that is read at once
 ROWS = 32
 COLUMNS = 240
+# least and largest number of wavelengths in each estimate
 LEAST_READS = 12
 MOST_READS = 256
 
 
 def reads_of(plan: BandPlan, centre: float, width: float) -> float:
-    """Return the tiles of a band times the wavelengths that each is read at, of both halves.
+    """Return an estimate of the number of reads of a band: its tiles times the wavelengths at which
+    each is read, in both estimates together.
 
     Parameters
     ----------
     plan : `kernels.BandPlan` of the band.
-    centre : of the band, nm.
-    width : of the band, nm.
+    centre : centre of the band, nm.
+    width : width of the band, nm.
     """
     moved = np.hypot(*plan.reach) * width / centre
     count = np.clip(0.6 * READS * moved, LEAST_READS, MOST_READS)
@@ -37,11 +40,12 @@ def reads_of(plan: BandPlan, centre: float, width: float) -> float:
 class Pattern(NamedTuple):
     """The pattern of a part of a band, and how it is read."""
 
-    lattices: list[tuple[Lattice, float]]  # with their weights: the pattern at `middle_nm`
+    # lattices and their weights; the weighted sum is the pattern at `middle_nm`
+    lattices: list[tuple[Lattice, float]]
     middle_nm: float
     span_nm: float  # width of the part
     often: float  # factor on the usual number of wavelengths
-    weight: float  # of the part in the band
+    weight: float  # weight of the part in the band
 
 
 def read(
@@ -56,17 +60,17 @@ def read(
 
     Parameters
     ----------
-    out : (y, x), from the first row of the kernel on.
-    half : 0 or 1: reads every second wavelength, from this one on.
-    pattern : of the part of the band.
-    pitch_um : (y, x) of a tile.
+    out : (y, x) array, whose first row is the first row of the kernel.
+    half : 0 or 1, index of the estimate: every second wavelength is read, starting with this one.
+    pattern : pattern of the part of the band.
+    pitch_um : (y, x) pitch of the tiles, um.
     reach : (y, x) tiles from the axis to the border.
-    grid : places per tile.
+    grid : grid positions per tile.
 
     Notes
     -----
     Blocks of tiles fit the processor's cache. The outermost tile of a block determines the number
-    of wavelengths that it reads.
+    of wavelengths at which the block is read.
     """
     pattern_half, middle, span, often, weight = pattern
     draw = 1 / (1 - span / 2 / middle)
@@ -83,7 +87,7 @@ def read(
     for y in blocks(out.shape[0], ROWS):
         for x in blocks(out.shape[1], COLUMNS):
             offsets = [np.arange(b.start, b.stop) - r for b, r in zip((y, x), reach)]
-            # within the whole band
+            # tiles by which the outermost light moves within the whole band
             moved = np.hypot(*(np.abs(a).max() for a in offsets)) * span / weight / middle
             count = max(
                 2, int(np.ceil(often * np.clip(np.ceil(READS * moved), LEAST_READS, MOST_READS)))
@@ -106,12 +110,12 @@ def read(
 def _outermost(
     offsets: np.ndarray, scales: np.ndarray
 ) -> tuple[tuple[float, float], tuple[float, float]]:
-    """Return (place, scale) of the first and of one past the last column that is read.
+    """Return (position, scale) of the first column that is read, and of the column after the last.
 
     Parameters
     ----------
-    offsets : of the tiles of a block from the axis, in tiles.
-    scales : of the wavelengths that are read.
+    offsets : distances of the tiles of a block from the axis, in tiles.
+    scales : scales of the wavelengths that are read.
     """
     low = float(offsets[0])
     high = float(offsets[-1])

@@ -21,15 +21,15 @@ def tile_means(
     rows: np.ndarray,
     cols: np.ndarray,
 ) -> np.ndarray:
-    """Return the light from one tile to another, (place, place) float32.
+    """Return the light from one tile to another, (row, column) float32.
 
     Parameters
     ----------
-    pattern_half : lattices and their shares, which are summed.
+    pattern_half : lattices and their shares; the result is the weighted sum.
     wave : wavelength at which the pattern is read, nm, as `sampled_pupil.scaled_nm`.
-    pitch_um : (y, x) of a tile.
-    grid : places per tile.
-    rows, cols : the places, in units of a tile / grid.
+    pitch_um : (y, x) pitch of the tiles, um.
+    grid : grid positions per tile.
+    rows, cols : positions of the receiving tile, in units of a tile / grid.
     """
     out = np.zeros((len(rows), len(cols)), np.float32)
     for lattice, share in pattern_half:
@@ -37,13 +37,13 @@ def tile_means(
         down, across = (
             _triangles(
                 n * p / grid, p, p * np.sqrt(1 - 0.5 / grid**2), s * scale, o, m
-            )  # the nearest place adds (p / grid)^2 / 12
+            )  # narrower: rounding to the nearest position adds the variance (p / grid)^2 / 12
             for n, p, s, o, m in zip(
                 (rows, cols), pitch_um, lattice.step_um, lattice.offset, lattice.values.shape
             )
         )
         down *= np.float32(share)
-        for block in blocks(len(rows), 64):  # that stay in the processor's cache
+        for block in blocks(len(rows), 64):  # blocks of 64 rows stay in the processor's cache
             out[block] += (across @ np.ascontiguousarray((down[block] @ lattice.values).T)).T
     return out
 
@@ -51,19 +51,19 @@ def tile_means(
 def _triangles(
     at_um: np.ndarray, pitch_um: float, half_um: float, step_um: float, offset: float, size: int
 ) -> csr_array:
-    """Return the weights (place, sample), sparse, of a triangle about every place; they sum to a
-    tile's samples.
+    """Return sparse weights (position, sample) of a triangle about every position. Each row sums to
+    the number of samples per tile.
 
     Parameters
     ----------
-    at_um : the places.
-    pitch_um : of a tile.
-    half_um : half the width of the triangle.
-    step_um : from sample to sample.
-    offset : of the middle sample, in steps.
+    at_um : (position,) positions, um.
+    pitch_um : pitch of the tiles, um.
+    half_um : half the width of the triangle, um.
+    step_um : distance between samples, um.
+    offset : position of the middle sample, in steps.
     size : number of samples.
     """
-    half_um = max(half_um, step_um)  # below a step: between two samples
+    half_um = max(half_um, step_um)  # a triangle of one step interpolates between two samples
     at = at_um / step_um - offset + size // 2
     taps = int(2 * half_um / step_um) + 1
     first = np.clip(np.ceil(at - half_um / step_um).astype(np.intp), 0, size - taps)
@@ -77,12 +77,12 @@ def _triangles(
 
 
 def tile_sums(fine: np.ndarray, s: int) -> np.ndarray:
-    """Return tile-to-tile sums of a function: triangular weights along both axes.
+    """Return the sums from tile to tile of a function: triangular weights along both axes.
 
     Parameters
     ----------
-    fine : (y, x) the function.
-    s : its samples per tile, along each axis.
+    fine : (y, x) samples of the function.
+    s : samples per tile, along each axis.
     """
     if s == 1:
         return fine
@@ -94,5 +94,5 @@ def tile_sums(fine: np.ndarray, s: int) -> np.ndarray:
 
 
 def blocks(count: int, size: int) -> list[slice]:
-    """Return slices of at most `size` items that cover `count` of them."""
+    """Return slices of at most `size` items that together cover `count` items."""
     return [slice(start, min(start + size, count)) for start in range(0, count, size)]
