@@ -1,4 +1,4 @@
-"""The renderer `mitsuba`: scene description and demand in, scene radiance and labels out."""
+"""The renderer `mitsuba`: from scene description and demand to scene radiance and labels."""
 
 from __future__ import annotations
 
@@ -28,39 +28,41 @@ if TYPE_CHECKING:
     from isethdr_core.runs.sample_accumulation import Known
     from isethdr_core.scene import SceneDescription
 
-# defaults if neither `samples` nor an error is set: a share of the cameras' noise, or, without
-# cameras, the relative noise of a light group
+# Defaults if neither `samples` nor `error_allowed` is set: noise as a share of the cameras' noise,
+# and, without cameras, relative noise of a light group
 NOISE_SHARE = 0.6
 ERROR_ALLOWED = 0.1
-LEAST_SAMPLES = 16  # samples per tile that are needed to estimate noise
+LEAST_SAMPLES = 16  # smallest number of samples per tile from which noise can be estimated
 SCALAR = "scalar_spectral"
-# a night drive: CPU us of a tile, for the first paths and for those that follow, and seconds for
-# compiling and the scene's tables. Two machines of two cores needed 630 and 930 us and 25 and 80 s;
-# stored renderings correct the estimate (isethdr_core.pipeline.runtime_estimate).
+# Run time of a night drive: CPU time of a tile, us, for the pilot pass and for further paths, and
+# seconds for compiling and for the tables of the scene. Two machines of two cores needed 630 and
+# 930 us and 25 and 80 s; stored renderings correct the estimate
+# (isethdr_core.pipeline.runtime_estimate).
 PILOT_US = 190.0
 NEED_US = 610.0
 WORLD_S = 50.0
-# memory beside the pictures: 0.16 to 0.9 GB in ledgers of streets and night drives, 18 x 32 tiles
-# of 4 bands to 108 x 192 tiles of 31 bands
+# Memory in addition to the pictures: 0.16 to 0.9 GB in ledgers of streets and night drives, from
+# 18 x 32 tiles of 4 bands to 108 x 192 tiles of 31 bands
 RENDERING_BYTES = 5e8
 FLOAT32_BYTES = 4
-FEW_GROUPS = 4  # light groups of the bundled scenes
-# of one group and four bands, measured on two cores; it only tells the user what to expect
+FEW_GROUPS = 4  # number of light groups of the bundled scenes
+# Run time of a path for one group and four bands, s, measured on two cores; it only tells the user
+# what to expect
 SCALAR_S_PER_PATH = {"tangent": 2e-6, "equidistant": 1e-5}
 
-Tiles = Annotated[int, Range(1, 10_000)]  # along one side: beyond an 8K camera
-Margin = Annotated[float, Range(0, 2)]  # of the field: five fields side by side
+Tiles = Annotated[int, Range(1, 10_000)]  # along one side; the limit is beyond an 8K camera
+Margin = Annotated[float, Range(0, 2)]  # share of the field; 2 makes the frame five fields wide
 BandStep = Annotated[float, Range(0.1, 3000)]  # nm
-Samples = Annotated[int, Range(1, 10_000_000)]  # noise falls to 0.03 % of one path's
+Samples = Annotated[int, Range(1, 10_000_000)]  # at the limit, noise is 0.03 % of that of one path
 ErrorAllowed = Annotated[float, Range(1e-5, 0.999)]
 NoiseShare = Annotated[float, Range(0.01, 100.0)]
-Depth = Annotated[int, Range(1, 1000)]  # segments; light has gone after a few dozen
+Depth = Annotated[int, Range(1, 1000)]  # segments; hardly any light is left after a few dozen
 
-OTHER_PATHS = {"seed": 2**40 + 1}  # for a reference with noise of its own
-# Noise falls with the root of the paths. Costs of depth and bands are fits to CPU seconds of a
-# night drive (160 x 90 tiles, 64 paths): 7.6, 9.5, 11.9, 13.2 and 15.7 s for 2, 4, 5, 8 and 16
-# segments, because many paths end before; 10.7 and 12.5 s for 50 and 5 nm, because a path carries
-# all bands.
+OTHER_PATHS = {"seed": 2**40 + 1}  # seed for a reference with independent noise
+# Noise falls with the square root of the number of paths. Costs of depth and bands are fits to CPU
+# seconds of a night drive (160 x 90 tiles, 64 paths): 7.6, 9.5, 11.9, 13.2 and 15.7 s for 2, 4, 5,
+# 8 and 16 segments, because many paths end early; 10.7 and 12.5 s for 50 and 5 nm, because a path
+# carries all bands.
 ACCURACY_KNOBS = (
     AccuracyKnob(
         "samples",
@@ -95,7 +97,7 @@ ACCURACY_KNOBS = (
         (2, 3, 4, 5, 8),
         Quantity.RADIANCE,
         Cost(1.0, -0.5),
-        reference=16,  # of the same paths: noise of other ones would hide what is cut off
+        reference=16,  # with the same paths: noise of other paths would hide the missing light
     ),
     AccuracyKnob(
         "step_nm", (50.0, 30.0, 20.0, 10.0), Quantity.ELECTRONS, Cost(1.0, 0.06), reference=5.0
@@ -109,7 +111,7 @@ class MitsubaRenderer:
     lamps.
     """
 
-    # buy accuracy only: no part of a recipe
+    # fields that change only the accuracy, and are no part of a recipe
     effort_fields: ClassVar[tuple[str, ...]] = (
         "samples",
         "error_allowed",
@@ -127,21 +129,22 @@ class MitsubaRenderer:
     # samples per tile; with error_allowed the smallest number; null takes as many as the allowed
     # noise needs, at least 16
     samples: Samples | None = None
-    # allowed noise of the light as a share of the noise of the cameras, where neither samples nor
+    # allowed noise of the light as a share of the noise of the cameras, if neither samples nor
     # error_allowed is set; null limits the noise of each light group instead
     noise_share_allowed: NoiseShare | None = NOISE_SHARE
     # allowed relative noise of each light group; null: noise_share_allowed counts, or 0.1 without
-    # noisy cameras, or no limit where `samples` is set
+    # noisy cameras, or no limit if `samples` is set
     error_allowed: ErrorAllowed | None = None
     most_samples: Samples = 4096  # largest number of samples per tile, unless `samples` is larger
-    # largest mean over tiles of the samples of all light groups together, where the cameras decide:
-    # what noise they allow rises, in all tiles alike, until it is met; null: no limit
+    # largest mean over tiles of the samples of all light groups together, if the cameras limit the
+    # noise: the noise allowed is raised by one factor in all tiles until the mean is within the
+    # limit; null: no limit
     most_mean_samples: Samples | None = None
     max_depth: Depth = 5  # longest light path in segments; 2 is direct light only
     seed: Seed = 0  # seed of the samples; the same seed gives the same radiance on the same machine
-    # Mitsuba variant; auto takes the first that works of cuda, llvm, scalar
+    # Mitsuba variant; auto takes the first of cuda, llvm and scalar that works
     variant: Literal["auto", "llvm", "cuda", "scalar"] = "auto"
-    # quantity of a narrow beam that is kept: candela on its axis, or lumens
+    # quantity that a narrower beam of a lamp keeps: candela on its axis, or lumens
     normalise: Literal["intensity", "flux"] = "intensity"
 
     accuracy_knobs: ClassVar[tuple[AccuracyKnob, ...]] = ACCURACY_KNOBS
@@ -160,20 +163,26 @@ class MitsubaRenderer:
 
         Parameters
         ----------
-        paths : samples per tile so far. `noise` : relative noise of their mean; None: no light.
+        paths : samples per tile so far.
+        noise : relative noise of their mean; None: no light.
         """
         settings = self.decided()
-        if settings.error_allowed is None or paths < 2:  # one path knows no noise
+        if settings.error_allowed is None or paths < 2:  # the noise of one path is unknown
             return settings.error_allowed is None and paths >= settings.samples
         return paths >= settings.samples and (
             noise is None or noise <= settings.error_allowed or paths >= settings.most_samples
         )
 
     def expected_paths(self, paths: int, noise: float | None) -> int:
-        """Return how many paths per tile a light group will take whose relative noise was `noise`
-        (None: dark) after `paths`: it falls with their root.
+        """Return the estimated number of paths per tile of a light group. Noise falls with the
+        square root of the number of paths.
+
+        Parameters
+        ----------
+        paths : samples per tile of an earlier rendering.
+        noise : relative noise of their mean; None: no light.
         """
-        if self.limit_share() is not None:  # what cameras need hangs on the scene most
+        if self.limit_share() is not None:  # the need of cameras depends mostly on the scene
             return max(paths, LEAST_SAMPLES)
         settings = self.decided()
         if settings.error_allowed is None or noise is None:
@@ -186,8 +195,14 @@ class MitsubaRenderer:
         )
 
     def rendering_s(self, frame: Frame, groups: int | None) -> float | None:
-        """Return the seconds that a frame of which nothing is stored will take about, as the main
-        job does; None where samples or a noise of light groups are asked for.
+        """Return the estimated run time, s, of a frame without stored samples, from that of a night
+        drive. Return None if the settings fix samples or the noise of light groups, or if the
+        variant is set to scalar.
+
+        Parameters
+        ----------
+        frame : size and bands of the frame.
+        groups : number of light groups; not used.
         """
         share = self.limit_share()
         if share is None or self.variant == "scalar":
@@ -196,22 +211,24 @@ class MitsubaRenderer:
         return WORLD_S + 1e-6 * us * frame.rows * frame.columns / (os.cpu_count() or 1)
 
     def memory_bytes(self, frame: Frame) -> float:
-        """Return about how many bytes a rendering takes: meshes, compiled code and passes, and the
-        light of a few groups.
+        """Return the estimated memory of a rendering, bytes: meshes, compiled code and passes, and
+        the radiance of a few light groups.
         """
         values = len(frame.wavelength_nm) * frame.rows * frame.columns
         return RENDERING_BYTES + FEW_GROUPS * FLOAT32_BYTES * values
 
     def limit_share(self) -> float | None:
-        """Return the share of the cameras' noise that the noise of the light may be; None where
-        samples or a noise of light groups are asked for.
+        """Return the allowed noise of the light as a share of the cameras' noise; None if samples
+        or the noise of light groups limit it instead.
         """
         if self.samples is not None or self.error_allowed is not None:
             return None
         return self.noise_share_allowed
 
     def decided(self) -> MitsubaRenderer:
-        """Return the renderer with what its empty fields stand for."""
+        """Return the renderer with `samples` and `error_allowed` set to their defaults, if
+        `samples` is None.
+        """
         if self.samples is not None:
             return self
         return replace(
@@ -221,8 +238,8 @@ class MitsubaRenderer:
         )
 
     def kernels(self) -> dict[str, str]:
-        """Return the variant that rendered in this process, and its compiler; nothing where none
-        did.
+        """Return {"mitsuba": variant of this process and its compiler}; an empty dict if Mitsuba
+        was not used.
         """
         mitsuba = sys.modules.get("mitsuba")
         variant = mitsuba.variant() if mitsuba else None
@@ -244,9 +261,10 @@ class MitsubaRenderer:
 
         Parameters
         ----------
-        description : the scene. `demand` : light groups, bands, labels and accuracy.
-        known : {light group: samples and noise of earlier renderings}. Only samples that they lack
-            are computed, and the result consists of these only.
+        description : the scene.
+        demand : light groups, bands, labels and accuracy; None: all groups and bands.
+        known : {light group: samples and noise of earlier renderings}. Only missing samples are
+            computed, and the result consists of these alone.
         """
         groups = self._groups(description, demand)
         bands = self._bands(demand)
@@ -307,19 +325,23 @@ class MitsubaRenderer:
         return chosen
 
     def check_field(self, width: float, height: float, projection: str) -> None:
-        """Refuse a number of tiles that cannot lie on a camera's field: before any work.
+        """Refuse, before rendering, numbers of tiles that do not fit a camera's field.
 
         Parameters
         ----------
-        width : of the field, in the unit of the projection.
-        height : of the field, in the unit of the projection.
+        width : width of the field, in the unit of the projection.
+        height : height of the field, in the unit of the projection.
         projection : `tangent` or `equidistant`.
+
+        Raises
+        ------
+        ConfigError : the variant is set to scalar, and the tiles would not be square.
         """
         if self.variant == "scalar" and projection == "tangent":
             check_square(self.width, self.height, width / height)
 
     def tile_counts(self, margin: bool) -> tuple[int, int]:
-        """Return (rows, columns) of tiles, with those beyond the camera's field if `margin`."""
+        """Return (rows, columns) of tiles; with `margin`, also those beyond the camera's field."""
         rows, columns = (n + 2 * round(n * self.margin * margin) for n in (self.height, self.width))
         return rows, columns
 
@@ -333,7 +355,7 @@ class MitsubaRenderer:
         )
         if demand is None or demand.wavelength_nm is None:
             return bands
-        # a demanded wavelength needs the bands on both sides of it, to interpolate between
+        # a demanded wavelength needs the bands on both sides of it, for interpolation
         requested_nm = np.asarray(demand.wavelength_nm, float)
         matches = np.abs(bands[:, None] - requested_nm) < self.step_nm * (1 - 1e-9)
         chosen = bands[matches.any(1)]

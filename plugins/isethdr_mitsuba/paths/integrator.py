@@ -3,11 +3,11 @@
 A path carries packets of four wavelengths, one wavelength per band (`spectra.py`). Its result is an
 unbiased estimate of the mean over each band. All bands and groups share the directions of a path.
 The shadow rays of each group have their own random numbers. The light of a group is therefore the
-same, bit for bit, whether other groups are rendered or not. Directly visible lamps are left to
-`visible_lamps.py`.
+same, bit for bit, whether other groups are rendered or not. `visible_lamps.py` computes directly
+visible lamps.
 
-Compiled code (`tracing`) works on eight or sixteen tiles at a time. Several paths may share a
-camera ray: they continue from the same first surface with their own wavelengths and directions.
+Compiled code (`tracing`) follows eight or sixteen paths at a time. Several paths may share a camera
+ray: they continue from the same first surface with their own wavelengths and directions.
 """
 
 from __future__ import annotations
@@ -40,18 +40,20 @@ from .work_items import Work, divide_launches, even_work
 
 
 class Found(NamedTuple):
-    """Results of a launch: sums over paths, W m-2 sr-1 nm-1."""
+    """Results of a launch, summed over paths."""
 
-    radiance: np.ndarray  # (group, band, entry) float32; the last band fills up packets of four
-    batches: np.ndarray  # (group, 3, item) float32: weighted sums over bands
+    # (group, band, entry) float32, W m-2 sr-1 nm-1; copies of the last band round the number of
+    # bands up to a multiple of four
+    radiance: np.ndarray
+    batches: np.ndarray  # (group, 3, item) float32: X, Y and Z, cd/m2
 
 
 @dataclass(eq=False)
 class Launch:
-    """A recorded launch of compiled code, which runs beside Python once it is started.
+    """A recorded launch of compiled code. Once started, it runs in parallel with Python.
 
-    Dr.Jit waits for all launches together. The launch before must therefore have ended, by `wait`,
-    when the next one is started.
+    Dr.Jit can only wait for all launches together. Call `wait` on the previous launch before
+    starting the next one.
 
     Attributes
     ----------
@@ -67,8 +69,8 @@ class Launch:
         dr.eval(self.radiance, self.batches)
 
     def wait(self) -> None:
-        """Wait until the launch has ended. The processor's memory is not copied here, so that the
-        next launch can start.
+        """Wait until the launch has ended. Results in the memory of the processor are not copied
+        here, so that the next launch can start.
         """
         dr.sync_thread()
         self.radiance, self.batches = (
@@ -87,13 +89,13 @@ class Paths:
 
     Attributes
     ----------
-    world : scene whose surfaces are ramp surfaces (`materials.ramp_surfaces`).
+    world : scene with ramp surfaces (`materials.ramp_surfaces`).
     view : tiles of the frame.
     lamps : light groups and lamps.
     surfaces : materials of the world.
-    wavelength_nm, step_nm : band centres and their common width, nm.
+    wavelength_nm, step_nm : band centres (band,) and their common width, nm.
     max_depth : largest number of segments of a path; 2 is direct light only.
-    fog : None in clear air. The sky is uniform where there is fog.
+    fog : fog of the scene; None in clear air. With fog, the sky must be uniform.
     """
 
     world: World
@@ -152,13 +154,14 @@ class Paths:
     def even_pass(
         self, seed: int, samples: int, group_numbers: Sequence[int] | None = None
     ) -> np.ndarray:
-        """Return radiance (group, band, tile), summed over `samples` paths of each tile.
+        """Return radiance (group, band, tile), W m-2 sr-1 nm-1, summed over `samples` paths of each
+        tile.
 
         Parameters
         ----------
-        seed : of the random numbers.
-        samples : at most 1024, because the sum is float32.
-        group_numbers : light groups to compute, others are 0; None: all.
+        seed : seed of the random numbers.
+        samples : number of paths per tile, at most 1024, because the sum is float32.
+        group_numbers : numbers of the light groups to compute; others are 0. None: all.
         """
         groups = (
             self.all_groups() if group_numbers is None else sum(1 << int(g) for g in group_numbers)
@@ -167,8 +170,8 @@ class Paths:
         return self.launch(seed, even_work(tiles, samples, groups)).radiance
 
     def launch(self, seed: int, work: Work) -> Found:
-        """Follow the paths of `work`. The random numbers of a tile depend on seed and stream only,
-        not on the other tiles in the list.
+        """Follow the paths of `work`, and return the results. The random numbers of a tile depend
+        only on the seed, the stream and the tile, not on the other tiles in the list.
         """
         launch = self.record(seed, work)
         launch.start()
@@ -176,11 +179,11 @@ class Paths:
         return launch.found()
 
     def record(self, seed: int, work: Work) -> Launch:
-        """Return the launch that follows the paths of `work`, which is not started yet. Python
-        takes a quarter of a second for it, in which the launch before can run.
+        """Return the launch that follows the paths of `work`, without starting it. This takes
+        Python a quarter of a second, during which the previous launch can run.
         """
-        # data instead of literals: one kernel serves all lists, all sets of light groups, and all
-        # scenes with the same kinds of surfaces
+        # Numbers are data instead of literals, so that one kernel serves all lists, all sets of
+        # light groups, and all scenes with the same kinds of surfaces.
         number = lambda v: dr.opaque(mi.UInt32, int(v))
         table = self._table
         spectra = Spectra(
@@ -194,7 +197,7 @@ class Paths:
         row = work.tiles // self.view.shape[1]
         row = row + self.view.cut[0]
         column = column + self.view.cut[1]
-        # number of a tile in the complete grid; its random numbers depend on it
+        # the random numbers of a tile depend on its stream and on its number in the complete grid
         rows, columns = self.view.whole
         stream_numbers = (work.streams * rows + row) * columns + column
         device_vector = lambda values: mi.UInt32(aligned(values, np.uint32))

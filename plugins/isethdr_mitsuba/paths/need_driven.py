@@ -1,9 +1,9 @@
-"""Need-driven sampling: a pilot pass, then more paths in tiles whose noise cameras see.
+"""Need-driven sampling: a pilot pass, then more paths in tiles with noise that cameras can see.
 
-There are two half buffers of independent paths. The paths of either buffer are planned from the
-light of the other. The result is the mean of both buffers, independent of their numbers of paths.
-Light therefore never influences its own weight. With one buffer, tiles that found little light by
-chance would stop early and be too dark.
+There are two half buffers of independent paths. The paths of each buffer are planned from the light
+of the other. Both buffers have the same weight in the result, whatever their numbers of paths. The
+light of a path therefore never influences its own weight. With one buffer, tiles that found little
+light by chance would stop early and be too dark.
 """
 
 from __future__ import annotations
@@ -29,22 +29,25 @@ from .passes import Estimate, group_noise, with_known
 from .tallies import Neighbours, Tally, path_variance, spread_of_buffers
 from .work_items import Work, listed_work
 
-PILOT = 16  # paths of both buffers together
-GROWTH = 4.0  # largest ratio of new to earlier paths in a round: early estimates are uncertain
-MOST_ROUNDS = 6
-LITTLE = 0.5  # paths per tile: a round that adds fewer is the last one
-LARGEST_LIST = 1 << 17  # tiles of one launch: bounds memory
-LONGEST = 4096  # paths of a tile and launch: float32 sums of more in a lane drift
-# samples per tile of all light groups together: those of the main job, and so many that it is said
-USUAL = 125
-MANY = 4 * USUAL
-EXPOSURE_CHANGED = 0.1  # relative: then the need is worked out once more
+PILOT = 16  # number of paths of the pilot pass per tile, both buffers together
+# largest ratio of the paths of a tile after a round to those before, because early estimates of the
+# need are uncertain
+GROWTH = 4.0
+MOST_ROUNDS = 6  # largest number of rounds
+LITTLE = 0.5  # a round that adds fewer paths per tile than this is the last one
+LARGEST_LIST = 1 << 17  # largest number of tiles of one launch; limits memory
+# largest number of paths of a tile in one launch; float32 sums of more paths in a lane would be
+# inaccurate
+LONGEST = 4096
+USUAL = 125  # samples per tile of the main job, all light groups together
+MANY = 4 * USUAL  # samples per tile above which a message is printed
+EXPOSURE_CHANGED = 0.1  # relative change of the exposure above which the need is computed again
 
 
 class _Running(NamedTuple):
-    """A launch that runs, or runs next."""
+    """A launch that is running."""
 
-    buffer: int  # that it adds to
+    buffer: int  # number of the buffer that receives its results
     work: Work
     launch: Launch
 
@@ -57,11 +60,12 @@ class Rounds:
     ----------
     paths : the integrator.
     instance : (row, column) number of the object in each tile.
-    seed, first : of the renderer, and number of the first path: the key of the random numbers.
+    seed, first : seed of the renderer and number of the first path, from which the random numbers
+        follow.
     most : largest number of paths per tile and group, in both buffers together.
-    most_mean : largest mean over tiles of the paths of all groups together, likewise.
-    affordable : share of the needed paths that this allowed in the last round, the smaller of the
-        two buffers.
+    most_mean : largest mean over tiles of the paths of all groups, in both buffers together.
+    affordable : share of the needed paths that `most_mean` allowed in the last round; the smaller
+        value of the two buffers.
     """
 
     paths: Paths
@@ -84,8 +88,8 @@ class Rounds:
         self.group_us = us + need_plan.BASE_US / 2
 
     def follow(self, buffer: int, lot: Lot) -> None:
-        """Follow the paths of a lot into a buffer. The last launch may still run afterwards, until
-        `finish`.
+        """Follow the paths of a lot, and add their light to a buffer. The last launch may still run
+        when this returns; `finish` waits for it.
         """
         for start in range(0, len(lot.tiles), LARGEST_LIST):
             part = slice(start, start + LARGEST_LIST)
@@ -101,7 +105,7 @@ class Rounds:
                 paths_left = paths_left - now
 
     def finish(self) -> None:
-        """Wait for the last launch, and add what it found."""
+        """Wait for the last launch, and add its results."""
         self._run(None)
 
     def _run(self, following: _Running | None) -> None:
@@ -126,15 +130,14 @@ class Rounds:
         self.finish()
 
     def add_needed(self, limit: NoiseLimit, share: float, number: int = 1) -> float:
-        """Add paths so that noise is `share` of the limit, and return how many per tile.
-
-        `number` : of the round, for people.
+        """Add paths so that the noise becomes `share` of the limit, and return their mean number
+        per tile.
 
         Parameters
         ----------
         limit : noise that the cameras allow.
-        share : of the limit that is aimed at.
-        number : of the round, for people.
+        share : wanted noise as a share of the limit.
+        number : number of the round, for messages. The first round may print a message.
         """
         weights = [limit.weights.get(group, 0.0) for group in self.paths.lamps.groups]
         allowed = share * limit.xyz.reshape(3, -1)
@@ -148,7 +151,8 @@ class Rounds:
             paths_needed = need_plan.needed(scale * variance, allowed, weights, self.group_us) / 2
             paths_needed = np.minimum(paths_needed, self.most / 2)
             wanted += float(np.maximum(paths_needed, buffer.paths).sum(0).mean())
-            # of the whole need: what one round lacks is for the tiles that need most
+            # The factor follows from all needed paths, not from the paths of this round. If a round
+            # adds only some of them, the tiles that need most get the rest in later rounds.
             factor = need_plan.affordable(paths_needed, buffer.paths, self.most_mean / 2)
             factors.append(factor)
             now = np.minimum(factor * paths_needed, GROWTH * buffer.paths)
@@ -171,13 +175,13 @@ class Rounds:
         return added
 
     def until_done(self, limit: NoiseLimit, share: float) -> None:
-        """Add rounds until none is needed."""
+        """Add rounds until one adds few paths, at most `MOST_ROUNDS`."""
         for k in range(MOST_ROUNDS):
             if self.add_needed(limit, share, k + 1) < LITTLE:
                 return
 
     def radiance(self) -> np.ndarray:
-        """Return radiance (group, band, tile) float64: half of each buffer."""
+        """Return radiance (group, band, tile), float64: the mean of the means of both buffers."""
         out = np.zeros(self.buffers[0].radiance.shape)
         for tally in self.buffers:
             out += tally.radiance / (2 * np.maximum(tally.paths, 1))[:, None]
@@ -186,27 +190,28 @@ class Rounds:
     def xyz_noise(self) -> np.ndarray:
         """Return standard errors (group, 3, tile) of X, Y and Z, cd/m2.
 
-        They follow from the batches of each tile. A factor for each group makes them agree with the
-        difference between the two buffers.
+        They follow from the batches of each tile. One factor for each group makes them agree, in
+        the mean, with the difference between the two buffers.
         """
         variances = path_variance(self.buffers, self.near)
         of_batches = variances * sum(share_of(t) for t in self.buffers)
         return np.sqrt(spread_of_buffers(*self.buffers, of_batches) * of_batches)
 
     def half_difference(self) -> np.ndarray:
-        """Return half of what the buffers differ by in luminance (group, tile), cd/m2."""
+        """Return half of the luminance difference (group, tile) between the buffers, cd/m2."""
         first, second = (tally.mean()[:, 1] for tally in self.buffers)
         return (first - second) / 2
 
     def mean_paths(self) -> np.ndarray:
-        """Return the paths per tile (group,), in the mean over tiles."""
+        """Return the mean number (group,) of paths per tile."""
         return np.round(sum(t.paths for t in self.buffers).mean(1)).astype(int)
 
 
 def share_of(tally: Tally) -> np.ndarray:
-    """Return the factor (group, 1, tile) from the variance of single paths to that of the light.
+    """Return the factor (group, 1, tile) from the variance of single paths to the contribution of a
+    buffer to the variance of the light.
 
-    A buffer has half of the weight.
+    The weight of a buffer is 1/2, so its variance is divided by 4.
     """
     return (0.25 / np.maximum(tally.paths, 1)).astype(np.float32)[:, None]
 
@@ -220,7 +225,7 @@ def render_by_need(
     ----------
     rounds : the half buffers, which this function fills.
     noise_limit : function(radiance (group, band, tile) so far) -> `NoiseLimit`.
-    share : of the cameras' noise.
+    share : wanted noise as a share of the cameras' noise.
 
     Returns
     -------
@@ -284,7 +289,9 @@ def estimate(rounds: Rounds, known: list[Known], seconds: float, judged: Any) ->
 
 
 def exposure_change(first: np.ndarray, last: np.ndarray) -> float:
-    """Return the largest relative change of what cameras chose."""
+    """Return the largest relative change of the exposures that cameras chose, from `first` to
+    `last`.
+    """
     if first.shape != last.shape or not first.size:
         return 0.0
     tiny = np.finfo(float).tiny

@@ -12,15 +12,15 @@ from typing import NamedTuple
 
 import numpy as np
 
-# CPU time of a path, us, measured at 640x360: the path itself, and what each group adds to it
+# CPU time, us, measured at 640x360: of a path itself, and of each group of sky or lamps in addition
 BASE_US = 1.1
 SKY_US = 0.4
 LAMPS_US = 1.3
-# share of the tiles that may stay above their limit: the tiles that would take most time. Each
-# gets the time of the dearest tile among the others
+# Share of the tiles that may stay above their limit: those that would take the most time. Each of
+# them gets as much time as the most expensive tile among the others.
 GIVEN_UP = 0.01
-STEP = 8  # numbers of paths are multiples of this
-HALVINGS = 12  # of the interval in which an affordable factor lies: to 0.02 %
+STEP = 8  # numbers of added paths are multiples of this
+HALVINGS = 12  # number of bisection steps for an affordable factor; its error is below 0.02 %
 WORTH = 1.15  # smallest ratio of planned paths to existing ones at which paths are added
 
 
@@ -39,11 +39,11 @@ def needed(
 
     Parameters
     ----------
-    variance : (group, 3, tile) of X, Y and Z of single paths.
-    limit : (3, tile) standard deviations of X, Y and Z of all light, infinite where no sensor
-        sees the tile.
-    weights : (group,) of the light.
-    group_us : (group,) CPU us of a path.
+    variance : (group, 3, tile) variance of X, Y and Z of single paths, (cd/m2)^2.
+    limit : (3, tile) largest standard deviations of X, Y and Z of all light, cd/m2; infinite where
+        no sensor sees the tile.
+    weights : (group,) weights of the light groups.
+    group_us : (group,) CPU time of a path, us.
     """
     relative = np.square(np.asarray(weights))[:, None, None] * variance / np.square(limit)
     root = np.sqrt(relative.max(1))
@@ -72,12 +72,14 @@ def more_paths(planned: np.ndarray, have: np.ndarray) -> np.ndarray:
 
 
 def affordable(needed: np.ndarray, have: np.ndarray, most_mean: float) -> float:
-    """Return the largest factor on the needed paths, at most 1, with which the paths of all groups
-    together stay within a mean over the tiles. Noise is 1 / sqrt(factor) times the noise allowed.
+    """Return the largest factor on the needed paths, at most 1, with which the mean over tiles of
+    the paths of all groups together is at most `most_mean`. The noise is then 1 / sqrt(factor)
+    times the noise allowed.
 
     Parameters
     ----------
-    needed : (group, tile) paths that `needed` returns. `have` : (group, tile) existing paths.
+    needed : (group, tile) paths that the function `needed` returns.
+    have : (group, tile) existing paths.
     most_mean : largest mean over tiles of the sum over groups.
     """
 
@@ -96,8 +98,8 @@ def affordable(needed: np.ndarray, have: np.ndarray, most_mean: float) -> float:
 def lots(more: np.ndarray) -> Iterator[Lot]:
     """Yield launches that together follow the paths of all groups.
 
-    One path may serve several groups. Each tile first shares paths among all groups that need some;
-    the last paths serve only the group that needs most.
+    One path may serve several groups. In each tile, the first paths serve all groups that need
+    paths; the last paths serve only the group that needs most.
 
     Parameters
     ----------

@@ -22,12 +22,13 @@ from isethdr_core.runs.sample_accumulation import Known, pooled_noise
 if TYPE_CHECKING:
     from ..renderer import MitsubaRenderer
 
-LARGEST_PASS = 1024  # paths per tile and pass: float32 sums of more paths lose 1e-4 or more
-LEAST_PASSES = 4  # needed to estimate the spread
-PASS_PATHS = 64e6  # paths per pass: a new pass costs 0.1 s of set-up
-SPLITS = 3  # ways to split the passes into halves: four equal passes have three
+# largest number of paths per tile and pass; float32 sums of more paths lose 1e-4 or more
+LARGEST_PASS = 1024
+LEAST_PASSES = 4  # smallest number of passes from which the spread can be estimated
+PASS_PATHS = 64e6  # largest number of paths per pass; a pass costs 0.1 s of set-up
+SPLITS = 3  # number of ways to split the passes into halves; four equal passes have three
 ONE_SIDED = 0.9  # largest difference between the halves, as a share of all paths
-ROUNDING = 1e-6  # relative: a smaller difference between halves counts as rounding, not as noise
+ROUNDING = 1e-6  # relative difference between halves up to which it counts as rounding, not noise
 # half of a normal distribution lies within this many standard deviations
 NORMAL = 0.6744897501960817
 
@@ -43,14 +44,14 @@ class Estimate:
     noise: np.ndarray
     # (group, 3, row, column) standard errors of X, Y and Z, cd/m2; NaN after one pass alone
     xyz_noise: np.ndarray
-    # (group, row, column) of the luminance that either half of the paths found, cd/m2; NaN after
-    # one pass alone
+    # (group, row, column) half of the luminance difference between two halves of the paths, cd/m2;
+    # NaN after one pass alone
     half_difference: np.ndarray
-    samples: np.ndarray  # (group,) paths per tile
-    seconds: np.ndarray  # (group,) of the passes that the group was part of
-    first: np.ndarray  # (group,) number of the first path: those before it were known
+    samples: np.ndarray  # (group,) new paths per tile
+    seconds: np.ndarray  # (group,) run time of the passes that the group was part of
+    first: np.ndarray  # (group,) number of the first new path; earlier ones were known
     known: list[Known]  # (group,) light of earlier renderings
-    whole_noise: np.ndarray  # (group,) noise of the mean of these paths and of the earlier ones
+    whole_noise: np.ndarray  # (group,) relative noise of the mean over new and known paths
 
 
 def pass_sizes(samples: int, tiles: int) -> list[int]:
@@ -78,15 +79,17 @@ def next_rung(paths: int) -> int:
 
 @dataclass(frozen=True)
 class Frame:
-    """What passes compute."""
+    """Light groups, bands and tiles that passes compute."""
 
     groups: Sequence[str]  # light groups
-    wavelength_nm: np.ndarray  # band centres
+    wavelength_nm: np.ndarray  # (band,) centres
     shape: tuple[int, int]  # (rows, columns) of tiles
-    # of the complete frame, from which the size of a pass follows, where `shape` is a part of it
+    # (rows, columns) of the complete frame, if `shape` is a part of it; the size of a pass depends
+    # on the complete frame
     whole: tuple[int, int] | None = None
-    # (rows, columns): the tiles whose noise counts; None: all. Tiles beyond the camera's field are
-    # left out: the number of paths must not depend on whether they are rendered.
+    # (rows, columns) of the tiles from which the noise of a group is computed; None: all. Tiles
+    # beyond the camera's field are left out, because the number of paths must not depend on whether
+    # they are rendered.
     judged: tuple[slice, slice] | None = None
 
 
@@ -102,7 +105,7 @@ def estimate(
     ----------
     one_pass : function(seed, samples, wanted group indices) -> iterable of (group index, band
         index, (rows * columns) radiance). Values of the same group and band are added.
-    settings : MitsubaRenderer: samples, error_allowed, most_samples and seed.
+    settings : `MitsubaRenderer`: samples, error_allowed, most_samples and seed.
     frame : light groups, bands and tiles of the passes.
     known : {group: Known}, results of earlier renderings. Only the missing paths are followed; no
         path is repeated.
@@ -115,7 +118,7 @@ def estimate(
     for same_paths in sums.alike(range(len(groups))):
         stored = known[same_paths[0]].paths
         lacking = max(settings.samples - stored, 0)
-        # where the noise matters, follow enough passes to measure it
+        # follow enough passes to measure the noise if it matters
         fewest = LEAST_PASSES if lacking and (stored or settings.error_allowed is not None) else 0
         sums.add_all(
             one_pass, pass_sizes(max(lacking, fewest), tiles), same_paths, "passes of paths"
@@ -141,8 +144,8 @@ def _refine(
     sums: _Sums,
     tiles: int,
 ) -> None:
-    """Add passes until the noise of each group is allowed; a group below the limit gets no more
-    passes.
+    """Add passes until the noise of each group is at most `error_allowed`, or the group has
+    `most_samples` paths. A group that has reached either gets no more passes.
     """
     while True:
         noise = sums.whole_noise()
@@ -188,8 +191,9 @@ class _Sums:
         self.tiles = shape[0] * shape[1]
         self.weights = xyz_weights(wavelength_nm)
         self.total = np.zeros((groups, len(wavelength_nm), self.tiles))  # sum of radiance x paths
-        self.squares = np.zeros((groups, 3, self.tiles))  # of X, Y, Z, each squared x paths
-        # of one half minus the other: sums of Y, and numbers of paths
+        self.squares = np.zeros((groups, 3, self.tiles))  # sums of X^2, Y^2, Z^2, each x paths
+        # differences between the two halves of each split: of the sums of Y x paths, and of the
+        # numbers of paths
         self.apart = np.zeros((groups, SPLITS, self.tiles))
         self.more = np.zeros((groups, SPLITS))
         self.paths = np.zeros(groups, int)
@@ -197,8 +201,8 @@ class _Sums:
         self.seconds = np.zeros(groups)
 
     def alike(self, groups: range) -> list[list[int]]:
-        """Return the `groups` groups in lists. The groups of one list have the same number of paths
-        and the same next path, so that one pass serves them all.
+        """Return the numbers in `groups` as lists. The groups of one list have the same number of
+        paths and the same next path, so that one pass serves them all.
         """
         lots: dict[tuple, list[int]] = {}
         for g in groups:
@@ -229,9 +233,10 @@ class _Sums:
             xyz[g] += self.weights[:, band, None] * values
         self.squares += samples * xyz**2
         for g in groups:
-            # each pass goes to the half that has fewer paths
+            # first split: each pass goes to the half that has fewer paths
             fewer = -1 if self.more[g, 0] > 0 else 1
-            # two splits more, of four equal passes 1 + 2 and 1 + 4 against the others
+            # two more splits: with four equal passes, passes 1 and 2 against 3 and 4, and passes 1
+            # and 4 against 2 and 3
             pair = -1 if self.passes[g] & 2 else 1
             to_half = samples * np.array([fewer, pair, fewer * pair])
             self.apart[g] += to_half[:, None] * xyz[g, 1]
@@ -253,18 +258,18 @@ class _Sums:
         return self.total / np.maximum(self.paths, 1)[:, None, None]
 
     def noise(self) -> np.ndarray:
-        """Return, per group, a robust standard error: half of the light has a smaller error, and
-        this error is divided by 0.6745. For normal noise the result is the standard error.
+        """Return the relative noise (group,): a robust standard error, weighted by luminance.
 
-        The result is relative and weighted by luminance. It counts the judged tiles above 1 % of
-        the group's mean. Two estimates exist, and each alone is too optimistic or too pessimistic:
-        the difference between two halves of the paths is too small for light that few paths find,
-        because both halves may have missed it; the standard errors of a tile and its neighbours are
-        too large, because rare bright paths are shared among them. The result is the root mean
-        square of both estimates, or the first one where it is larger. The spread of the passes of
-        one tile would be smaller than both, because the few passes of most tiles have found none of
-        the rare light. Tiles that show the sky have no noise. They are left out if other tiles
-        remain.
+        It is the median error, weighted by luminance, divided by 0.6745. For normal noise this is
+        the standard error. Only the judged tiles above 1 % of the group's mean count.
+
+        There are two estimates. The difference between two halves of the paths is too small for
+        light that few paths find, because both halves may have missed it. The standard errors of
+        a tile and its neighbours are too large, because rare bright paths are shared among them.
+        The result is the root mean square of both estimates, or the first one if it is larger. The
+        spread of the passes of one tile would be smaller than both, because the few passes of most
+        tiles have found none of the rare light. Tiles that show the sky have no noise. They are
+        left out if other tiles remain.
         """
         out = np.full(len(self.total), np.nan)
         for g in range(len(out)):
@@ -329,8 +334,8 @@ class _Sums:
         return out
 
     def _half_differences(self, g: int) -> np.ndarray:
-        """Return half the difference (split, tile) of each split of group `g`. A split is NaN if
-        one half has nearly all paths; the first split is never NaN.
+        """Return half of the luminance difference (split, tile) for each split of group `g`, cd/m2.
+        A split is NaN if one half has nearly all paths; the first split is never NaN.
         """
         share = (self.more[g] / self.paths[g])[:, None]
         remaining = 1 - share**2
@@ -343,9 +348,9 @@ def group_noise(level: np.ndarray, halves: np.ndarray, spread: np.ndarray) -> fl
 
     Parameters
     ----------
-    level : (tile,) luminance.
-    halves : (split, tile) half of the difference between two halves of the paths.
-    spread : (tile,) standard errors.
+    level : (tile,) luminance, cd/m2.
+    halves : (split, tile) half of the luminance difference between two halves of the paths, cd/m2.
+    spread : (tile,) standard errors of luminance, cd/m2.
     """
     differences = np.abs(halves) / level
     lit = differences.max(axis=0, initial=0.0) > ROUNDING
@@ -360,13 +365,13 @@ def group_noise(level: np.ndarray, halves: np.ndarray, spread: np.ndarray) -> fl
 
 
 def with_known(noise: np.ndarray, paths: np.ndarray, known: Sequence[Known]) -> np.ndarray:
-    """Return the noise (group,) of the mean of new paths and those known before; NaN where there is
-    no light.
+    """Return the relative noise (group,) of the mean over new and known paths; NaN for a group
+    without light.
 
     Parameters
     ----------
-    noise, paths : (group,) of the new ones.
-    known : (group,) `Known`.
+    noise, paths : (group,) relative noise and number of the new paths.
+    known : (group,) results of earlier renderings.
     """
     out = np.array(noise, float)
     for g, k in enumerate(known):
@@ -380,7 +385,7 @@ def with_known(noise: np.ndarray, paths: np.ndarray, known: Sequence[Known]) -> 
 def _around(values: np.ndarray, reach: int) -> np.ndarray:
     """Return the mean (..., row, column) of the tiles within `reach` rows and columns of each.
 
-    No running sum is used, because the rounding error of a lamp would remain in it.
+    No running sum is used, because the rounding error of a bright lamp would remain in it.
     """
     rows, columns = values.shape[-2:]
     wide = np.pad(values, [(0, 0)] * (values.ndim - 2) + [(reach, reach)] * 2, mode="edge")

@@ -1,12 +1,13 @@
-"""Spectra on the device: the colours of surfaces and light at the wavelengths of one pass, band by
+"""Spectra on the device: spectra of surfaces and light at the wavelengths of one pass, band by
 band.
 
 A path carries one wavelength per band, at the same relative position in every band. Colours
-therefore have no noise of their own. Half of the positions of a pass are u, the others 1 - u, above
-multiples of half a nanometre; each pass draws a new u. Tables are linear between whole nanometres.
-The mean over all positions is the exact integral over a band that begins and ends at multiples of
-half a nanometre: the sum of (1 - u) f[j] + u f[j + 1] and u f[j] + (1 - u) f[j + 1] is the
-trapezoid rule. Other bands, and products of spectra, are exact in the mean over u.
+therefore have no noise of their own. A band is divided into steps of at most half a nanometre. Half
+of the positions of a pass are at the share u of a step, the others at 1 - u; each pass draws a new
+u. Tables are linear between whole nanometres. The mean over all positions is the exact integral
+over a band that begins and ends at multiples of half a nanometre: the sum of
+(1 - u) f[j] + u f[j + 1] and u f[j] + (1 - u) f[j + 1] is the trapezoid rule. Other bands, and
+products of spectra, are exact in the mean over u.
 """
 
 from __future__ import annotations
@@ -35,11 +36,13 @@ class BandTable:
         rows : (row, SPECTRUM_NM) spectra.
         wavelength_nm : (band,) centres, nm.
         step_nm : width of the bands, nm.
-        means : number of last rows whose means over the bands `at` returns, too.
+        means : number of rows at the end of the table for which `at` also returns the means over
+            the positions.
         """
         self.rows = np.asarray(rows, float)
         self.means = means
-        self.packets = ceil(len(wavelength_nm) / 4)  # of four bands; the last band fills them up
+        # packets of four bands; copies of the last band fill the last packet
+        self.packets = ceil(len(wavelength_nm) / 4)
         self.bands_nm = np.pad(
             np.asarray(wavelength_nm, float),
             (0, 4 * self.packets - len(wavelength_nm)),
@@ -51,8 +54,8 @@ class BandTable:
         self.places = 2 * steps
 
     def at(self, u: float) -> np.ndarray:
-        """Return the values (place, row + means, band) at the positions `u` (0 to 1) and 1 - u
-        above whole steps. The means of the last rows follow at the end.
+        """Return the values (place, row + means, band) at the shares `u` (0 to 1) and 1 - u of each
+        step. The means of the last rows over all places follow at the end.
         """
         shift = np.stack(
             [self.starts_nm + u * self.spacing_nm, self.starts_nm + (1 - u) * self.spacing_nm], 1
@@ -69,8 +72,7 @@ class BandTable:
     def on_device(self, u: float) -> Any:
         """Return `at(u)`, flat.
 
-        The values pass through a list, because the renderer copies lists into aligned memory. It
-        would use a NumPy array in place. Such an array is aligned only by chance, and another
-        alignment compiles another kernel.
+        The values pass through a list, which Dr.Jit copies into aligned memory. A NumPy array would
+        be used in place; it is aligned only by chance, and an unaligned one needs another kernel.
         """
         return mi.Float(self.at(u).astype(np.float32).ravel().tolist())

@@ -1,8 +1,8 @@
 """Surfaces on the device: the material that a ray met, its reflectance table, and one evaluation
 for all bands.
 
-Only surfaces that differ in more than colour are compiled. (Mitsuba itself gives every instance a
-surface of its own.)
+Surfaces that differ only in colour share their compiled code. (Mitsuba itself gives every instance
+a surface of its own.)
 """
 
 from __future__ import annotations
@@ -30,8 +30,8 @@ class SurfaceTables:
 
         Parameters
         ----------
-        world : scene whose shapes have the materials.
-        materials : `Material` of each, in the order of the world.
+        world : scene with the shapes that have the materials.
+        materials : `Material` by number, as in the shapes of the world.
         surfaces : BSDF of each material, in the same order.
         """
         materials = list(materials)
@@ -57,16 +57,14 @@ class SurfaceTables:
         return dr.gather(mi.UInt32, self.material_of, shape, active)
 
     def is_smooth(self, material: Any, active: Any) -> Any:
-        """Return whether the surface reflects light from a lamp in other ways than a mirror or a
-        clear pane.
-        """
+        """Return whether the surface scatters light, unlike a perfect mirror or a clear pane."""
         return dr.gather(mi.Bool, self.smooth, material, active)
 
     def towards(self, material: Any, si: Any, direction: Any, active: Any) -> tuple[Any, Any]:
         """Return (value, density per solid angle) of the surface towards `direction` (local).
 
-        Values hold reflectance 0 in channel 0 and reflectance 1 in channel 1; the truth is linear
-        between.
+        Channel 0 of the value is for reflectance 0, channel 1 for reflectance 1. The value is
+        linear in the reflectance.
 
         Parameters
         ----------
@@ -81,14 +79,15 @@ class SurfaceTables:
         )
 
     def onwards(self, material: Any, si: Any, pick: Any, spot: Any, active: Any) -> tuple[Any, Any]:
-        """Draw a direction: return a BSDFSample3f and its value / density, as `towards`.
+        """Draw a direction: return a BSDFSample3f, and value / density with channels as in
+        `towards`.
 
         Parameters
         ----------
         material : number of the material.
         si : surface interaction.
-        pick : random number from 0 to 1 that picks a lobe.
-        spot : two random numbers from 0 to 1 for the direction.
+        pick : random number from 0 to 1 that picks a lobe of the surface.
+        spot : two random numbers from 0 to 1 that pick the direction.
         active : lanes that take part.
         """
         kind = dr.gather(mi.UInt32, self.kind, material, active)

@@ -17,25 +17,27 @@ import numpy as np
 from .integrator import Found
 from .work_items import Work
 
-REACH = 2  # tiles around one whose spread counts
-ROUNDING = 1e-6  # relative: batches that differ by less have no spread
-MOST_APART = 20.0  # times their variance: of normal noise one pair of buffers in 10^5 is beyond
-PRIOR = 24.0  # batches that the neighbours' spread counts as, beside a tile's own
+REACH = 2  # number of tiles on each side of a tile that count as its neighbours
+ROUNDING = 1e-6  # relative standard error up to which a difference counts as rounding, not noise
+# Largest ratio of the squared half difference of two buffers to its variance; larger ratios are
+# limited to this value. With normal noise, one pair of buffers in 10^5 exceeds it.
+MOST_APART = 20.0
+PRIOR = 24.0  # weight of the variance of the neighbours, as a number of batches of the tile itself
 
 
 @dataclass(eq=False)
 class Tally:
     """Sums of one buffer. Radiance in W m-2 sr-1 nm-1, X, Y and Z in cd/m2, summed over paths."""
 
-    paths: np.ndarray  # (group, tile)
-    batches: np.ndarray  # (group, tile)
+    paths: np.ndarray  # (group, tile) number of paths
+    batches: np.ndarray  # (group, tile) number of batches
     radiance: np.ndarray  # (group, band, tile) float32
     xyz: np.ndarray  # (group, 3, tile)
     squares: np.ndarray  # (group, 3, tile): sum over batches of (their X, Y, Z)^2 / their paths
 
     @classmethod
     def empty(cls, groups: int, bands: int, tiles: int) -> Tally:
-        """Return a tally of no path.
+        """Return a tally without paths.
 
         Parameters
         ----------
@@ -52,7 +54,7 @@ class Tally:
         )
 
     def add(self, work: Work, sums: Found) -> None:
-        """Add what a launch found; a tile is at most once in its list."""
+        """Add the results of a launch. Its list contains each tile at most once."""
         first = np.flatnonzero(work.lane == 0)
         paths = np.add.reduceat(work.paths.astype(float), first)
         over_items = lambda values: np.add.reduceat(values, first, axis=-1)
@@ -78,11 +80,11 @@ class Neighbours:
     """Sums over the neighbours of a tile that show the same object as the tile."""
 
     def __init__(self, instance: np.ndarray) -> None:
-        """`instance` : (row, column) number of the object that each tile shows."""
+        """Find the neighbours from the object number `instance` (row, column) of each tile."""
         self.shape = instance.shape
         each = range(-REACH, REACH + 1)
-        # of each shift how far it reaches, which tiles there are on both sides, and where they show
-        # the same object
+        # for each shift: its reach, the slices of target and source tiles, and where both show the
+        # same object
         self.pairs = []
         for down, right in ((d, r) for d in each for r in each):
             to, of = (
@@ -98,10 +100,12 @@ class Neighbours:
         self.counts = {reach: self.sum(one, reach)[0] for reach in (1, REACH)}
 
     def sum(self, values: np.ndarray, reach: int = REACH) -> np.ndarray:
-        """Return sums (..., tile) of values (..., tile), float32."""
+        """Return sums (..., tile) of values (..., tile), float32, over the tiles within `reach`
+        rows and columns that show the same object.
+        """
         planes = np.asarray(values, np.float32).reshape(-1, *self.shape)
         out = np.zeros(planes.shape, np.float32)
-        for total, plane in zip(out, planes):  # one after the other: they stay in the cache
+        for total, plane in zip(out, planes):  # one plane at a time stays in the cache
             for distance, to, of, same_object in self.pairs:
                 if distance <= reach:
                     total[to] += plane[of] * same_object
@@ -109,11 +113,11 @@ class Neighbours:
 
 
 def path_variance(tallies: list[Tally], near: Neighbours) -> np.ndarray:
-    """Return the variance (group, 3, tile) of X, Y and Z of single paths, from all batches of
-    `tallies`, float32.
+    """Return the variance (group, 3, tile) of X, Y and Z of single paths, (cd/m2)^2, from all
+    batches of `tallies`, float32.
     """
     of_group = lambda g: _group_variance(tallies, g, near)
-    # compiled code does not run meanwhile, and NumPy lets threads run beside each other
+    # no compiled code runs at this time, and NumPy lets threads run in parallel
     with ThreadPoolExecutor(os.cpu_count()) as threads:
         return np.stack(list(threads.map(of_group, range(len(tallies[0].paths)))))
 
@@ -122,7 +126,7 @@ def _group_variance(tallies: list[Tally], g: int, near: Neighbours) -> np.ndarra
     """Return the variance (3, tile) of X, Y and Z of single paths in group `g`."""
     single = np.float32
     light = sum(t.xyz[g] for t in tallies) / np.maximum(sum(t.paths[g] for t in tallies), 1)
-    # about each tally's own mean, which takes one batch of it
+    # squared deviations from the mean of each tally, which takes one degree of freedom per tally
     squares = sum(
         np.maximum(t.squares[g] - t.xyz[g] ** 2 / np.maximum(t.paths[g], 1), 0) for t in tallies
     ).astype(single)
@@ -136,18 +140,18 @@ def _group_variance(tallies: list[Tally], g: int, near: Neighbours) -> np.ndarra
 
 
 def spread_of_buffers(first: Tally, second: Tally, of_batches: np.ndarray) -> np.ndarray:
-    """Return per group (group, 1, 1) the variance that two buffers have over what their batches
-    say: the mean over tiles, each with the same weight.
+    """Return for each group (group, 1, 1) the ratio of the variance found from two buffers to that
+    found from their batches. It is the mean over tiles, each with the same weight.
 
-    Batches take turns in one sequence of points that is spread evenly, so that each of them is
-    noisier than its share of the whole sequence. The buffers are independent: half of what they
-    differ by has the variance of their mean.
+    The batches of a tile take turns in one evenly spread sequence of points. Each batch is less
+    evenly spread than the whole sequence, so the batches suggest too much noise. The buffers are
+    independent: half of their difference has the variance of their mean.
 
     Parameters
     ----------
     first : half buffer A.
     second : half buffer B.
-    of_batches : (group, 3, tile) variance of the mean of both buffers, as batches tell it.
+    of_batches : (group, 3, tile) variance of the mean of both buffers, from batches, (cd/m2)^2.
     """
     a = first.mean()
     b = second.mean()

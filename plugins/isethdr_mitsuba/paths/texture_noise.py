@@ -1,8 +1,8 @@
 """Textures on the device: the share of the second reflectance of a surface at a point.
 
-Smooth noise between random values at the corners of a cubic lattice, one value for each corner and
-seed (value noise; see Perlin 1985). The random values are hashes of integers, so there is no table
-and no seam.
+The share follows value noise (see Perlin 1985): smooth interpolation between random values at the
+corners of a cubic lattice, one value for each corner and seed. The random values are hashes of
+integers, so there is no table and no seam.
 """
 
 from __future__ import annotations
@@ -17,15 +17,22 @@ import numpy as np
 if TYPE_CHECKING:
     from isethdr_core.data.scene_description import Material
 
-SPAN = 1 << 20  # lattice cells that world coordinates may be off on either side of the origin
+SPAN = 1 << 20  # largest distance of a point from the origin along each axis, in lattice cells
 
 
 class TextureTables:
-    """Device tables of the textures of materials; no code for them where none has one."""
+    """Device tables of the textures of materials. If no material has a texture, no code is compiled
+    for them.
+    """
 
     def __init__(self, materials: Sequence[Material], first_row: int) -> None:
-        """`first_row` : row of the first second reflectance in the table of spectra; they stand in
-        the order of the materials that have one.
+        """Make the tables.
+
+        Parameters
+        ----------
+        materials : materials by number.
+        first_row : row of the first second reflectance in the table of spectra. Further ones follow
+            in the order of the materials that have a texture.
         """
         self.any = any(m.texture is not None for m in materials)
         if not self.any:
@@ -42,16 +49,16 @@ class TextureTables:
             rows.append([1 / texture.patch_m, strength[0], 1 / texture.grain_m, strength[1]])
             second.append([first_row, texture.seed & 0xFFFFFFFF])
             first_row += 1
-        # From a list: the renderer copies it into aligned memory. It would use a NumPy array where
-        # that lies, which is aligned only by chance, and then compiles another kernel.
+        # Passed as a list, which Dr.Jit copies into aligned memory. A NumPy array would be used in
+        # place; it is aligned only by chance, and an unaligned one needs another kernel.
         self.rows = mi.Float(np.ravel(rows).tolist())
         self.second = mi.UInt32(np.array(second, np.uint32)[:, 0])
         self.seed = mi.UInt32(np.array(second, np.uint32)[:, 1])
         dr.eval(self.rows, self.second, self.seed)
 
     def share(self, material: Any, point: Any, active: Any) -> tuple[Any, Any]:
-        """Return the row of the second reflectance of a material and its share at a world point;
-        the material's own row and 0 where it has none.
+        """Return the row of the second reflectance of a material and its share at a world point. A
+        material without a texture has its own row and the share 0.
 
         Parameters
         ----------
@@ -68,7 +75,7 @@ class TextureTables:
 
 
 def noise(place: Any, seed: Any) -> Any:
-    """Return smooth noise, -1..1, at `place` in cells of a lattice."""
+    """Return smooth noise, -1..1, at the position `place`, in units of lattice cells."""
     low = dr.floor(place)
     at = place - low
     ease = at * at * (3 - 2 * at)
@@ -84,7 +91,7 @@ def noise(place: Any, seed: Any) -> Any:
 
 
 def _random(corner: Any, seed: Any) -> Any:
-    """Return a random value, -1..1, of a corner of the lattice (a hash after Mueller, 2012)."""
+    """Return the random value, -1..1, of a lattice corner (integer hash after Mueller, 2012)."""
     h = corner.x * 0x8DA6B343 + corner.y * 0xD8163841 + corner.z * 0xCB1AB31F + seed * 0x9E3779B9
     for _ in range(2):
         h = (h ^ (h >> 16)) * 0x45D9F3B

@@ -15,15 +15,16 @@ from pathlib import Path
 import drjit as dr
 import numpy as np
 
-# paths per camera ray: two take 0.73, four 0.61 of the time of as many rays; eight 0.53, but
-# 1.35 times the variance
+# Largest number of paths that share a camera ray. Relative to one camera ray per path, two paths
+# per ray take 0.73 of the time and four 0.61. Eight take 0.53, but have 1.35 times the variance.
 MOST_SHARES = 4
-# camera rays of a pass through each tile; only further paths share a camera ray
+# smallest number of camera rays through a tile; only further paths share a camera ray
 LEAST_RAYS = 64
-MOST_LANES = 16  # adjacent lanes that follow paths of one tile, because they meet the same surfaces
-LEAST_A_LANE = 32  # paths per lane: with fewer, most lanes wait for the last ones
-# work items that a processor takes from a launch at a time. Some items have longer paths than
-# others: with Dr.Jit's 16384, one processor still works while the others have nothing left
+# largest number of adjacent lanes that follow paths of one tile; they hit the same surfaces
+MOST_LANES = 16
+LEAST_A_LANE = 32  # smallest number of paths per lane; with fewer, most lanes wait for the others
+# Number of work items that a processor takes from a launch at a time. Some items have longer paths
+# than others: with Dr.Jit's default of 16384, one processor still works while the others are idle.
 BLOCK_ITEMS = 1024
 
 
@@ -31,8 +32,9 @@ BLOCK_ITEMS = 1024
 class Work:
     """Work items of one launch, and their tiles.
 
-    Items of one tile are adjacent. Their number is a power of two, and larger numbers come first.
-    They therefore always lie within the lanes that compiled code sums up in one order.
+    Items of one tile are adjacent. Their number is a power of two, and tiles with more items come
+    first. The first item of a tile therefore lies at a multiple of their number, and compiled code
+    always sums them in the same order.
     """
 
     tiles: np.ndarray  # (entry,) numbers of tiles, row by row of the view
@@ -40,9 +42,9 @@ class Work:
     owner: np.ndarray  # (item,) number of the entry
     lane: np.ndarray  # (item,) position among the items of the entry
     lanes: np.ndarray  # (item,) number of items of the entry
-    paths: np.ndarray  # (item,) paths of this item
-    shares: np.ndarray  # (item,) paths on one camera ray
-    groups: np.ndarray  # (item,) light groups wanted, bit by bit
+    paths: np.ndarray  # (item,) number of paths of the item
+    shares: np.ndarray  # (item,) largest number of paths that share a camera ray
+    groups: np.ndarray  # (item,) bit mask of the light groups to compute
 
 
 def lanes_and_shares(samples: int) -> tuple[int, int]:
@@ -63,7 +65,7 @@ def even_work(tiles: int, samples: int, groups: int) -> Work:
     Parameters
     ----------
     tiles : number of tiles.
-    samples : paths through each tile.
+    samples : number of paths through each tile.
     groups : bit mask of the requested light groups.
     """
     lanes, shares = lanes_and_shares(samples)
@@ -87,16 +89,16 @@ def listed_work(tiles: np.ndarray, paths: np.ndarray, groups: np.ndarray, stream
     Parameters
     ----------
     tiles : (entry,) numbers of tiles.
-    paths : (entry,) paths of each tile, at least two.
+    paths : (entry,) number of paths of each tile, at least two.
     groups : (entry,) bit mask of the requested light groups.
     stream : number of the sequence of random numbers.
     """
     tiles, paths, groups = (np.asarray(a, int) for a in (tiles, paths, groups))
-    # at least two, because a single batch has no spread
+    # at least two lanes, because a single batch has no spread
     wide = np.round(np.log2(np.maximum(paths / LEAST_A_LANE, 1))).astype(int)
     lanes = 2 ** np.clip(wide, 1, np.log2(MOST_LANES).astype(int))
-    # adjacent lanes wait for the longest of them: items of equal length are adjacent, and within
-    # these, neighbours in the picture
+    # Adjacent lanes wait for the longest of them. Items with equal numbers of paths are therefore
+    # adjacent, and among these, neighbours in the picture.
     order = np.lexsort((np.arange(len(tiles)), -paths, -lanes))
     tiles, paths, groups, lanes = (a[order] for a in (tiles, paths, groups, lanes))
     owner = np.repeat(np.arange(len(tiles)), lanes)
@@ -114,11 +116,11 @@ def listed_work(tiles: np.ndarray, paths: np.ndarray, groups: np.ndarray, stream
 
 
 def divide_launches(items: int = BLOCK_ITEMS) -> bool:
-    """Let a processor take `items` work items of a launch at a time, and return whether Dr.Jit does
-    so.
+    """Make each processor take `items` work items of a launch at a time, and return whether Dr.Jit
+    supports it.
 
-    Dr.Jit's function for it has no name in Python. A version without the function divides launches
-    as before, which takes longer and changes no result.
+    Dr.Jit does not export the function to Python. A version without the function keeps its default,
+    which takes longer and changes no result.
     """
     library = Path(dr.__file__).with_name("libdrjit-core.so")
     try:

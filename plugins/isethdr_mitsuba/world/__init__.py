@@ -7,8 +7,8 @@
 | `compensated_surface` | rough surfaces without loss between facets, in Python                |
 | `geometry`            | parts, models and poses as a Mitsuba scene                           |
 | `materials`           | materials as Mitsuba surfaces                                        |
-| `own_surfaces`        | both kinds of surfaces in Python, whose import imports Mitsuba       |
+| `own_surfaces`        | the two surfaces in Python; importing this module imports Mitsuba    |
 | `retro_surface`       | retro-reflection as a Mitsuba surface, in Python                     |
 | `triangle_chords`     | triangles subdivided until their sides are straight in angles        |
-| `view`                | the camera as a grid of tiles in tangents or angles, margin included |
+| `view`                | the camera as a grid of tiles in tangents or angles, with overscan   |
 """

@@ -1,6 +1,6 @@
 """A camera on a grid of angles for Mitsuba's own integrators, in scalar variants.
 
-Mitsuba's compiled cameras know tangents alone; here every ray asks Python, which is slow.
+Mitsuba's compiled cameras support tangents only. Here every ray calls Python, which is slow.
 """
 
 from __future__ import annotations
@@ -17,8 +17,8 @@ PLUGIN = "isethdr_angle_sensor"
 
 
 def angle_sensor(view: View, film_entry: dict) -> dict:
-    """Return the Mitsuba camera of an equidistant `view`, of a scalar variant; `film_entry` as
-    `beam_lamp.film`.
+    """Return the Mitsuba dictionary of the camera of an equidistant `view`, for a scalar variant.
+    `film_entry` is a film as `beam_lamp.film` returns it.
     """
     mi.register_sensor(PLUGIN, lambda properties: _sensor_class()(properties))
     matrix = np.eye(4)

@@ -1,13 +1,13 @@
 """Energy of coated and metallic surfaces in scalar variants: the light that is lost between
 facets, and a partial compensation. Other variants lose none (`compensated_surface`).
 
-Mitsuba's rough surfaces follow light to one facet only. Light that would meet another facet is
-lost, and the base under a coat receives less. In a white furnace a coat of roughness 0.55 loses 30
-%. Here the base is made brighter by a factor, such that nothing is lost at the best angle and no
-angle gains energy. The remaining loss, most of it at grazing angles, is stated. Metals have no base
-to brighten.
+Mitsuba's rough surfaces follow light to one facet only. Light that would hit another facet is lost,
+and the base under a coat receives less. In a white furnace a coat of roughness 0.55 loses 30 %.
+Here the reflectance of the base is multiplied by a factor, so that nothing is lost at the best
+angle and no angle gains energy. The remaining loss, most of it at grazing angles, is stated in the
+ledger. Metals have no base to brighten.
 
-`coat_energy.csv` is made by `scripts/coat_energy.py`: white furnaces from 0 to 85 degrees.
+`scripts/coat_energy.py` computes `coat_energy.csv` with white furnaces from 0 to 85 degrees.
 """
 
 from __future__ import annotations
@@ -22,32 +22,30 @@ import numpy as np
 
 from isethdr_core.scene import Material
 
-BELOW = 0.99  # less than any factor of the table
+BELOW = 0.99  # a value below all factors of the table
 
 
 class CoatEnergy(NamedTuple):
-    """`base`: factor on the reflectance of the base. `least`: share of its light that a white
-    surface then reflects at its worst angle, 0 to 85 degrees.
-    """
+    """Compensation and remaining energy of a coated or metallic surface."""
 
-    base: float
-    least: float
+    base: float  # factor on the reflectance of the base
+    least: float  # share of light that a white surface then reflects at its worst angle, 0..85 deg
 
 
 @cache
 def coat_energy(kind: str, roughness: float, index: float = 1.5) -> CoatEnergy:
-    """Return the numbers of a `plastic` or `conductor`; beyond the table those of its border.
-
-    The roughness is 0 to 1, the index of a plastic 1.2 to 2; between, the table is linear.
+    """Return the numbers of a `plastic` or `conductor`, interpolated in the table. Values outside
+    the table are replaced by the nearest value in it.
 
     Parameters
     ----------
     kind : `plastic` or `conductor`.
     roughness : Beckmann alpha, 0 to 1.
-    index : of refraction of a plastic, 1.2 to 2.
+    index : index of refraction of a plastic, 1.2 to 2.
     """
     alphas, indices, base, least = _table(kind)
-    # the root of what is added is nearly straight: a line would give back 0.3 % too much
+    # The square root of base - BELOW is nearly linear in the roughness. Linear interpolation of
+    # base itself would return 0.3 % too much light.
     root = np.sqrt(base - BELOW)
     bases = [float(np.interp(roughness, alphas, column)) ** 2 + BELOW for column in root.T]
     leasts = [float(np.interp(roughness, alphas, column)) for column in least.T]
@@ -69,7 +67,7 @@ def lost_light(materials: Iterable[Material]) -> tuple[float, str]:
 
 @cache
 def _table(kind: str) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Return roughnesses, indices, and (roughness, index) of base and least."""
+    """Return roughnesses, indices, and tables (roughness, index) of base and least."""
     with files(__package__).joinpath("coat_energy.csv").open() as file:
         rows = [row for row in csv.DictReader(file) if row["kind"] == kind]
     column = {k: np.array([float(r[k]) for r in rows]) for k in rows[0] if k != "kind"}

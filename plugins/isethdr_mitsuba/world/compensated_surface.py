@@ -1,11 +1,12 @@
-"""Rough surfaces that lose no light between facets: a Mitsuba surface and a lobe for what it lacks.
+"""Rough surfaces that lose no light between facets: a Mitsuba surface and a lobe for the missing
+light.
 
 Mitsuba's rough surfaces follow light to one facet only. Let A(c) be the share of light from the
-cosine c that the surface reflects if nothing is absorbed, and B the mean of 1 - A over the
-hemisphere. The lobe (1 - A(c_i)) (1 - A(c_o)) / (pi B), times the reflectance, gives back exactly
-what is missing, at every angle (Kelemen and Szirmay-Kalos 2001; Kulla and Conty 2017, slides 14 to
-16). It is the same in both directions. The reflectance of a metal is thus that of the rough
-surface as a whole, all facets included; its colour does not become deeper by further facets.
+cosine c that the surface reflects if nothing is absorbed, and B the cosine-weighted mean of 1 - A
+over the hemisphere. The lobe (1 - A(c_i)) (1 - A(c_o)) / (pi B), times the reflectance, returns
+exactly the missing light at every angle (Kelemen and Szirmay-Kalos 2001; Kulla and Conty 2017,
+slides 14 to 16). It is reciprocal. The reflectance of a metal is thus that of the rough surface as
+a whole, all facets included; reflections between facets do not make its colour more saturated.
 
 A is measured on the surface itself, by sampling it at fixed points.
 """
@@ -19,24 +20,26 @@ import mitsuba as mi
 import numpy as np
 
 PLUGIN = "isethdr_compensated_surface"
-NODES = 33  # of the table, even in the root of the cosine: the loss is steep at grazing angles
+# Number of nodes of the table. They are even in the square root of the cosine, because the loss
+# changes quickly at grazing angles.
+NODES = 33
 GRAZING = 1e-3  # cosine of the first node; at 0 there is no light
-SIDE = 64  # of the grid of points that each node is measured with
+SIDE = 64  # number of sample points along each side of the grid with which a node is measured
 
 
 def register() -> None:
-    """Tell the current variant of Mitsuba about the plugin."""
+    """Register the plugin with the current variant of Mitsuba."""
     mi.register_bsdf(PLUGIN, lambda properties: _compensated_class()(properties))
 
 
 def compensated_surface(inner: dict, reflectance: dict, missing: np.ndarray) -> dict:
-    """Return the Mitsuba dictionary of a rough surface and the lobe for what it lacks.
+    """Return the Mitsuba dictionary of a rough surface with the lobe for its missing light.
 
     Parameters
     ----------
     inner : dictionary of the rough surface, linear in `reflectance`.
     reflectance : dictionary of a spectrum.
-    missing : (node,) share of light that a white surface lacks (`missing_light`).
+    missing : (node,) share of light that a white surface loses (`missing_light`).
     """
     register()
     text = ",".join(f"{v:.9g}" for v in missing)
@@ -44,10 +47,11 @@ def compensated_surface(inner: dict, reflectance: dict, missing: np.ndarray) -> 
 
 
 def missing_light(white: dict) -> np.ndarray:
-    """Return the share of light (node,) that the surface of a dictionary lacks, 0 to 1, at cosines
-    even in their root.
+    """Return the share of light (node,), 0 to 1, that the surface of the dictionary `white` loses.
+    The cosines of the nodes are even in their square root.
 
-    Each node is the mean over a grid of points with an even third coordinate, which chooses lobes.
+    Each node is the mean over a grid of sample points. A third coordinate, which chooses the lobe,
+    is spread evenly.
     """
     bsdf = mi.load_dict(white)
     cosine = np.maximum(np.linspace(0, 1, NODES) ** 2, GRAZING)
@@ -66,10 +70,11 @@ def missing_light(white: dict) -> np.ndarray:
 
 
 def mean_over_hemisphere(missing: np.ndarray) -> float:
-    """Return the cosine-weighted mean of a table that is linear in the root of the cosine.
+    """Return the cosine-weighted mean of a table that is linear in the square root of the cosine.
 
-    The integral of 2 c m dc is that of 4 x^3 m dx, with c = x^2; Simpson's rule on each interval is
-    exact for a polynomial of the fourth degree only up to h^5, so each has four points of Gauss.
+    The integral of 2 c m dc equals that of 4 x^3 m dx, with c = x^2. The integrand is a polynomial
+    of the fourth degree on each interval. Simpson's rule would have an error of order h^5 there;
+    four Gauss points are exact.
     """
     nodes = np.linspace(0, 1, len(missing))
     node, weight = np.polynomial.legendre.leggauss(4)
@@ -86,7 +91,7 @@ def _compensated_class() -> type:
             self.inner = properties["inner"]
             missing = np.array([float(v) for v in properties["missing"].split(",")])
             mean = max(mean_over_hemisphere(missing), 1e-9)
-            # data, not literals: one kernel for all surfaces of a kind
+            # data, not literals, so that all surfaces of a kind share one kernel
             self.missing = mi.Float(missing.astype(np.float32))
             self.level = dr.opaque(mi.Float, 1 / (np.pi * mean))
             self.lobe = mi.BSDFFlags.DiffuseReflection | mi.BSDFFlags.FrontSide
@@ -107,7 +112,9 @@ def _compensated_class() -> type:
         def with_lobe(
             self, si: Any, wo: Any, inner: tuple[Any, Any], active: Any
         ) -> tuple[Any, Any]:
-            """Return value and density of both, from those of the rough surface."""
+            """Return value and density of rough surface and lobe together, from those of the rough
+            surface, `inner`.
+            """
             value, density = inner
             cos_i = mi.Frame3f.cos_theta(si.wi)
             cos_o = mi.Frame3f.cos_theta(wo)

@@ -30,12 +30,13 @@ class Shape:
     """A Mitsuba shape and the object, material or lamp that it represents."""
 
     shape: mi.Shape
-    # object 1, 2, ...; 0 for shared parts of a model: their instances hold the number
+    # number of the object, from 1; 0 for shared parts of a model, whose instances have the number,
+    # and for sun and moon
     label: int = 0
     material: int = 0  # index into the description's materials
     lamp: int | None = None  # index into the lamps
-    pose: np.ndarray | None = None  # (4, 4) of an instance: it has no triangles of its own
-    parts: tuple = ()  # shapes that an instance places
+    pose: np.ndarray | None = None  # (4, 4) pose of an instance, which has no triangles of its own
+    parts: tuple = ()  # shapes that an instance contains
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,8 +49,8 @@ class World:
     shapes: list[Shape]
 
     def table(self, value_of: Callable[..., Any], default: int = 0) -> np.ndarray:
-        """Return a table from the number that Mitsuba gives a shape to `value_of(Shape)`; `default`
-        for unused numbers, including 0.
+        """Return an array of `value_of(Shape)`, indexed by the number that Mitsuba gives a shape.
+        Unused numbers, including 0, have the value `default`.
         """
         numbers = _numbers(s.shape for s in self.shapes)
         table = np.full(numbers.max(initial=0) + 1, default, np.uint32)
@@ -57,8 +58,10 @@ class World:
         return table
 
     def instances(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return three tables by the number that Mitsuba gives an instance: its pose (n, 4, 4), the
-        identity for unused numbers; the position of its first part; and the numbers of all parts.
+        """Return poses (n, 4, 4), positions of first parts (n,), and numbers of all parts.
+
+        Poses and positions are indexed by the number that Mitsuba gives an instance; unused numbers
+        have the identity as pose. A position is an index into the list of numbers of parts.
         """
         placed = [s for s in self.shapes if s.pose is not None]
         numbers = _numbers(s.shape for s in placed)
@@ -90,8 +93,8 @@ def build_world(
 
     Parameters
     ----------
-    description : SceneDescription.
-    surfaces : Mitsuba BSDF of each material.
+    description : scene.
+    surfaces : {material: Mitsuba BSDF}.
     emitter_of : None, or a function from the index of a lamp to a Mitsuba emitter or None. The
         integrator of this plugin needs no emitters: it finds lamps by the shape that a ray hits.
     discs : whether to add sun and moon, as lamps after all others.

@@ -24,9 +24,10 @@ if TYPE_CHECKING:
     from isethdr_core.data.scene_description import SceneDescription
 
 STEP_NM = 5.0  # spacing of the reflectance tables, nm
-RAMP_NM = (400.0, 500.0)  # where the reflectance of a ramp surface is 0 and 1
+RAMP_NM = (400.0, 500.0)  # wavelengths at which the reflectance of a ramp surface is 0 and 1
 RAMP = Spectrum(RAMP_NM, (0.0, 1.0))
-# a marking without beads: grains alone, R_L about 125 mcd m-2 lx-1 at a reflectance of 1
+# surface of a marking without beads, grains alone: R_L is about 125 mcd m-2 lx-1 at a reflectance
+# of 1
 WORN_MARKING = Granular(
     gloss=0.0, roughness=1.0, flatness=1.0, wide=Facets(0.4, 1.5), narrow=Facets(0.4, 1.5)
 )
@@ -50,8 +51,9 @@ def ramp_surfaces(description: SceneDescription) -> dict:
 
 @lru_cache(maxsize=256)
 def _ramp_surface(variant: str, kind: str, **roughness: Any) -> Any:
-    """Return the BSDF with ramp reflectance. It is kept, because Mitsuba computes tables for each
-    rough plastic (0.05 CPU s). `variant` is the Mitsuba variant of its types.
+    """Return the BSDF with ramp reflectance. It is cached, because Mitsuba computes tables for each
+    rough plastic (0.05 CPU s). `variant` is part of the key of the cache, because the types of a
+    BSDF belong to one Mitsuba variant.
     """
     import mitsuba as mi
 
@@ -85,8 +87,8 @@ def regular(spectrum: Spectrum, first_nm: float, last_nm: float, limit: float = 
     last_nm : longest wavelength that the table covers, nm.
     limit : largest value of the table; negative values become 0.
     """
-    # one more step at both ends: a regular table is 0 beyond its ends, and bands are jittered by
-    # half their width
+    # one more step at both ends, because a regular table is 0 beyond its ends, and wavelengths are
+    # jittered within bands
     count = int(np.ceil((last_nm - first_nm) / STEP_NM)) + 3
     nm = first_nm - STEP_NM + STEP_NM * np.arange(count)
     value = np.clip(spectrum.at(nm), 0, limit)
@@ -110,7 +112,7 @@ def surface(material: Material, first_nm: float, last_nm: float) -> dict:
 
     Parameters
     ----------
-    material : `Material`.
+    material : kind, reflectance and roughness of the surface.
     first_nm : shortest wavelength of the reflectance, nm.
     last_nm : longest wavelength of the reflectance, nm.
     """
@@ -146,7 +148,8 @@ def _opaque(material: Material, table: dict) -> dict:
 def _compensated(material: Material, table: dict) -> dict:
     """Return a rough surface with the lobe for the light that it loses between facets.
 
-    In a scalar variant each path would call Python; there the base of a coat is brighter instead.
+    Not for scalar variants, where each path would call Python; there the base of a coat is
+    brightened instead.
     """
     own = _own_surfaces()
     missing = _missing(own.variant(), material.kind, material.roughness, material.index)
@@ -155,14 +158,16 @@ def _compensated(material: Material, table: dict) -> dict:
 
 @lru_cache(maxsize=256)
 def _missing(variant: str, kind: str, roughness: float, index: float) -> np.ndarray:
-    """Return the share of light that a white surface loses. `variant` measures it."""
+    """Return the share of light (node,) that a white surface loses, measured in the current Mitsuba
+    variant, `variant`.
+    """
     white = Material(kind, kind, flat(1.0), roughness, index)
     reflectance = {"type": "uniform", "value": 1.0}
     return _own_surfaces().missing_light(_single_facets(white, reflectance))
 
 
 def _own_surfaces() -> ModuleType:
-    """Return the module of our own Mitsuba surfaces, whose import imports Mitsuba."""
+    """Return the module of the surfaces written in Python; importing it imports Mitsuba."""
     from . import own_surfaces
 
     return own_surfaces
@@ -182,8 +187,8 @@ def _single_facets(material: Material, table: dict) -> dict:
             "ext_ior": 1.0,
             **microfacets,
         }
-    # 'none' is a perfect mirror, so the reflectance is all there is; its rise towards grazing
-    # angles is left out
+    # 'none' is a perfect mirror, so the reflectance alone counts; its rise towards grazing angles
+    # is left out
     return {
         "type": "roughconductor" if rough else "conductor",
         "material": "none",
@@ -210,14 +215,15 @@ def _granular_of(material: Material) -> Granular:
 
 
 def _granular(surface: Granular, table: dict) -> dict:
-    """Return grains and facets, mixed by their shares."""
+    """Return the Mitsuba dictionary of grains and facets, mixed by their shares."""
     grains = {
         "type": "principled",
         "base_color": table,
         "roughness": float(surface.roughness),
         "flatness": float(surface.flatness),
         "specular": 0.0,
-        # otherwise directions are drawn for a gloss of strength 0, and density and samples differ
+        # otherwise Mitsuba draws directions for a gloss of strength 0, and the density does not
+        # match the samples
         "main_specular_sampling_rate": 0.0,
     }
     facets = {
@@ -235,7 +241,9 @@ def _granular(surface: Granular, table: dict) -> dict:
 
 
 def _facets(facets: Facets) -> dict:
-    """Return microfacets of a dielectric, as a conductor of the same index that does not absorb."""
+    """Return microfacets of a dielectric as the dictionary of a conductor that has the same index
+    and does not absorb.
+    """
     return {
         "type": "roughconductor",
         "distribution": facets.distribution,

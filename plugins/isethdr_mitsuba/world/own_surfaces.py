@@ -1,4 +1,4 @@
-"""Surfaces of our own for Mitsuba, in one module, because importing them imports Mitsuba."""
+"""The Mitsuba surfaces written in Python, in one module, because importing them imports Mitsuba."""
 
 from __future__ import annotations
 

@@ -1,8 +1,8 @@
 """Retro-reflection as a Mitsuba surface: one BSDF in Python with exact sampling, in every variant.
 
-The law is that of `isethdr_core.scene.RetroReflection`, symmetric in both directions. Directions
-are drawn about the incoming one in proportion to p(t) = (1 + t / width)^-falloff by inversion of
-its integral; t = 1 - cos(observation angle).
+The law is that of `isethdr_core.scene.RetroReflection`, which is reciprocal. Directions are drawn
+around the incoming one in proportion to p(t) = (1 + t / width)^-falloff, by inversion of its
+integral; t = 1 - cos(observation angle).
 """
 
 from __future__ import annotations
@@ -17,16 +17,21 @@ if TYPE_CHECKING:
     from isethdr_core.data.scene_description import RetroReflection
 
 PLUGIN = "isethdr_retro_reflection"
-TINY = 1e-12
+TINY = 1e-12  # smallest cosine, and smallest divisor
 
 
 def register() -> None:
-    """Tell the current variant of Mitsuba about the plugin."""
+    """Register the plugin with the current variant of Mitsuba."""
     mi.register_bsdf(PLUGIN, lambda properties: _retro_class()(properties))
 
 
 def spread(width: float, falloff: float) -> float:
-    """Return the integral of p(t) over the sphere of directions, sr."""
+    """Return the integral of p(t) over the sphere of directions, sr.
+
+    Parameters
+    ----------
+    width, falloff : parameters of p(t), see the module.
+    """
     return 2 * np.pi * width / (falloff - 1) * (1 - (1 + 2 / width) ** (1 - falloff))
 
 
@@ -35,8 +40,8 @@ def retro_surface(retro: RetroReflection, reflectance: dict) -> dict:
 
     Parameters
     ----------
-    retro : RetroReflection.
-    reflectance : Mitsuba dictionary of the colour that it sends back.
+    retro : parameters of the retro-reflection.
+    reflectance : Mitsuba dictionary of the spectrum by which the returned light is multiplied.
     """
     register()
     return {
@@ -60,13 +65,13 @@ def _retro_class() -> type:
             width = float(properties["width"])
             falloff = float(properties["falloff"])
             self.summary = f"peak={float(properties['peak']):.4g}, width={width:.3g}"
-            # data, not literals: one kernel for all retro-reflectors of a form
+            # data, not literals, so that all retro-reflectors of a form share one kernel
             number = lambda v: dr.opaque(mi.Float, float(v)) if dr.is_jit_v(mi.Float) else float(v)
             self.peak, self.width, self.falloff = map(number, (properties["peak"], width, falloff))
             self.entrance = number(properties["entrance"])
             self.half_power = number(float(properties["power"]) / 2)
             self.spread = number(spread(width, falloff))
-            self.whole = number(1 - (1 + 2 / width) ** (1 - falloff))  # of p(t), normalised
+            self.whole = number(1 - (1 + 2 / width) ** (1 - falloff))  # range of the inversion
             flag = mi.BSDFFlags.GlossyReflection | mi.BSDFFlags.FrontSide
             self.m_components = [flag]
             self.m_flags = flag
@@ -75,13 +80,14 @@ def _retro_class() -> type:
             callback.put("reflectance", self.reflectance, mi.ParamFlags.Differentiable)
 
         def profile(self, wi: Any, wo: Any) -> Any:
-            # |wi - wo|^2 / 2 is 1 - cos without cancellation: 6e-6 of it is 0.2 degrees
+            # |wi - wo|^2 / 2 is 1 - cos without cancellation, which matters because 0.2 degrees is
+            # only 6e-6
             t = dr.squared_norm(wi - wo) / 2
             return dr.power(1 + t / self.width, -self.falloff)
 
         def over_profile(self, wi: Any, wo: Any) -> Any:
-            """Return f cos_o / (R p)."""
-            # scalar variants divide Python floats, which raise for 0
+            """Return f cos_o / (R p), where f is the BSDF, R the reflectance and p the profile."""
+            # scalar variants divide Python floats, and division by 0 raises an error
             cos_i = dr.maximum(mi.Frame3f.cos_theta(wi), TINY)
             cos_o = dr.maximum(mi.Frame3f.cos_theta(wo), TINY)
             if self.beads:
@@ -111,7 +117,7 @@ def _retro_class() -> type:
         def sample(
             self, ctx: Any, si: Any, sample1: Any, sample2: Any, active: Any = True
         ) -> tuple[Any, Any]:
-            # the integral of p(t) is a power of 1 + t / width
+            # inversion: the integral of p(t) is a power of 1 + t / width
             stretch = dr.power(1 - self.whole * sample2.x, 1 / (1 - self.falloff))
             t = dr.clip((stretch - 1) * self.width, 0, 2)
             sine = dr.sqrt(t * (2 - t))

@@ -18,26 +18,25 @@ from isethdr_core.quantities import LARGEST_HALF_FIELD_DEG
 if TYPE_CHECKING:
     from isethdr_core.data.scene_description import Camera
 
-SQUARE = 1e-3  # largest relative difference between the sides of a tile that is called square
+SQUARE = 1e-3  # largest relative difference between the sides of a tile that counts as square
 UNITS = {"tangent": "tangents", "equidistant": "angles"}
 
 
 @dataclass(frozen=True, eq=False)
 class View:
-    """Tiles seen by a pinhole: x (right) and y (down) of their centres, as `projection` says, and
-    world axes (unit vectors).
-    """
+    """The grid of tiles of a pinhole camera, and the pose of the camera in the world."""
 
-    # (columns,) field coordinates of the tile centres: tangents, or radians where equidistant
+    # (columns,) field coordinates of the tile centres to the right: tangents, or angles in radians
+    # if `projection` is equidistant
     x: np.ndarray
-    y: np.ndarray  # (rows,)
-    pitch_x: float  # of a tile, in the unit of x
-    pitch_y: float
+    y: np.ndarray  # (rows,) field coordinates of the tile centres downwards
+    pitch_x: float  # width of a tile, in the unit of x
+    pitch_y: float  # height of a tile, in the unit of y
     field: tuple[float, float]  # nominal (width, height) in that unit, without margin
-    origin_m: np.ndarray  # (3,)
-    right: np.ndarray  # (3,)
-    down: np.ndarray  # (3,)
-    forward: np.ndarray  # (3,)
+    origin_m: np.ndarray  # (3,) pinhole in the world
+    right: np.ndarray  # (3,) unit vector in the world
+    down: np.ndarray  # (3,) unit vector in the world
+    forward: np.ndarray  # (3,) unit vector in the world
     projection: str = "tangent"
     cut: tuple[int, int] = (0, 0)  # rows and columns that were left out on each side
 
@@ -48,8 +47,9 @@ class View:
 
     @property
     def whole(self) -> tuple[int, int]:
-        """Rows and columns of the full field. They number the tiles, so that the paths of a tile do
-        not depend on which tiles are left out.
+        """Rows and columns of the complete grid, including tiles that were left out. Tiles are
+        numbered in this grid, so that the paths of a tile do not depend on which tiles are left
+        out.
         """
         return self.shape[0] + 2 * self.cut[0], self.shape[1] + 2 * self.cut[1]
 
@@ -59,7 +59,7 @@ class View:
         return replace(self, y=self.y[rows], x=self.x[columns], cut=(rows.start, columns.start))
 
     def in_field(self) -> tuple[slice, slice]:
-        """Return the rows and columns of the camera's field."""
+        """Return the slices of rows and columns that lie in the camera's field."""
         beyond = (
             round((n * p - side) / (2 * p))
             for n, p, side in zip(self.shape, (self.pitch_y, self.pitch_x), self.field[::-1])
@@ -67,7 +67,7 @@ class View:
         return tuple(slice(c, n - c) for c, n in zip(beyond, self.shape))
 
     def of(self, camera: Camera) -> View:
-        """Return the same grid of tiles before another camera."""
+        """Return the same grid of tiles with the pose of another camera."""
         right, down, forward = _axes(camera)
         origin = np.asarray(camera.position_m, float)
         return replace(self, origin_m=origin, right=right, down=down, forward=forward)
@@ -83,12 +83,14 @@ class View:
         return np.asarray(directions, float) @ np.stack([self.right, self.down, self.forward])
 
     def rays(self, x: np.ndarray, y: np.ndarray) -> np.ndarray:
-        """Return (..., 3) unit vectors in camera axes towards field coordinates (broadcast)."""
+        """Return (..., 3) unit vectors in camera axes towards field coordinates `x` and `y`, which
+        are broadcast.
+        """
         return np.moveaxis(projections.direction(x, y, self.projection), 0, -1)
 
     def coordinates(self, points: np.ndarray) -> np.ndarray:
-        """Return (..., 2) field coordinates of points (..., 3) in camera axes; tangents only of
-        what lies in front.
+        """Return (..., 2) field coordinates of points (..., 3) in camera axes. Tangents are valid
+        only for points in front of the camera.
         """
         x, y, z = np.moveaxis(np.asarray(points, float), -1, 0)
         if self.projection == "tangent":
@@ -102,15 +104,18 @@ class View:
 
 
 def view_of(camera: Camera, width: int, height: int, margin: float) -> View:
-    """Return the view of `camera` with `width` x `height` tiles on its field, and the share
-    `margin` of that as overscan on every side.
+    """Return the view of `camera` with `width` x `height` tiles on its field, and overscan.
 
     Parameters
     ----------
-    camera : place, direction and field of the camera.
-    width : tiles across the field.
-    height : tiles down the field.
+    camera : position, direction and field of the camera.
+    width : number of tiles across the field.
+    height : number of tiles down the field.
     margin : overscan on every side, as a share of the field.
+
+    Raises
+    ------
+    ConfigError : a value is outside its range, or the grid does not cover these directions.
     """
     for name, value in (("width", width), ("height", height)):
         if value < 1:
@@ -176,12 +181,12 @@ def _axes(camera: Camera) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 def check_square(width: int, height: int, aspect: float) -> None:
     """Raise ConfigError unless `width` x `height` tiles on a field of `aspect` are square.
 
-    The message names the nearest number of tiles that are.
+    The message names the nearest numbers of tiles that make square tiles.
 
     Parameters
     ----------
-    width : tiles across the field.
-    height : tiles down the field.
+    width : number of tiles across the field.
+    height : number of tiles down the field.
     aspect : width / height of the field.
     """
     if _square(width, height, aspect):
@@ -209,9 +214,7 @@ def _square(width: int, height: int, aspect: float) -> bool:
 
 
 def _check_reach(view: View, camera: Camera, margin: float) -> None:
-    """Refuse tiles outside the directions of the grid, or with too much stretch, before anything is
-    rendered.
-    """
+    """Refuse, before rendering, tiles farther off the axis than the projection allows."""
     edge = [float(np.abs(c).max()) for c in (view.x, view.y)]
     if view.projection == "tangent":
         reach = float(np.degrees(np.arctan(max(edge))))

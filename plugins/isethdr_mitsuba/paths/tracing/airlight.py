@@ -1,10 +1,12 @@
-"""Airlight: light of lamps that fog scatters once into a ray, and light of the sky at any order.
+"""Airlight: light of lamps that fog scatters into a ray once, and light of the sky that fog
+scatters into it any number of times.
 
-Lamps: a place along the ray and a point of a lamp are drawn (`lamps.airlight_sampling`); one shadow
-ray for each group tells whether the lamp is seen from there.
+Lamps: a place along the ray and a point of a lamp are drawn (`lamps.airlight_sampling`). One shadow
+ray for each group tests whether the lamp is visible from there.
 
-Sky: it is even, and begins where the fog ends. A walk begins at a place along the ray, and takes
-directions by the phase function, until it leaves the fog and finds the sky, or ends at a surface.
+Sky: the sky is uniform, and begins where the fog ends. A random walk begins at a place along the
+ray and takes directions by the phase function. It ends at the sky when it leaves the fog, or at a
+surface, which adds no light.
 """
 
 from __future__ import annotations
@@ -26,25 +28,25 @@ if TYPE_CHECKING:
     from .lanes import Fixed, Met, Numbers, Path, Queue
     from .launch_tables import Light
 
-MOST_SCATTERED = 200  # times that a walk is scattered
-CLEAR = 1e-3  # of the way to a surface: walks end before it
+MOST_SCATTERED = 200  # largest number of times that a walk is scattered
+CLEAR = 1e-3  # share of the way to a surface that walks keep free in front of it
 
 
 @dr.syntax
 def cross_fog(
     fixed: Fixed, path: Path, numbers: Numbers, total: Light, met: Met, queue: Queue
 ) -> tuple[Path, Numbers, Light]:
-    """Return `path`, `numbers` and `total` after the stretch of fog up to what the ray meets: the
-    path has lost light there, and airlight is added.
+    """Return `path`, `numbers` and `total` after the fog along the ray, up to its hit point. The
+    weight of the path is attenuated, and airlight is added.
 
     Parameters
     ----------
-    fixed : of the loop.
-    path : whose ray crosses the fog.
+    fixed : constants of the loop.
+    path : path with the ray that crosses the fog.
     numbers : random numbers.
     total : light of the work items so far.
-    met : what the ray meets.
-    queue : paths that share the camera's ray.
+    met : hit of the ray.
+    queue : paths that share the camera ray.
     """
     fog = fixed.tables.fog
     spectra = fixed.tables.spectra
@@ -86,7 +88,7 @@ def from_lamps(
 
     Parameters
     ----------
-    air : AirlightLamps.
+    air : probabilities of lamps for airlight.
     g : number of the light group.
     rng : random numbers.
     segment : stretch of a ray in fog.
@@ -106,13 +108,13 @@ def from_lamps(
 def from_sky(
     scene: Any, fog: Fog | None, rng: np.random.Generator, segment: Any, active: Any
 ) -> Any:
-    """Return the packets of what fog along a `Segment` sends of the light of a uniform sky above
-    the fog, relative to the sky.
+    """Return the packets of airlight along a `Segment` by a uniform sky above the fog, relative to
+    the radiance of the sky.
 
     Parameters
     ----------
     scene : scene of Mitsuba, for shadows.
-    fog : `FogTables`.
+    fog : `FogTables` of the fog.
     rng : random numbers.
     segment : stretch of a ray in fog.
     active : lanes that take part.
@@ -137,7 +139,7 @@ def from_sky(
         next_place = -dr.log(dr.maximum(1 - rng.next_float32(), 1e-30)) / fog.sampled
         stays = next_place < free
         out = ~stays & (~met.is_valid() | (border < met.t))
-        # a walk that is cut short counts as one that found the sky
+        # a walk that is stopped early counts as one that reached the sky
         out |= stays & (k >= MOST_SCATTERED)
         found = dr.select(walks & out, weight, found)
         walks &= stays & (k < MOST_SCATTERED)

@@ -1,7 +1,7 @@
-"""Lanes: what each lane of compiled code knows, at the start of a segment of its path.
+"""Lanes: the state of each lane of compiled code at the start of a segment of its path.
 
-A lane follows one path at a time. As soon as it ends, the lane starts the next, so that no lane is
-idle. Loops of Dr.Jit take these dataclasses apart, and see which of their arrays change.
+A lane follows one path at a time. When the path ends, the lane starts the next one, so that no lane
+is idle. Loops of Dr.Jit take these dataclasses apart to find which of their arrays change.
 """
 
 from __future__ import annotations
@@ -20,12 +20,12 @@ from ..camera_rays import ACROSS, ALONG, ASIDE, CHOICE, DOWN, TURN, UP, offsets,
 from ..work_items import MOST_LANES
 from .launch_tables import Items, Tables
 
-# of 2^32: how far the candidates of one path move on along a ray in fog
+# Step of the places of candidates along a ray in fog, from path to path, as a share of 2^32
 OF_AIR = AIR_CANDIDATES * OF_PLACE & 0xFFFFFFFF
 
 
 class Fixed:
-    """What the loop does not change. No dataclass, which loops of Dr.Jit would take apart.
+    """Constants of the loop. Not a dataclass, because loops of Dr.Jit would take it apart.
 
     Attributes
     ----------
@@ -33,15 +33,16 @@ class Fixed:
     items : work items.
     max_depth : largest number of segments of a path.
     groups, packets : numbers of light groups, and of packets of four bands.
-    wanted : of each light group, whether a lane computes it.
+    wanted : for each light group, whether a lane computes it.
     with_lamps : numbers of the light groups that have lamps.
     sky : number of the light group of the sky; -1: none.
-    sky_row : row of its spectrum; the mean over its bands lies `lamps.sky_rows` further.
-    openings : where surfaces look for the sky; None without. Fog takes its share of the light on
-        the way, and sends on light of its own: it does without openings.
-    block : block of the picture that a tile lies in.
+    sky_row : first row of the spectra of the sky; their means over wavelength samples lie
+        `lamps.sky_rows` rows further.
+    openings : openings at which shadow rays to the sky aim, or None. Not used with fog, because fog
+        attenuates and scatters light between a surface and the sky.
+    block : block of the picture that contains the tile.
     centre : direction of the centre of a tile.
-    ramp : wavelengths of rays: surfaces are evaluated with reflectance 0 and 1, side by side.
+    ramp : wavelengths of rays, at which surfaces have reflectance 0 and 1, side by side.
     """
 
     def __init__(self, tables: Tables, items: Items, max_depth: int) -> None:
@@ -70,27 +71,29 @@ class Fixed:
         self.centre = tables.camera.ray(items.row, items.column, middle, self.ramp).d
 
     def row_of_sky(self, path: Path) -> Any:
-        """Return the row of the sky's spectrum. All paths of one camera ray use its mean."""
+        """Return the row of the sky's spectrum. A camera ray, which all its paths share, uses the
+        mean over wavelength samples.
+        """
         lamps = self.tables.lamps
         return dr.select(path.depth == 0, self.sky_row + lamps.sky_rows, self.sky_row)
 
 
 @dataclass
 class Numbers:
-    """Random numbers of a lane, and its places in the sequences of its tile.
+    """Random numbers of a lane, and its positions in the sequences of its tile.
 
-    Lanes take turns in the tile's one sequence of points, wavelengths, lamps, and directions from
-    the first surface.
+    A tile has one sequence each of points, wavelengths, lamps, and directions from the first
+    surface. The lanes of the tile take turns in it.
     """
 
     of_path: mi.PCG32
-    of_groups: list[mi.PCG32]
-    of_fog: list[mi.PCG32]  # of each light group, and of the sky; none without fog
-    point: mi.Point2u
-    along: mi.UInt32  # the bands
-    way: mi.Point2u
-    lamps: mi.Point2u
-    air: mi.UInt32 | int  # 0 without fog
+    of_groups: list[mi.PCG32]  # one for each light group
+    of_fog: list[mi.PCG32]  # one for each light group, and one for the sky; empty without fog
+    point: mi.Point2u  # point in the tile
+    along: mi.UInt32  # wavelength sample in each band
+    way: mi.Point2u  # direction from the first surface
+    lamps: mi.Point2u  # lamps of candidates, and choice among candidates
+    air: mi.UInt32 | int  # place along a ray in fog; 0 without fog
 
 
 def numbers_of(fixed: Fixed, seed: Any) -> Numbers:
@@ -98,8 +101,8 @@ def numbers_of(fixed: Fixed, seed: Any) -> Numbers:
 
     Parameters
     ----------
-    fixed : of the loop.
-    seed : of the random numbers, on the device.
+    fixed : constants of the loop.
+    seed : seed of the random numbers, on the device.
     """
     items = fixed.items
     groups = fixed.tables.lamps.groups
@@ -130,25 +133,25 @@ class Path:
 
     ray: mi.Ray3f
     going: mi.Bool  # whether there is a ray to follow
-    depth: mi.UInt32  # segments before this one
+    depth: mi.UInt32  # number of segments before this one
     place: mi.UInt32  # wavelength sample in each band
     beta: list[mi.Spectrum]  # packets: weight of the path up to here
-    bsdf_density: mi.Float  # per solid angle, of the ray's direction
+    bsdf_density: mi.Float  # density of the ray's direction per solid angle
     specular: mi.Bool  # whether the ray comes from a mirror, a clear pane or the camera
-    # whether all surfaces up to here were mirrors or clear panes: what the camera itself sees. None
-    # without fog.
+    # whether the camera sees the ray directly or through mirrors and clear panes alone; None
+    # without fog
     straight: mi.Bool | None
-    cell: mi.UInt32  # place from which lamps were chosen at the last surface
-    candidates: mi.UInt32  # lamps that were tried there
+    cell: mi.UInt32  # number of the place from which lamps were chosen at the last surface
+    candidates: mi.UInt32  # number of candidates of the shadow ray there
 
     def restart(self, packets: int) -> None:
-        """Begin at the camera, or at the surface that the camera sees."""
+        """Reset depth and weight for a path that begins at the camera or at its first surface."""
         self.depth = mi.UInt32(0)
         self.beta = [mi.Spectrum(1) for _ in range(packets)]
 
 
 def path_before_the_first(fixed: Fixed) -> Path:
-    """Return a path that goes nowhere."""
+    """Return an ended path, as the state before the first path."""
     camera = fixed.tables.camera
     return Path(
         ray=mi.Ray3f(mi.Point3f(camera.origin), mi.Vector3f(camera.forward), 0.0, fixed.ramp),
@@ -166,14 +169,14 @@ def path_before_the_first(fixed: Fixed) -> Path:
 
 @dataclass
 class Queue:
-    """The paths that a lane has still to follow. Several share a camera ray, and so a first
-    surface.
+    """The paths that a lane has still to follow. Several paths share a camera ray, and therefore a
+    first surface.
     """
 
-    left: mi.UInt32  # all of them
-    shares: mi.UInt32  # those that begin at the first surface of the last camera ray
-    si: mi.SurfaceInteraction3f  # there
-    material: mi.UInt32
+    left: mi.UInt32  # number of all remaining paths
+    shares: mi.UInt32  # number of remaining paths that share the last camera ray
+    si: mi.SurfaceInteraction3f  # first surface of that camera ray
+    material: mi.UInt32  # material of that surface
 
 
 def queue_of(items: Items) -> Queue:
@@ -188,12 +191,12 @@ def queue_of(items: Items) -> Queue:
 
 @dataclass
 class Met:
-    """What the ray of a path meets."""
+    """The surface or the sky that the ray of a path hits."""
 
     si: mi.SurfaceInteraction3f
     shape: mi.UInt32
-    hit: mi.Bool  # whether it is a surface
-    escapes: mi.Bool  # whether it is the sky
+    hit: mi.Bool  # whether the ray hits a surface
+    escapes: mi.Bool  # whether the ray leaves the scene to the sky
     material: mi.UInt32
     colour: list[mi.Spectrum]  # packets: reflectance, or radiance of the sky
     active: mi.Bool  # whether the path goes on from here

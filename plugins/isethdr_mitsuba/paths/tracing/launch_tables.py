@@ -26,11 +26,11 @@ class Spectra:
 
         Parameters
         ----------
-        values : samples of all rows, in packets.
-        rows : number of rows; the last are the means of those of the sky.
+        values : wavelength samples of all rows, in packets.
+        rows : number of rows; the last ones are the means of the rows of the sky.
         lights : number of the first row of a lamp.
-        places : wavelength samples in each band.
-        packets : of four bands.
+        places : number of wavelength samples in each band.
+        packets : number of packets of four bands.
         """
         self.values = values
         self.rows = rows
@@ -39,7 +39,7 @@ class Spectra:
         self.packets = packets
 
     def place(self, along: Any) -> Any:
-        """Return the index of the wavelength sample at position `along` (of 2^32) in each band."""
+        """Return the index of the wavelength sample at `along`, a share of 2^32, in each band."""
         return mi.UInt32(dr.mul_hi(along, self.places))
 
     def at(self, place: Any, row: Any, active: Any) -> list[Any]:
@@ -48,7 +48,7 @@ class Spectra:
         Parameters
         ----------
         place : wavelength sample in each band.
-        row : of a material or of a lamp.
+        row : row of a material, a lamp or the sky.
         active : lanes that take part.
         """
         return [
@@ -60,11 +60,12 @@ class Spectra:
 
 
 class Tables:
-    """A scene on the device. No tuple and no dataclass, which loops of Dr.Jit would take apart.
+    """A scene on the device. Not a tuple or a dataclass, because loops of Dr.Jit would take those
+    apart.
 
     Attributes
     ----------
-    fog, air : None in clear air.
+    fog, air : tables of fog, and of lamps for its airlight; None in clear air.
     """
 
     def __init__(
@@ -81,11 +82,11 @@ class Tables:
         Parameters
         ----------
         scene : scene of Mitsuba.
-        hits : triangles, and places of instances.
+        hits : triangles, and poses of instances.
         camera : view.
-        lamps : light groups, lamps, sky.
+        lamps : light groups, lamps and sky.
         surfaces : materials.
-        spectra : of materials and lamps.
+        spectra : spectra of materials, lamps and sky.
         """
         self.scene: mi.Scene = scene
         self.hits = hits
@@ -102,10 +103,10 @@ class Items(NamedTuple):
 
     row: mi.UInt32
     column: mi.UInt32
-    tile: mi.UInt32  # number that random numbers go by
+    tile: mi.UInt32  # number from which the random numbers of the tile follow
     owner: mi.UInt32  # entry of the result that the light is added to
-    lane: mi.UInt32
-    lanes: mi.UInt32  # of the same tile
-    paths: mi.UInt32  # to follow
-    shares: mi.UInt32  # paths that share a camera ray, at most
-    groups: mi.UInt32  # bits of the light groups that are wanted
+    lane: mi.UInt32  # position among the items of the same tile
+    lanes: mi.UInt32  # number of items of the same tile
+    paths: mi.UInt32  # number of paths to follow
+    shares: mi.UInt32  # largest number of paths that share a camera ray
+    groups: mi.UInt32  # bit mask of the light groups to compute

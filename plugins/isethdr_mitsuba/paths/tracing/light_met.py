@@ -1,7 +1,8 @@
-"""Light met: what a path brings when its ray meets the sky or a lamp by itself.
+"""Light met: the light that a path finds when its own ray, not a shadow ray, hits the sky or a
+lamp.
 
-The sky is met by all rays, a lamp only after the first surface: `visible_lamps` computes the lamps
-that the camera sees. Where a shadow ray may have found the same light, both are weighted (balance
+The sky counts for all rays, a lamp only after the first surface: `visible_lamps` computes the lamps
+that the camera sees. Where a shadow ray may find the same light, both are weighted (balance
 heuristic: Veach and Guibas 1995).
 """
 
@@ -19,15 +20,15 @@ if TYPE_CHECKING:
 
 @dr.syntax
 def add_sky(fixed: Fixed, path: Path, total: Light, met: Met, queue: Queue) -> Light:
-    """Return `total` with the light of the sky, where the ray leaves the scene.
+    """Return `total` with the light of the sky added for rays that leave the scene.
 
     Parameters
     ----------
-    fixed : of the loop.
-    path : whose ray it is.
+    fixed : constants of the loop.
+    path : path with the ray.
     total : light of the work items so far.
-    met : what the ray meets.
-    queue : paths that share the camera's ray.
+    met : hit of the ray.
+    queue : paths that share the camera ray.
     """
     sky = fixed.sky
     dome = fixed.tables.lamps.dome
@@ -44,7 +45,8 @@ def add_sky(fixed: Fixed, path: Path, total: Light, met: Met, queue: Queue) -> L
             total[sky][k] += path.beta[k] * met.colour[k] * level
     else:
         if level > 0:
-            # a tile of pure sky takes the value at its centre, and so has no noise
+            # camera rays take the sky at the centre of their tile, so that a tile of sky alone has
+            # no noise
             way_out = dr.select(first, fixed.centre, path.ray.d)
             row = fixed.row_of_sky(path)
             shine = dome.light(fixed.tables.spectra, path.place, row, way_out, level > 0)
@@ -55,11 +57,11 @@ def add_sky(fixed: Fixed, path: Path, total: Light, met: Met, queue: Queue) -> L
 
 @dr.syntax
 def add_lamp(fixed: Fixed, path: Path, total: Light, met: Met) -> Light:
-    """Return `total` with the light of the lamp that the ray meets after the first surface.
+    """Return `total` with the light added of the lamp that the ray hits after the first surface.
 
     Parameters
     ----------
-    fixed, path, total, met : as of `add_sky`.
+    fixed, path, total, met : as in `add_sky`.
     """
     lamps = fixed.tables.lamps
     spectra = fixed.tables.spectra

@@ -1,4 +1,4 @@
-"""Segments: how a path begins, what its ray meets, where it ends and how it goes on."""
+"""Segments of a path: start at the camera, hit of the ray, end or continuation of the path."""
 
 from __future__ import annotations
 
@@ -19,10 +19,10 @@ def follow_camera_ray(fixed: Fixed, path: Path, numbers: Numbers, queue: Queue) 
 
     Parameters
     ----------
-    fixed : of the loop.
-    path : changed.
-    numbers : random numbers.
-    queue : changed: the paths that share the ray.
+    fixed : constants of the loop.
+    path : path of the lane, changed in place.
+    numbers : random numbers, changed in place.
+    queue : paths to follow, changed in place: how many share the camera ray.
     """
     items = fixed.items
     path.ray = fixed.tables.camera.ray(items.row, items.column, numbers.point, fixed.ramp)
@@ -37,7 +37,7 @@ def follow_camera_ray(fixed: Fixed, path: Path, numbers: Numbers, queue: Queue) 
 
 
 def meet(fixed: Fixed, path: Path) -> Met:
-    """Return what the ray of a path meets."""
+    """Return the hit of the ray of a path."""
     tables = fixed.tables
     si, shape = tables.hits.meet(tables.scene, path.ray, path.going)
     hit = path.going & si.is_valid()
@@ -58,21 +58,21 @@ def meet(fixed: Fixed, path: Path) -> Met:
 def next_path(
     fixed: Fixed, path: Path, numbers: Numbers, queue: Queue, met: Met
 ) -> tuple[Path, Numbers, Queue, Met]:
-    """Return the arguments after the first one; where a path ends and others share its first
-    surface, its lane has begun the next of them there.
+    """Return `path`, `numbers`, `queue` and `met` after paths that end here. If other paths share
+    the first surface of an ended path, its lane begins the next of them there.
 
     Parameters
     ----------
-    fixed : of the loop.
-    path : that may end here.
+    fixed : constants of the loop.
+    path : path that may end here.
     numbers : random numbers.
-    queue : paths that share the camera's ray.
-    met : what the ray meets.
+    queue : paths that share the camera ray.
+    met : hit of the ray.
     """
     spectra = fixed.tables.spectra
     fog = fixed.tables.fog
     begun = path.going & (path.depth == 0)
-    # copies: where two variables are one object, Dr.Jit changes both
+    # copies, because Dr.Jit would change both of two variables that are one object
     if begun & met.active:
         queue.si = dr.copy(met.si)
         queue.material = dr.copy(met.material)
@@ -96,13 +96,13 @@ def next_path(
 
 
 def paint(fixed: Fixed, path: Path, met: Met) -> None:
-    """Mix the colour of a surface with the other colour of its texture.
+    """Mix the reflectance of a surface with the second reflectance of its texture.
 
     Parameters
     ----------
-    fixed : of the loop.
-    path : at the surface.
-    met : the surface, changed.
+    fixed : constants of the loop.
+    path : path at the surface.
+    met : hit of the surface, changed in place.
     """
     tables = fixed.tables
     if not tables.surfaces.textures.any:
@@ -114,14 +114,14 @@ def paint(fixed: Fixed, path: Path, met: Met) -> None:
 
 @dr.syntax
 def go_on(fixed: Fixed, path: Path, numbers: Numbers, met: Met) -> tuple[Path, Numbers]:
-    """Return the path and the numbers after the surface has sent the path on.
+    """Return the path and the numbers after the surface has scattered the path in a new direction.
 
     Parameters
     ----------
-    fixed : of the loop.
-    path : that has reached a surface.
+    fixed : constants of the loop.
+    path : path that has reached a surface.
     numbers : random numbers.
-    met : the surface.
+    met : hit of the surface.
     """
     surfaces = fixed.tables.surfaces
     strongest = mi.Float(0)

@@ -39,12 +39,12 @@ def add_chosen_lamps(
 
     Parameters
     ----------
-    fixed : of the loop.
-    path : that meets the surface.
+    fixed : constants of the loop.
+    path : path at the surface.
     numbers : random numbers.
     total : light of the work items so far.
-    met : the surface.
-    lit : lanes whose surface a lamp may light.
+    met : hit of the surface.
+    lit : lanes with a surface that a lamp may light.
     """
     lamps = fixed.tables.lamps
     first = path.depth == 0
@@ -52,7 +52,7 @@ def add_chosen_lamps(
     path.candidates = dr.select(first, mi.UInt32(FIRST_CANDIDATES), mi.UInt32(CANDIDATES))
     for g in fixed.with_lamps:
         if lit & fixed.wanted[g]:
-            # lanes take turns among the lamps too, at each depth from another start
+            # lanes take turns in the sequence of lamps too, at each depth from another start
             start = numbers.lamps + mi.Point2u(path.depth * DEEPER, path.depth * DEEPER)
             aimed = lamps.choose(
                 g, numbers.of_groups[g], met.si, path.cell, path.candidates, start, lit
@@ -74,7 +74,7 @@ def add_near_lamps(
 
     Parameters
     ----------
-    fixed, path, numbers, total, met, lit : as of `add_chosen_lamps`.
+    fixed, path, numbers, total, met, lit : as in `add_chosen_lamps`.
     """
     lamps = fixed.tables.lamps
     for g in fixed.with_lamps:
@@ -98,7 +98,7 @@ def add_sky_through_openings(
 
     Parameters
     ----------
-    fixed, path, numbers, total, met, lit : as of `add_chosen_lamps`.
+    fixed, path, numbers, total, met, lit : as in `add_chosen_lamps`.
     """
     sky = fixed.sky
     if lit & fixed.wanted[sky]:
@@ -109,15 +109,14 @@ def add_sky_through_openings(
 
 
 def light_of(tables: Tables, vertex: Vertex, aimed: tuple[Any, ...]) -> list[Any]:
-    """Return what a shadow ray brings from where it is `aimed` at (`LampTables.choose`), a list of
-    packets; weighted against meeting the lamp by chance (balance heuristic: Veach and Guibas
-    1995).
+    """Return the light that a shadow ray finds, as a list of packets. It is weighted against paths
+    that hit the lamp by their own rays (balance heuristic: Veach and Guibas 1995).
 
     Parameters
     ----------
     tables : scene on the device.
     vertex : point that the ray starts from.
-    aimed : target of the ray.
+    aimed : target of the ray, as `LampTables.choose` returns it.
     """
     source, target, towards, level, density = aimed
     si = vertex.si
@@ -138,12 +137,12 @@ def light_of(tables: Tables, vertex: Vertex, aimed: tuple[Any, ...]) -> list[Any
 
 
 def sky_through(fixed: Fixed, vertex: Vertex, rng: Any, active: Any) -> list[Any]:
-    """Return what one shadow ray through an opening brings of the sky, a list of packets; weighted
-    against leaving the surface that way by chance.
+    """Return the light of the sky that one shadow ray through an opening finds, as a list of
+    packets. It is weighted against paths that leave through the opening by their own rays.
 
     Parameters
     ----------
-    fixed : of the loop.
+    fixed : constants of the loop.
     vertex : point that the ray starts from.
     rng : random numbers.
     active : lanes that take part.

@@ -1,11 +1,12 @@
 """Trace: the loop that follows paths from surface to surface, recorded by Dr.Jit and compiled.
 
-One turn of the loop is one segment of a path. The ray meets a surface or the sky, and brings the
-light that it meets by itself. Shadow rays bring the light of lamps and of openings. The surface
-sends the path on.
+One iteration of the loop is one segment of a path. The ray hits a surface or the sky, and the light
+of the sky or of a lamp that it hits is added. Shadow rays add the light of lamps and of the sky
+through openings. The surface scatters the path in a new direction.
 
-Conditions on arrays of Dr.Jit hold for some lanes and not for others. Functions that have such
-conditions are marked `dr.syntax`, and return what they change. The others change their arguments.
+Conditions on arrays of Dr.Jit hold for some lanes and not for others. Functions with such
+conditions are marked `dr.syntax`, and return the arguments that they change. Other functions change
+their arguments in place.
 """
 
 from __future__ import annotations
@@ -27,15 +28,15 @@ from .shadow_rays import add_chosen_lamps, add_near_lamps, add_sky_through_openi
 def traced(
     tables: Tables, seed: Any, items: Items, entries: int, weights: Light, max_depth: int
 ) -> tuple[Light, Light]:
-    """Return the light of all work items, as in `Launch`.
+    """Return the light of all work items: `radiance` and `batches` of `Launch`.
 
     Parameters
     ----------
     tables : the scene.
-    seed : of the random numbers, on the device.
+    seed : seed of the random numbers, on the device.
     items : work items.
-    entries : number of tiles that they belong to.
-    weights : of X, Y and Z, in packets.
+    entries : number of tiles that the items belong to.
+    weights : weights of X, Y and Z over the bands, in packets.
     max_depth : largest number of segments of a path.
     """
     fixed = Fixed(tables, items, max_depth)
@@ -65,11 +66,11 @@ def traced(
 
 
 def by_tile(fixed: Fixed, total: Light, entries: int) -> Light:
-    """Return the light by group and band (entry,), summed over the work items of each tile.
+    """Return [group][band] arrays (entry,) of light, summed over the work items of each tile.
 
     Parameters
     ----------
-    fixed : of the loop.
+    fixed : constants of the loop.
     total : light of each work item, in packets.
     entries : number of tiles.
     """
@@ -88,12 +89,12 @@ def by_tile(fixed: Fixed, total: Light, entries: int) -> Light:
 
 
 def by_weight(total: Light, weights: Light) -> Light:
-    """Return the weighted sums of each work item over the bands, by group and weight (item,).
+    """Return [group][weight] arrays (item,) of sums over the bands, weighted for X, Y and Z.
 
     Parameters
     ----------
     total : light of each work item, in packets.
-    weights : of X, Y and Z, in packets.
+    weights : weights of X, Y and Z over the bands, in packets.
     """
     return [
         [sum(dr.dot(*pair) for pair in zip(packets, one, strict=True)) for one in weights]
