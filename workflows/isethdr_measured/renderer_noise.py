@@ -1,9 +1,9 @@
-"""The noise of renderings that go by the cameras: what is stated, what is true, and what it costs;
-and the light of each group against even passes.
+"""Noise of renderings that follow as many paths as the cameras need: the stated noise, the true
+noise and the cost; and the light of each light group, compared with that of even passes.
 
-Renderings of a scene with other random numbers differ by their true noise. The stated noise is that
-of each tile, as stored (`xyz_noise`). Both are shares of the noise of the least noisy camera that
-looks, of luminance, in tiles where that is finite.
+The true noise is the scatter of renderings of a scene with different random numbers. The stated
+noise is the stored noise of each tile (`xyz_noise`). Both are noise of luminance, and both are
+given as shares of the noise of the least noisy camera, in the tiles that a camera sees.
 """
 
 from __future__ import annotations
@@ -19,28 +19,28 @@ from .job_paths import JobPaths, job_paths
 
 Array = npt.NDArray[np.float64]
 
-# the main job, and two scenes under the lighting that each is meant for; in the tunnel no number of
-# paths below thousands reaches the noise of the cameras
+# the main job, and two scenes under the lighting that each is meant for; in the tunnel it takes
+# thousands of paths per tile to reach the noise of the cameras
 SCENES = {
     "main": "",
     "tunnel": "scene=tunnel lighting=tunnel scene.seed=11 renderer.most_samples=512",
     "country": "scene=street_country lighting=night_rural",
 }
 JUDGE_SEED = 500
-# least noise by which a tile is weighed, as a share of the mean light of its group
+# least noise that sets the weight of a tile, as a share of the mean light of its group
 WEIGHT_FLOOR = 0.1
 
 
 class Rendering(NamedTuple):
-    """One rendering under its lighting; luminance in cd/m2."""
+    """One rendering under its lighting. Luminance and its noise are in cd/m2."""
 
-    groups: Array  # (group, tile) luminance at weight 1, without lamps seen directly
-    noise: Array  # (group, tile), stated
-    mixed: Array  # (tile,) luminance
-    stated: Array  # (tile,) its stated noise
-    limit: Array  # (tile,) noise of the least noisy camera; infinite where none looks
-    paths: float  # per tile, mean over the groups
-    cpu_s: float  # of the paths alone
+    groups: Array  # (group, tile) luminance at weight 1, without directly visible lamps
+    noise: Array  # (group, tile) stated noise of `groups`
+    mixed: Array  # (tile,) luminance under the lighting
+    stated: Array  # (tile,) stated noise of `mixed`
+    limit: Array  # (tile,) noise of the least noisy camera; infinite where no camera sees the tile
+    paths: float  # paths per tile, mean over the groups
+    cpu_s: float  # CPU time of the paths alone
 
 
 def renderer_noise(
@@ -50,23 +50,23 @@ def renderer_noise(
     width: int = 48,
     overrides: str = "",
 ) -> list[dict[str, Any]]:
-    """Return a row for each share of the cameras' noise that a rendering is asked for.
+    """Return a row for each share of the cameras' noise at which a rendering stops.
 
     Parameters
     ----------
     scene : main, tunnel or country.
     shares : values of `renderer.noise_share_allowed`.
-    renderings : with other random numbers, for each share.
+    renderings : number of renderings with different random numbers, for each share.
     width : tiles across; the height is 9/16 of it.
-    overrides : further settings, parted by spaces.
+    overrides : further settings, separated by spaces.
 
     Returns
     -------
-    rows with CPU s of the scene and its tables, CPU s and paths per tile of one rendering; the
-    stated noise that 50, 90 and 99 % of the tiles are below; and stated over true at these shares
-    of the tiles. For that ratio, normal noise as stated is spread over as many renderings as there
-    are, so that both have the scatter of so few. `worst_99` is the ratio of the rendering that is
-    farthest from 1 at 99 %.
+    rows with CPU s of the scene and its tables, CPU s and paths per tile of one rendering; the 50,
+    90 and 99 % quantiles of the stated noise over the tiles; and these quantiles over those of the
+    true noise. For the ratio, the stated noise is replaced by the scatter of as many simulated
+    renderings with normal noise of that size, because the scatter of few renderings is itself
+    uncertain. `worst_99` is the ratio at 99 % of the rendering for which it is farthest from 1.
     """
     job = _job(scene, width, overrides)
     rows = []
@@ -84,20 +84,25 @@ def renderer_light(
     width: int = 48,
     overrides: str = "",
 ) -> list[dict[str, Any]]:
-    """Return a row for each light group: its light where paths follow need, over that of even
-    passes.
+    """Return a row for each light group: its light where the number of paths follows need, over
+    that of even passes.
 
-    Tiles are weighted by the inverse variance that one more rendering states, so that a few glints
-    do not decide. Weights do not depend on the light that they weigh.
+    Tiles are weighted by the inverse variance, so that a few glints do not dominate. The variance
+    comes from one more rendering, so that weights do not depend on the light that they weight.
 
     Parameters
     ----------
     scene : name of the scene, a key of `SCENES`.
-    renderings : renderings that follow need, with other random numbers.
-    judges : renderings of even passes, with other random numbers.
+    renderings : number of renderings by need, with different random numbers.
+    judges : number of renderings by even passes, with different random numbers.
     samples : paths per tile of an even pass.
     width : tiles along x; along y there are width * 9 / 16.
     overrides : further overrides of the config, separated by spaces.
+
+    Returns
+    -------
+    rows with scene, group, need_over_even (ratio of the weighted sums), standard_error of that
+    ratio, and unweighted (ratio of the means of all tiles).
     """
     job = _job(scene, width, overrides)
     share = float(job.renderer.limit_share())
@@ -126,13 +131,13 @@ def renderer_light(
 
 
 def _job(scene: str, width: int, overrides: str) -> JobPaths:
-    """Return a scene at a number of tiles."""
+    """Return the paths of a scene with `width` tiles across."""
     size = [f"renderer.width={width}", f"renderer.height={width * 9 // 16}"]
     return job_paths([*SCENES[scene].split(), *size, *overrides.split()])
 
 
 def by_need(job: JobPaths, seed: int, share: float) -> Rendering:
-    """Return a rendering that follows paths until the noise is `share` of the cameras'.
+    """Return a rendering that follows paths until its noise is `share` of the cameras' noise.
 
     Parameters
     ----------
@@ -174,7 +179,7 @@ def evenly(job: JobPaths, seed: int, samples: int) -> Array:
 
 
 def _quantiles(found: list[Rendering]) -> dict[str, float]:
-    """Return what `renderer_noise` tells of the renderings of one share."""
+    """Return the figures of `renderer_noise` for the renderings of one share."""
     limit = np.mean([one.limit for one in found], 0)
     seen = np.isfinite(limit)
     shares = (50, 90, 99)

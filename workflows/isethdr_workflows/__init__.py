@@ -3,24 +3,24 @@
 | module          | content                                                                     |
 |-----------------|-----------------------------------------------------------------------------|
 | `empty_home`    | a study's own folder for stores and kernels                                 |
-| `ghosts_night`  | ghosts of a night drive, bare glass and coated                              |
+| `ghosts_night`  | ghosts of a night drive, with uncoated and with coated glass                |
 | `markdown_table` | a table in Markdown                                                        |
 | `preview`       | a first look at a scene: few samples, denoised                              |
 | `study_command` | the command `isethdr study`                                                 |
 | `accuracy/`     | error against run time of any configuration, by its accuracy knobs          |
 | `conf/`         | presets                                                                     |
 | `dataset/`      | datasets of rendered scenes, drawn from a recipe: `isethdr dataset`         |
-| `detection/`    | which objects could be found at all, by each camera                         |
+| `detection/`    | which objects can be detected at all in the data of each camera             |
 | `detectors/`    | detectors in ONNX files on pictures of runs, and their scores               |
 | `export/`       | stored runs as files of other programs, `isethdr export`                    |
-| `experiments/`  | everything that the questions claim, step by step: `isethdr experiments`    |
+| `experiments/`  | everything that the questions claim, computed again: `isethdr experiments`  |
 | `emva1288/`     | simulated cameras measured by the machine vision standard                   |
 | `isp/`          | training of the learned demosaic                                            |
 | `paper/`        | the figures of the ISETHDR paper, computed again                            |
 | `questions/`    | studies over a dataset that answer one question, with intervals             |
 | `sequences/`    | frames with automatic exposure that settles, `isethdr sequence`             |
 | `sensors/`      | studies of sensors over many decades of light and against published figures |
-| `training/`     | networks trained on data of our own, `isethdr train`                        |
+| `training/`     | networks trained on simulated data, `isethdr train`                         |
 """
 
 from __future__ import annotations
@@ -65,7 +65,8 @@ STUDIES = {
     "picture_noise": "questions.picture_noise:picture_noise",
     "detector_scores": "detectors.study:detector_scores",
 }
-# of these a terminal shows a summary; the file of rows holds all
+# {name: "module:function"} of the studies for which a terminal shows a summary; the file of rows
+# holds everything
 SHOWN = {
     "accuracy": "accuracy.summary:by_knob",
     "detection": "questions.tables:for_people",

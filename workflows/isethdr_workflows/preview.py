@@ -31,7 +31,7 @@ def preview(
 
     Parameters
     ----------
-    overrides : of scene, renderer and lighting, as those of `isethdr run`: scene=street_city
+    overrides : overrides of scene, renderer and lighting, as for `isethdr run`: scene=street_city
         lighting=night_city.
     experiment : experiment whose scene, renderer and lighting are used.
     samples, width : paths per tile, tiles across; the height is 9/16 of the width.

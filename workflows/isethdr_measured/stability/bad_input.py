@@ -1,4 +1,4 @@
-"""Bad input: every value here is refused when a component is built or a run is planned."""
+"""Bad input: every wrong value here must be refused, with the expected class of error."""
 
 from __future__ import annotations
 
@@ -72,7 +72,7 @@ SHAPE = (4, 6)
 
 
 def cases() -> Iterator[tuple]:
-    """Yield (case, call, error class)."""
+    """Yield (case, call, error class); the class is None where the call must succeed."""
     for kind, name, fields in FIELDS:
         listed = ", ".join(f"{key}={value}" for key, value in fields.items())
         yield f"{kind} {name}: {listed}", partial(built, kind, name, fields), ConfigError
@@ -108,18 +108,18 @@ def built(kind: str, name: str, fields: dict) -> Any:
 
 
 def through_lens(scale: float) -> Any:
-    """Image light whose wavelengths are scaled."""
+    """Image light with its wavelengths multiplied by `scale`."""
     light = mixed(np.ones((31, *SHAPE), np.float32))
     return built("lens", "ideal", {})(light.assign_coords(wavelength=light.wavelength * scale))
 
 
 def spread(scale: float) -> Any:
-    """Ask for a point spread function."""
+    """Compute a point spread function at 550 nm times `scale`."""
     return built("lens", "diffraction_limited", {}).psf([550.0 * scale], 1.0, 16)
 
 
 def keyed(seed: Any) -> Generator:
-    """Ask for the key of noise."""
+    """Return the noise generator of a seed."""
     return generator(seed=seed)
 
 
@@ -130,20 +130,25 @@ def without_generator() -> Any:
 
 
 def planned_scalar(width: int = 100, height: int = 56) -> Chain:
-    """Build the chain of a run with the renderer for machines without a compiler."""
+    """Build the chain of a run with the scalar renderer, which needs no compiler.
+
+    Parameters
+    ----------
+    width, height : tiles of the rendering.
+    """
     return chain(
         compose(["renderer.variant=scalar", f"renderer.width={width}", f"renderer.height={height}"])
     )
 
 
 def advised() -> Measured:
-    """Take the advice of the refusal: it is accepted."""
+    """Check that the renderer accepts the size that its refusal advises."""
     planned_scalar(*nearest_square(100, 16 / 9))
     return Measured(0.0, 0.0, "no error")
 
 
 def cells() -> np.ndarray:
-    """Return a cell array as a MATLAB file has it."""
+    """Return a cell array in the form that a MATLAB file stores."""
     array = np.empty(SHAPE, object)
     for index in np.ndindex(SHAPE):
         array[index] = np.array([5.0])
@@ -151,7 +156,7 @@ def cells() -> np.ndarray:
 
 
 def deposit(depth: np.ndarray | None = None, twice: bool = False, dangling: bool = False) -> Any:
-    """Write a scene of the ISETHDR deposit with one thing wrong, and read it.
+    """Write a scene in the format of the ISETHDR deposit with one mistake, and read it.
 
     Parameters
     ----------

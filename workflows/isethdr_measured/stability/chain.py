@@ -1,5 +1,5 @@
-"""The whole chain on charts: from the scene to the picture, against the truth and against closed
-forms.
+"""The whole chain on charts: from the scene to the picture, against the reference picture and
+against closed forms.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
     from isethdr_core.plugins.protocols import Isp, Sensor
 
-FLOAT32 = 2.0**-21  # scene, irradiance and raw are rounded to float32 each
+FLOAT32 = 2.0**-21  # relative error of rounding scene, irradiance and raw to float32
 
 
 def cases(slow: int = 0) -> Iterator[tuple[Any, ...]]:
@@ -90,15 +90,17 @@ def _chart(
 
 
 def ramp(decades: float) -> Measured:
-    """Equal ratios from column to column are kept, for every balance of the camera."""
+    """Check that luminance ratios between columns are kept. They do not depend on the balance of
+    the camera.
+    """
     mixed, picture = _through(_chart("luminance_ramp", decades=decades))
     ratio = picture.xyz.values[..., 1] / truth(mixed, picture).xyz.values[..., 1]
     return Measured(float(np.ptp(ratio) / ratio.mean()), FLOAT32, "true ratios, relative")
 
 
 def uniform(level: float, bands: int = 31, shape: tuple[int, int] = (24, 48)) -> Measured:
-    """A uniform field stays uniform, at its level up to one known factor for the colour of the
-    light.
+    """Check that a uniform field stays uniform, at its level times one known factor for the colour
+    of the light.
 
     Parameters
     ----------
@@ -116,7 +118,9 @@ def uniform(level: float, bands: int = 31, shape: tuple[int, int] = (24, 48)) ->
 
 
 def _balance_factor(bands: np.ndarray) -> float:
-    """Return Y of equal energy of 1 cd/m2 as a clear pixel balanced for daylight reads it."""
+    """Return Y of an equal-energy light of 1 cd/m2, as read by a clear pixel that is balanced for
+    daylight.
+    """
     response = (
         quantum_efficiency(build("sensor", "ideal", cfa="W").model(), bands)[0]
         * band_widths_nm(bands)
@@ -130,8 +134,13 @@ def _balance_factor(bands: np.ndarray) -> float:
 
 
 def disc(tiles: float, lens: str = "ideal") -> Measured:
-    """A disc of any size sends out its area times its luminance, less what diffraction throws out
-    of the frame, half of it 36 um high.
+    """Check that the light of a disc of any size is its area times its luminance, less the light
+    that diffraction spreads beyond the frame, which extends 36 um from its middle.
+
+    Parameters
+    ----------
+    tiles : diameter of the disc, tiles.
+    lens : name of the lens.
     """
     shape = (24, 48)
     level = 1e9
@@ -148,7 +157,7 @@ def disc(tiles: float, lens: str = "ideal") -> Measured:
         ),
         lens,
     )
-    # of the longest waves, through a square: an upper bound
+    # upper bound: light of the longest wavelength that falls outside a square
     lost = beyond(36.0, 4.0 * 700 / 550) if lens != "ideal" else 0.0
     truth = level * math.pi / 4 * tiles**2 * _balance_factor(mixed.wavelength.values)
     return Measured(
@@ -159,8 +168,9 @@ def disc(tiles: float, lens: str = "ideal") -> Measured:
 
 
 def pulls(name: str) -> Measured:
-    """Valid pixels scatter around their mean by the reported variance: the rms of the pulls is near
-    1.
+    """Check that valid pixels scatter around their mean by the reported variance.
+
+    A pull is a deviation over the reported standard deviation. The rms of the pulls is near 1.
     """
     scene = _chart("uniform", (64, 64), luminance_cd_m2=20.0)
     _, picture = _through(
@@ -173,8 +183,8 @@ def pulls(name: str) -> Measured:
     var = picture.variance.values[..., 1]
     valid = picture.valid.values
     pull = (y - y.mean()) / np.sqrt(var)
-    # 4096 pulls give their rms to 1.1 % (1 sd); PRNU and columns add to shot noise and are not in
-    # the variance
+    # the rms of 4096 pulls has a standard deviation of 1.1 %; PRNU and column noise add to the
+    # scatter and are not in the variance
     return Measured(
         abs(float(np.sqrt(np.mean(pull[valid] ** 2))) - 1) + (not valid.all()),
         0.1,

@@ -1,4 +1,6 @@
-"""Convolution: twelve decades of light beside each other, against direct sums in long double."""
+"""Convolution: neighbouring tiles that differ by up to 15 decades, against direct sums in long
+double.
+"""
 
 from __future__ import annotations
 
@@ -59,7 +61,7 @@ def wide(reach: int = 24) -> np.ndarray:
 
 
 def direct(image: np.ndarray) -> Measured:
-    """Compare with the sum of shifted pictures in long double."""
+    """Compare a convolution with the sum of shifted pictures in long double."""
     psf = wide()
     convolved, bound = convolve_with_bound(image, psf)
     return Measured(

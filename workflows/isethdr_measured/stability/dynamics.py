@@ -1,4 +1,4 @@
-"""Pixels that overflow: 18 decades of current over 10 of time, against the closed form in 80
+"""Pixels that overflow: 18 decades of current and 10 decades of time, against the closed form in 80
 decimal digits.
 """
 
@@ -18,7 +18,8 @@ from .verdict import Measured
 
 CURRENTS = 10.0 ** np.arange(-3, 16)
 TIMES = (1e-6, 1e-3, 0.016, 1.0, 60.0, 3600.0)
-# "exact" in float64: some ten roundings of 1e-16 and one of the logarithm's argument, up to 1e2
+# relative error of an exact formula in float64: some ten roundings of 1e-16, and one of the
+# argument of the logarithm, which is up to 1e2
 EXACT = 1e-13
 
 
@@ -49,8 +50,7 @@ def _flow(knee: float, thermal: float, rate: float) -> tuple[np.ndarray, np.ndar
 
 
 def charge(knee: float, thermal: float, rate: float) -> Measured:
-    """Compare the charge left; relative to the larger of the charge and the thermal charge, in
-    which the well counts.
+    """Compare the charge that is left in the well, relative to itself.
 
     Parameters
     ----------
@@ -64,7 +64,8 @@ def charge(knee: float, thermal: float, rate: float) -> Measured:
 
 
 def spill(knee: float, thermal: float, rate: float) -> Measured:
-    """Compare the charge lost; relative to itself, where the arrived charge resolves it.
+    """Compare the charge that spilled, relative to itself where it is above 1e-300 e, and per unit
+    of its logarithm.
 
     Parameters
     ----------
@@ -78,7 +79,7 @@ def spill(knee: float, thermal: float, rate: float) -> Measured:
     for row, line in zip(spilled_e, truth):
         for value, true in zip(row, line):
             if float(true) > 1e-300:
-                # its logarithm is a number of size knee / thermal, kept to 1e-16 of itself
+                # its logarithm is about knee / thermal, with a relative rounding error of 1e-16
                 worst = max(
                     worst,
                     abs(float((Decimal(float(value)) - true) / true)) / max(1.0, knee / thermal),
@@ -98,8 +99,9 @@ def _worst(values: np.ndarray, truth: Sequence[list[Decimal]], knee: float) -> f
 def exact(
     current: float, time: float, knee: float, thermal: float, rate: float
 ) -> tuple[Decimal, Decimal]:
-    """Return (charge, spilled) from u' = b - a u solved for constant light, u = exp(-(Q - knee) /
-    thermal).
+    """Return (charge left, charge spilled), electrons, for constant light on an empty well.
+
+    The charge Q follows from u = exp(-(Q - knee) / thermal), which solves u' = b - a u.
 
     Parameters
     ----------
@@ -114,7 +116,7 @@ def exact(
         context.Emax = 10**15
         context.Emin = -(10**15)
         t, k, th, r = (Decimal(v) for v in (time, knee, thermal, rate))
-        # the function under test multiplies in float64: that is not what is judged
+        # the function under test multiplies these in float64; that rounding is not judged here
         arrived = Decimal(current * time)
         x = arrived / th
         memory = t * (1 - (-x).exp()) / x
@@ -131,12 +133,16 @@ def exact(
 
 
 def read_back() -> Measured:
-    """Compare arrived charge with what the charge left says, where a full well still tells."""
+    """Compare the arrived charge with the one computed back from the charge that is left.
+
+    The error is divided by the condition number, because the charge of a full well hardly depends
+    on the arrived charge.
+    """
     well = Well(7000.0, 240.0, 4.4e5)
     arrived = np.geomspace(1e-3, 1e12, 200)
     charge_left, _ = flow(0.0, arrived / 0.016, 0.016, well)
     back = arrived_from_charge(charge_left, 0.016, well)
-    # one float64 step of the charge is 1e-16 charge / slope of the arrived charge
+    # one float64 step of the charge changes the arrived charge by 1e-16 charge / slope
     condition = np.maximum(1.0, charge_left / (arrived * slope(arrived, 0.016, well)))
     return Measured(
         float(np.max(np.abs(back / arrived - 1) / condition)),
@@ -146,7 +152,7 @@ def read_back() -> Measured:
 
 
 def dark() -> Measured:
-    """An empty well in the dark loses what the overflow at charge 0 takes, and no more."""
+    """Check that an empty well in the dark loses exactly the overflow at a charge of 0."""
     charge_left, lost = flow(0.0, 0.0, 3600.0, Well(7000.0, 240.0, 4.4e5))
     true = -240.0 * np.log1p(3600.0 * 4.4e5 / 240.0 * np.exp(-7000.0 / 240.0))
     return Measured(

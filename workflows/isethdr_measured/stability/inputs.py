@@ -1,4 +1,4 @@
-"""Inputs: small light fields for the stages."""
+"""Inputs: small light fields, as inputs of the stages."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 BANDS = np.arange(400.0, 701.0, 10.0)
 PITCH_UM = 3.0
-THROUGHPUT_SR = np.pi / 65  # of a lens at f/4
+THROUGHPUT_SR = np.pi / 65  # throughput of a lens at f/4
 
 
 def mixed(cube: np.ndarray, wavelength_nm: np.ndarray = BANDS, pitch: float = 1e-3) -> xr.DataArray:
@@ -94,5 +94,5 @@ def scene(maps: dict, wavelength_nm: np.ndarray = BANDS, pitch: float = 1e-3) ->
 
 
 def patchy(shape: tuple[int, int], seed: int = 1) -> np.ndarray:
-    """Return positive numbers, 0.5 to 1.5, without any regularity."""
+    """Return random numbers (y, x) between 0.5 and 1.5."""
     return 0.5 + np.random.default_rng(seed).random(shape)

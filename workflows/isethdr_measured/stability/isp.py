@@ -25,7 +25,8 @@ if TYPE_CHECKING:
     from isethdr_core.runs.seeds import Generator
 
 LEVEL = 100.0  # cd/m2
-FLOAT32 = 2.0**-22  # relative: raw values without a converter are float32, minus the black level
+# relative error of raw values without a converter: float32, from which a black level is subtracted
+FLOAT32 = 2.0**-22
 
 
 def cases() -> Iterator[tuple[Any, ...]]:
@@ -92,8 +93,8 @@ def _off(picture: xr.Dataset, level: float = LEVEL) -> float:
 
 
 def equal_filters(name: str, spread: float, blind: bool = False, sensor: str = "bayer") -> Measured:
-    """A grey in the light of balance is reproduced exactly with any filters, by construction of the
-    matrix.
+    """Check that grey in the light of the white balance is reproduced exactly with any filters, as
+    the construction of the matrix demands.
 
     Parameters
     ----------
@@ -112,7 +113,7 @@ def equal_filters(name: str, spread: float, blind: bool = False, sensor: str = "
         )
     if blind:
         shot.quantum_efficiency.values[:, 0] = 0.0
-    for k in (0, 2):  # the raw values that such filters would have given
+    for k in (0, 2):  # change the raw values to those of such filters
         at = shot["filter"].values == k
         ratio = _of_white(shot, k) / white_before[k]
         for raw, dark_e in zip(shot.raw.values, shot.dark_e.values):
@@ -125,20 +126,19 @@ def _of_white(shot: xr.Dataset, channel: int) -> float:
 
 
 def dark(name: str) -> Measured:
-    """No light: the mean is 0 within 5 standard errors of its own variance; columns share
-    offsets.
-    """
+    """Check that without light the mean is 0 within 5 standard errors of the reported variance."""
     picture = _picture(name, _shot(shape=(64, 64), level=0.0, generator=generator(5)))
     y = picture.xyz.values[..., 1]
     rms = np.sqrt(picture.variance.values[..., 1].mean())
-    # neighbours share samples: 4096 pixels count as 1000; fixed patterns are a tenth of the noise
+    # neighbours share samples, so 4096 pixels count as 1000; fixed patterns, such as offsets of
+    # columns, are a tenth of the noise
     return Measured(
         abs(float(y.mean())) / rms, 5 / np.sqrt(1000) + 0.1, "0 cd/m2, share of the noise"
     )
 
 
 def blinded(name: str) -> Measured:
-    """No pixel is valid, and all numbers are finite."""
+    """Check that with too much light no pixel is valid and all numbers are finite."""
     picture = _picture(name, _shot(level=1e12, generator=generator(5)))
     wrong = (
         picture.valid.values.mean()
@@ -149,7 +149,7 @@ def blinded(name: str) -> Measured:
 
 
 def one_filter(name: str, rows: int, columns: int, cfa: str = "W") -> Measured:
-    """A single pixel, or a single row, is processed correctly.
+    """Check that a single pixel, a single row or a few pixels are processed correctly.
 
     Parameters
     ----------
@@ -165,7 +165,7 @@ def one_filter(name: str, rows: int, columns: int, cfa: str = "W") -> Measured:
 
 
 def level_back(level: float) -> Measured:
-    """The picture of the ideal sensor has the luminance of the scene."""
+    """Check that the picture of the ideal sensor has the luminance of the scene."""
     cube = np.broadcast_to((_white(level) * THROUGHPUT_SR)[:, None, None], (len(BANDS), 24, 24))
     return Measured(
         _off(_picture("linear", build("sensor", "ideal", pitch_um=3.0)(irradiance(cube))), level),
@@ -175,7 +175,7 @@ def level_back(level: float) -> Measured:
 
 
 def disagree(factor: float) -> Measured:
-    """Captures that contradict each other give a value between their readings, never beyond."""
+    """Check that captures that contradict each other give a value between their readings."""
     shot = _shot("staggered", exposure_s=1e-3).copy(deep=True)
     shot.raw.values[1] *= factor
     y = _picture("merge", shot).xyz.values[..., 1] / LEVEL
@@ -189,7 +189,7 @@ def disagree(factor: float) -> Measured:
 
 
 def one_colour() -> Measured:
-    """With samples that are all the white itself, the matrix still keeps the white."""
+    """Check that the matrix keeps the white even if all samples are the white itself."""
     white = np.array([1.0, 2.0, 3.0])
     xyz = np.array([0.9, 1.0, 1.1])
     matrix = colour_matrix(np.tile(white, (5, 1)), np.tile(xyz, (5, 1)), white, xyz)

@@ -20,13 +20,13 @@ from .inputs import mixed, patchy
 from .verdict import Measured, relative, with_ledger
 
 GREEN = np.array([550.0])
-ROUNDING = 2.0**-23  # irradiance is float32: one step
-PUPIL = 1e-4  # kernel values (L1), as the plugin's `sampled_pupil.CORE_SAMPLES` states
-# the same where the pupil is as coarse as a quarter wave per cell allows; no stage states a bound,
-# this is asked
+ROUNDING = 2.0**-23  # relative error of irradiance: one step of float32
+PUPIL = 1e-4  # L1 error of kernel values, as the plugin's `sampled_pupil.CORE_SAMPLES` states
+# L1 error of kernel values where the pupil is as coarse as a quarter wave per cell allows; no stage
+# states a bound, so this is a requirement
 WAVEFRONT = 1e-2
-ORDERS = 4e-4  # of a point's light, as the plugin's `sampled_pupil.CELLS` states
-DEFOCUS = (0.5, 5.5, 50.5)  # waves
+ORDERS = 4e-4  # error, share of a point's light, as the plugin's `sampled_pupil.CELLS` states
+DEFOCUS = (0.5, 5.5, 50.5)  # waves at the rim of the pupil
 
 
 def cases() -> Iterator[tuple[Any, ...]]:
@@ -109,7 +109,7 @@ def _lens(name: str, **fields: Any) -> Any:
 
 
 def level_kept(level: float) -> Measured:
-    """A uniform scene gives pi / (1 + 4 N^2) times its radiance, less by cos^4 off the axis."""
+    """Check that a uniform scene gives pi / (1 + 4 N^2) cos^4 times its radiance."""
     light = _lens("ideal")(mixed(np.full((1, 9, 9), level, np.float32), GREEN))
     x, y = np.meshgrid(light.x.values / 4e-3, light.y.values / 4e-3)
     truth = float(np.float32(level)) * math.pi / 65 / (1 + x**2 + y**2) ** 2
@@ -117,7 +117,7 @@ def level_kept(level: float) -> Measured:
 
 
 def beside() -> Measured:
-    """Tiles do not touch each other without blur."""
+    """Check that without blur no tile changes another."""
     cube = np.where(np.indices((8, 8)).sum(0) % 2, 1e-12, 1e12)[None].astype(np.float32)
     light = _lens("ideal", falloff="none")(mixed(cube, GREEN))
     return Measured(
@@ -128,11 +128,16 @@ def beside() -> Measured:
 
 
 def peak(f_number: float, waves: float) -> Measured:
-    """A round pupil of area A gives A / (wavelength distance)^2 on the axis, times sinc^2 of the
-    waves of defocus at its rim.
+    """Check the light on the axis: a round pupil of area A gives A / (wavelength distance)^2, times
+    sinc^2 of the waves of defocus at its rim.
 
     Hopkins 1955, "The frequency response of a defocused optical system": the pupil's phase is
     uniform in the square of the radius.
+
+    Parameters
+    ----------
+    f_number : f-number of the lens.
+    waves : defocus at the rim, waves of 550 nm.
     """
     pitch_um = 0.05 * 0.55 * f_number
     on_axis = float(
@@ -148,8 +153,8 @@ def peak(f_number: float, waves: float) -> Measured:
 
 
 def _defocused(f_number: float, waves: float) -> Any:
-    """Return a lens whose wavefront at the rim is `waves` of 550 nm beyond that in the middle: OSA
-    4 is sqrt(3) (2 rho^2 - 1).
+    """Return a lens with a wavefront that is `waves` of 550 nm larger at the rim than in the
+    middle. OSA index 4 is sqrt(3) (2 rho^2 - 1).
     """
     if not waves:
         return _lens("diffraction_limited", f_number=f_number)
@@ -157,8 +162,8 @@ def _defocused(f_number: float, waves: float) -> Any:
 
 
 def high_order(index: int) -> Measured:
-    """The light on the axis is the squared mean of the pupil function: over the angle a Bessel
-    function, over the radius a sum.
+    """Check that the light on the axis is the squared mean of the pupil function. The mean over the
+    angle is a Bessel function, and the mean over the radius is computed as a sum.
     """
     rms_um = 0.01
     f_number = 4.0
@@ -181,16 +186,16 @@ def high_order(index: int) -> Measured:
 
 
 def too_large() -> None:
-    """A million by a million tiles, 31 bands: 500 TB of kernels alone are refused before they are
-    made.
+    """Check a frame of a million by a million tiles and 31 bands. Its kernels alone would take 500
+    TB, so it is refused before they are made.
     """
     frame = Frame(10**6, 10**6, (1e-6, 1e-6), tuple(np.arange(400.0, 701.0, 10.0)), sensed=False)
     check_run(build("scene", "uniform"), None, _lens("diffraction_limited"), (), (), frame)
 
 
 def pattern(waves: float) -> Measured:
-    """The whole pattern against the integral of a defocused round pupil over its radius (Born and
-    Wolf, section 8.8), L1.
+    """Compare the whole pattern with the integral of a defocused round pupil over its radius (Born
+    and Wolf, section 8.8), as an L1 error.
     """
     width = 8 * 4.0 * waves * 0.55 + 40.0
     count = 48
@@ -211,15 +216,15 @@ def pattern(waves: float) -> Measured:
 
 
 def spread(waves: float) -> Measured:
-    """All light lies within the geometric blur, 8 N W20 wide, except for diffraction at its edge:
-    at most that of a clear stop.
+    """Check that all light lies within the geometric blur, 8 N W20 wide, except for the light that
+    is diffracted at the rim, which is at most that of a lens in focus.
     """
     width = 8 * 4.0 * waves * 0.55
     share = float(
         _defocused(4.0, waves).psf(550.0, (width + 400.0) / 256, 256, integrated=True).values.sum()
     )
-    # the light that leaves a frame 200 um beyond the blur is diffracted once, at the rim: less than
-    # that of a point there
+    # light that leaves a frame 200 um beyond the blur was diffracted at the rim; it is less than
+    # the light of a point in focus at that distance
     lost = beyond(200.0, 4.0)
     return Measured(
         max(share - 1, 1 - lost - share, 0.0),
@@ -229,8 +234,13 @@ def spread(waves: float) -> Measured:
 
 
 def beyond(half_um: float, f_number: float) -> float:
-    """Return the share of a point's light outside a square: J0^2 + J1^2 outside a circle (Rayleigh
-    1881), over all directions.
+    """Return the share of a point's light outside a square at 550 nm. It is J0^2 + J1^2 outside a
+    circle (Rayleigh 1881), averaged over all directions.
+
+    Parameters
+    ----------
+    half_um : half width of the square, um.
+    f_number : f-number of the lens.
     """
     angle = (np.arange(20000) + 0.5) / 20000 * math.pi / 4
     v = math.pi * half_um / np.cos(angle) / (0.55 * f_number)
@@ -240,8 +250,8 @@ def beyond(half_um: float, f_number: float) -> float:
 def energy(
     f_number: float, count: int = 41, tile_um: float = 4.0, focal_length_mm: float = 4.0
 ) -> Measured:
-    """The light of one tile arrives, except for the light that diffraction spreads beyond the frame
-    of `count` x `count` tiles.
+    """Check that all light of one tile arrives, except for the light that diffraction spreads
+    beyond the frame of `count` x `count` tiles.
 
     Parameters
     ----------
@@ -258,7 +268,7 @@ def energy(
     light = lens(mixed(cube, GREEN, 1e-3 * tile_um / focal_length_mm))
     missing = 1 - float(light.values.sum(dtype=float)) / lens.throughput_sr()
     half_um = count * tile_um / 2
-    # the source has a width
+    # the source is one tile wide, so the mean is over its points
     lost = float(np.mean([beyond(half_um + tile_um * (k / 20 - 0.5), f_number) for k in range(21)]))
     return Measured(
         abs(missing - lost), PUPIL, "1 less J0^2 + J1^2 beyond the frame, share of the light"
@@ -266,7 +276,7 @@ def energy(
 
 
 def decades() -> Measured:
-    """A picture through the lens's own kernel, summed directly."""
+    """Compare a picture through a lens with the direct sum over the lens's own kernel."""
     image = patchy((24, 32)).astype(np.float32)
     image[6, 7] = 1e12
     lens = _lens("diffraction_limited", falloff="none")
@@ -280,7 +290,7 @@ def decades() -> Measured:
 
 
 def row(shape: tuple[int, int]) -> Measured:
-    """A frame of one tile or one row loses no more light than stated."""
+    """Check that a frame of one tile or one row keeps between a third and all of the light."""
     lens = _lens("diffraction_limited", falloff="none")
     light = lens(mixed(np.ones((1, *shape), np.float32), GREEN))
     # a tile of 4 um keeps more than a third of its own light at f/4

@@ -1,5 +1,5 @@
-"""Lighting: light groups that are alike, weights far apart, targets out of reach, against the sums
-themselves in long double.
+"""Lighting: nearly identical light groups, extreme weights, targets out of reach, against sums in
+long double and the statistics of the mixed picture.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from isethdr_core.lighting.targets import TargetsLighting
     from isethdr_core.lighting.weights import WeightsLighting
 
-HALF_STEP = 2.0**-24  # mixed light is rounded to float32 once
+HALF_STEP = 2.0**-24  # relative error of mixed light, which is rounded to float32 once
 SHAPE = (24, 32)
 
 
@@ -86,8 +86,11 @@ def _lighting(name: str, **fields: Any) -> TargetsLighting | WeightsLighting:
 
 
 def mixing(weights: dict) -> Measured:
-    """Compare with the weighted sum in long double. Values below float32's smallest number count as
-    dark.
+    """Compare mixed light with the weighted sum in long double.
+
+    Parameters
+    ----------
+    weights : {light group: weight}.
     """
     maps = {g: patchy(SHAPE, seed) for seed, g in enumerate(weights, 3)}
     light = scene(maps)
@@ -100,8 +103,14 @@ def mixing(weights: dict) -> Measured:
 
 
 def alike(relative_gap: float, **targets_of_picture: Any) -> Measured:
-    """Two nearly identical groups: the values that the lighting states as reached are those of the
-    picture.
+    """Check for two nearly identical groups that the values that the lighting states as reached are
+    those of the picture.
+
+    Parameters
+    ----------
+    relative_gap : relative difference of the groups.
+    targets_of_picture : targets of the whole picture; mean_cd_m2=None sets a target of the second
+        group instead.
     """
     first = patchy(SHAPE)
     maps = {"lamp": first, "sky": first * (1 + relative_gap * patchy(SHAPE, 2))}
@@ -114,7 +123,13 @@ def alike(relative_gap: float, **targets_of_picture: Any) -> Measured:
 
 
 def reached(maps: dict, **targets: Any) -> Measured:
-    """A target within reach is met to 1e-6, as the lighting promises, in the picture itself."""
+    """Check that the picture meets a target within reach to 1e-6, as the lighting promises.
+
+    Parameters
+    ----------
+    maps : {light group: (y, x) radiance}.
+    targets : one target, and further fields of the lighting.
+    """
     mixed = _lighting("targets", moves=["sky"], **targets)(scene(maps))
     [target] = mixed.attrs["targets"].values()
     return Measured(
@@ -125,7 +140,13 @@ def reached(maps: dict, **targets: Any) -> Measured:
 
 
 def solved_weight(maps: dict, **targets: Any) -> Measured:
-    """A target out of reach is named, and the stated value is the true one."""
+    """Check that a target out of reach is named, and that the stated value is the true one.
+
+    Parameters
+    ----------
+    maps : {light group: (y, x) radiance}.
+    targets : one target, and further fields of the lighting.
+    """
     return _shown(maps, out_of_reach=True, **targets)
 
 
@@ -161,7 +182,7 @@ def _of_group(
     group: str,
     fields: dict[str, dict[str, dict[Any, Any]] | float],
 ) -> float:
-    """Return the statistic of one group's own luminance after its weight, cd/m2."""
+    """Return the statistic of the weighted luminance of one group, cd/m2."""
     luminance_cd_m2 = (
         maps[group].astype(np.float32).astype(float)
         * float(luminance(np.ones(len(BANDS)), BANDS))

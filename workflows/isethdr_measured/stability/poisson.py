@@ -1,5 +1,5 @@
-"""Poisson counts: the quantile of each random word, compared with sums of the distribution in long
-double.
+"""Poisson counts: the quantile of the distribution for each random word, compared with sums of the
+distribution in long double.
 """
 
 from __future__ import annotations
@@ -42,22 +42,23 @@ def _counts(mean: float) -> np.ndarray:
 
 
 def step_to_one(mean: float) -> Measured:
-    """Compare counts of words just above and below the step from 0 to 1 e. A word w >= 0 stands for
-    the probability (w + 1/2) 2^-64 of a larger count.
+    """Compare the counts of random words just above and below the step from 0 to 1 e. A word w >= 0
+    stands for the probability (w + 1/2) 2^-64 of a larger count.
     """
     m = Fraction(mean)
     # the next term, m^3 / 6, is below 1e-17 of a word
     edge = (m - m**2 / 2) * 2**64 - Fraction(1, 2)
     near = [w for w in (math.floor(edge) + k for k in range(-3, 4)) if w >= 0]
-    # p is float64: 1e-16 of itself moves the step by less than one word up to 2^53
+    # the probability is float64; its relative error of 1e-16 moves the step by less than one word
+    # for words up to 2^53
     counts = poisson(np.full(len(near), mean), np.array(near, np.int64))
     expected = np.array([1.0 if w < edge else 0.0 for w in near])
     return Measured(float(np.abs(counts - expected).max()), 0.0, "series in fractions, e")
 
 
 def quantiles(mean: float) -> Measured:
-    """Compare with the distribution, summed in long double to 12 standard deviations on both sides
-    of its peak.
+    """Compare counts with the quantiles of the distribution, which is summed in long double to 12
+    standard deviations on both sides of its peak.
     """
     word = _words()
     counts = _counts(mean)
@@ -69,7 +70,7 @@ def quantiles(mean: float) -> Measured:
     tail = (np.where(word < 0, -1 - word, word).astype(np.longdouble) + 0.5) * np.longdouble(
         2
     ) ** -64
-    # each tail from its own end, so that small probabilities keep their digits
+    # each tail is summed from its own end, so that small probabilities keep their digits
     at_most = np.cumsum(weight) / weight.sum()
     at_least = np.cumsum(weight[::-1]) / weight.sum()
     low = np.searchsorted(at_most, tail)
@@ -83,8 +84,9 @@ def quantiles(mean: float) -> Measured:
 
 
 def too_many() -> Measured:
-    """More electrons than can be counted are marked as saturated, also in a well without a
-    limit."""
+    """Check that more electrons than can be counted are marked as saturated, even in a well without
+    a limit.
+    """
     sensor = build("sensor", "single", bits=0, swing_v=1e20, full_well_e=math.inf)
     saturated = readings(sensor.model(), [np.full((8, 8), 2e18)], generator(1))[1]
     return Measured(
@@ -93,8 +95,8 @@ def too_many() -> Measured:
 
 
 def largest() -> Measured:
-    """Compare with the Cornish-Fisher expansion, whose own error is below 1e-6 e here. It is
-    computed in integers, because float64 has too few digits.
+    """Compare counts of mean 1e18 with the Cornish-Fisher expansion. Its own error is below 1e-6 e
+    here. It is computed in integers, because float64 has too few digits.
     """
     word = _words()
     counts = _counts(1e18)
@@ -104,7 +106,7 @@ def largest() -> Measured:
         for p, upper in zip(tail, (word >= 0).tolist())
     ]
     expected = [10**18 + math.floor(1e9 * v + (v * v + 2) / 6) for v in z]
-    # 1e9 times the few 1e-16 of float64's normal quantile is below 1e-6 e
+    # the normal quantile in float64 has an error of a few 1e-16; times 1e9, that is below 1e-6 e
     return Measured(
         float(max(abs(int(f) - w) for f, w in zip(counts, expected))),
         128.0,

@@ -1,5 +1,5 @@
-"""Sensors: exposures, gains and wells at their ends, one pixel, one row, a lamp smaller than a
-pixel, against closed forms.
+"""Sensors: extreme exposures, gains and wells, one pixel, one row, a lamp smaller than a pixel,
+against closed forms.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from isethdr_core.plugins.protocols import Sensor
 
 GREEN = np.array([550.0])
-# photons per second and pixel of 1 W m-2 at 550 nm
+# photons per second and pixel for an irradiance of 1 W m-2 at 550 nm
 PER_W_M2 = 550e-9 / PLANCK_LIGHT * (PITCH_UM * 1e-6) ** 2
 FLOAT32 = 2.0**-23
 
@@ -74,7 +74,13 @@ def _build(name: str, **fields: Any) -> Sensor:
 
 
 def mean(level: float, seconds: float) -> Measured:
-    """Photons are energy over h c / wavelength."""
+    """Check that the number of photons is the energy over h c / wavelength.
+
+    Parameters
+    ----------
+    level : irradiance in a band of 1 nm, W m-2 nm-1.
+    seconds : exposure time, s.
+    """
     sensor = _build("ideal", cfa="W", curves="unit", exposure_s=seconds)
     expected_e = sensor.expected(irradiance(np.full((1, 3, 3), level), GREEN)).values
     return Measured(
@@ -85,8 +91,8 @@ def mean(level: float, seconds: float) -> Measured:
 
 
 def counts(seconds: float) -> Measured:
-    """Every decade of electron rates through a noisy shot without a converter: the mean count, or a
-    pixel marked as saturated.
+    """Check noisy shots without a converter at every decade of electron rates. The mean count must
+    be right, or the pixels must be marked as saturated.
     """
     sensor = _build(
         "single",
@@ -116,8 +122,8 @@ def counts(seconds: float) -> Measured:
 
 
 def speck() -> Measured:
-    """A tile a thousandth of a pixel wide, across the border of two pixels: both parts are
-    measured, and no other pixel gets light.
+    """Check two lit tiles, each a thousandth of a pixel wide, on both sides of the border of two
+    pixels. Each pixel measures its own tile, and no other pixel gets light.
     """
     cube = np.zeros((1, 1000, 3000))
     cube[0, 500, 999:1001] = 1e6, 3e6
@@ -131,7 +137,7 @@ def speck() -> Measured:
 
 
 def frame(rows: int, columns: int, pitch_um: float = PITCH_UM) -> Measured:
-    """Few pixels collect as many electrons each as many do.
+    """Check that each pixel of a small sensor collects the electrons that the closed form gives.
 
     Parameters
     ----------
@@ -158,12 +164,20 @@ def frame(rows: int, columns: int, pitch_um: float = PITCH_UM) -> Measured:
 
 
 def gain_read_back(gain: float) -> Measured:
-    """Read back at a conversion gain, the full scale of the converter kept in electrons."""
+    """Check codes at a conversion gain, uV/e. The full scale of the converter in electrons stays
+    the same.
+    """
     return read_back(conversion_gain_uv_per_e=gain, swing_v=25455 * gain * 1e-6)
 
 
 def read_back(**fields: Any) -> Measured:
-    """Codes read back give the electrons to a step of the converter, or are marked as saturated."""
+    """Check that codes give the electrons back to within a step of the converter, or are marked as
+    saturated.
+
+    Parameters
+    ----------
+    fields : fields of the sensor `single`.
+    """
     sensor = _build("single", noise=False, dark_spread=0.0, prnu=0.0, column_e=0.0, **fields)
     model = sensor.model()
     swing = min(model.readings[0].swing_e, model.photodiodes[0].full_well_e)
@@ -193,8 +207,8 @@ def read_back(**fields: Any) -> Measured:
 
 
 def dark(name: str) -> Measured:
-    """Without light every capture's mean is black level and dark charge, in standard errors of the
-    noise it states.
+    """Check that without light the mean of every capture is black level and dark charge. The error
+    is in standard errors of the noise that the capture states.
     """
     shot = _build(name, rows=64, columns=64)(
         irradiance(np.zeros((3, 130, 130)), np.array([450.0, 550.0, 650.0])), generator(3)
@@ -204,8 +218,8 @@ def dark(name: str) -> Measured:
         readouts(shot, np.ones(3)), shot.read_noise_e.values, shot.quantisation_e.values
     ):
         rms = math.sqrt(noise**2 + step**2 / 12 + read.dark_e)
-        # columns and rows share offsets, pixels their dark spread: a tenth of the noise at most,
-        # and a step of the converter
+        # fixed patterns add to the error: offsets that columns and rows share, and the spread of
+        # the dark charge; they are at most a tenth of the noise, and a step of the converter
         worst = max(
             worst,
             abs(float(read.charge_e.mean()) - read.dark_e)
@@ -215,7 +229,9 @@ def dark(name: str) -> Measured:
 
 
 def saturated(name: str) -> Measured:
-    """Every pixel of every capture is marked as saturated, and every code is finite."""
+    """Check that every pixel of every capture is marked as saturated, and that every code is
+    finite.
+    """
     shot = _build(name, rows=16, columns=16)(
         irradiance(np.full((3, 40, 40), 1e12), np.array([450.0, 550.0, 650.0])), generator(3)
     )

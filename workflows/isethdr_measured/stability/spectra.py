@@ -1,4 +1,4 @@
-"""Spectra: one band, three, three hundred, and lines that fall between the samples."""
+"""Spectra: one, three and three hundred bands, and spectral lines that fall between bands."""
 
 from __future__ import annotations
 
@@ -52,7 +52,9 @@ def _bands(count: int) -> np.ndarray:
 
 
 def photons(count: int) -> Measured:
-    """Photons are energy over h c / wavelength, band by band; a single band is 1 nm wide."""
+    """Check that the number of photons is the sum over the bands of energy over h c / wavelength. A
+    single band is 1 nm wide.
+    """
     bands = _bands(count)
     sensor = build("sensor", "ideal", cfa="W", curves="unit")
     light = irradiance(np.full((count, 4, 4), 1e-3), bands)
@@ -69,7 +71,7 @@ def _white(first: float, last: float) -> Any:
 
 
 def chart(count: int) -> Measured:
-    """A chart has the luminance it states, whatever its bands."""
+    """Check that a chart has the luminance that it states, for any number of bands."""
     bands = _bands(count)
     step = 300.0 / max(count - 1, 1)
     scene = build(
@@ -91,7 +93,7 @@ def chart(count: int) -> Measured:
 
 
 def camera(count: int) -> Measured:
-    """Y of a grey in daylight is off by no more than the colour matrix states."""
+    """Check that Y of grey in daylight has at most the error that the isp states."""
     scene = build(
         "scene",
         "uniform",
@@ -113,28 +115,35 @@ def camera(count: int) -> Measured:
 
 
 def line_energy(nm: float) -> Measured:
-    """Band means keep the energy of a line to the steps they are averaged in, 20 a band."""
+    """Check that band means keep the energy of a spectral line. They average 20 steps per band."""
     energy = band_means(lambda w: (np.abs(w - nm) < 0.5).astype(float), _bands(31)).sum() * 10.0
     return Measured(abs(energy - 1.0), 1e-9, "1 nm of energy, relative")
 
 
 def line_photons(nm: float, cfa: str) -> Measured:
-    """A line off the middle of its band has photons of another energy and meets another efficiency;
-    the sensor bounds that for any line.
+    """Check the bound that the sensor states for spectral lines.
+
+    A line away from the middle of its band has another photon energy and another quantum
+    efficiency. The sensor states a bound of the resulting error for any line.
+
+    Parameters
+    ----------
+    nm : wavelength of the line, nm.
+    cfa : colour filter array of the sensor.
     """
     bands = _bands(31)
     k, share = divmod((nm - 400.0) / 10.0, 1.0)
     cube = np.zeros((31, 4, 4))
     cube[int(k) if share <= 0.5 else int(k) + 1] = 1e-4
-    if share == 0.5:  # on the border: half to either side
+    if share == 0.5:  # a line on the border of two bands: half of it in either band
         cube[int(k) : int(k) + 2] = 0.5e-4
     sensor = build("sensor", "bayer", noise=False, bits=0, cfa=cfa, pitch_um=3.0, dark_e_per_s=0.0)
     light = irradiance(cube, bands)
     captures, row = with_ledger(lambda: sensor(light, None))
     response = captures.quantum_efficiency.values[0] * bands
-    # electrons of 1e-3 W m-2 at the filters' peak
+    # electrons that 1e-3 W m-2 makes at the filters' peak
     at_peak = 1e-3 * 3e-6**2 * 0.016 * 1e-9 / PLANCK_LIGHT * response.max()
-    # the same energy, 1 nm wide where it is
+    # the same energy in a band of 1 nm at the line itself
     truth = sensor.expected(irradiance(np.full((1, 4, 4), 1e-3), np.array([nm]))).values
     miss = float(np.abs(sensor.expected(light).values - truth).max()) / at_peak
     stated_bound = next(left.bound for left in row.left_out if left.key == PLACE_IN_BAND)
@@ -146,7 +155,7 @@ def line_photons(nm: float, cfa: str) -> Measured:
 
 
 def monochromatic() -> Measured:
-    """One watt at 555 nm, a single band of 1 nm, is 683 lm."""
+    """Check that one watt at 555 nm, in a single band of 1 nm, is 683 lm."""
     return Measured(
         abs(float(luminance(np.ones(1), np.array([555.0]))) / 683.0 - 1),
         1e-15,
@@ -155,6 +164,6 @@ def monochromatic() -> Measured:
 
 
 def backwards() -> Any:
-    """Bands out of order would have negative widths."""
+    """Expose a sensor to bands in descending order, which would have negative widths."""
     light = irradiance(np.ones((3, 4, 4)), np.array([650.0, 550.0, 450.0]))
     return build("sensor", "ideal").expected(light)

@@ -1,5 +1,5 @@
-"""Verdicts: every case names its outcome, right or refused with one of our errors; all else is
-wrong.
+"""Verdicts: every case names its expected outcome, which is a right result or a refusal with an
+error of isethdr. Everything else is wrong.
 """
 
 from __future__ import annotations
@@ -88,8 +88,13 @@ def judged(stage: str, case: Case) -> dict:
 
 
 def relative(values: ArrayLike, truth: ArrayLike) -> float:
-    """Return the largest relative error, in long double; a truth of exactly 0 must be met
-    exactly.
+    """Return the largest relative error, in long double. It is infinite if a value is not 0 where
+    the truth is exactly 0.
+
+    Parameters
+    ----------
+    values : values under test.
+    truth : true values, in the same unit.
     """
     values = np.asarray(values, np.longdouble)
     truth = np.asarray(truth, np.longdouble)
@@ -103,7 +108,7 @@ def relative(values: ArrayLike, truth: ArrayLike) -> float:
 
 
 def with_ledger(call: Callable[..., Any]) -> tuple[xr.Dataset, Row]:
-    """Return (result, row): the result of `call()`, and its ledger row."""
+    """Return the result of `call()` and its row of the ledger."""
     rows = ledger.Ledger()
     with ledger.stage(rows, "case") as row:
         result = call()

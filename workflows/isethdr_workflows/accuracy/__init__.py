@@ -5,7 +5,7 @@ declare.
 |--------------------|--------------------------------------------------------------------------|
 | `configured_knobs` | the knobs of a composed configuration, and the settings to measure       |
 | `stage_results`    | the chain stage by stage, with the CPU seconds of the stages             |
-| `differences`      | how far a setting is from the reference, in own units and in noise       |
+| `differences`      | error of a setting against the reference, in its own unit and in noise   |
 | `summary`          | one row for each knob, for a terminal                                    |
 | `point`            | one setting measured, and which settings no other beats                  |
 | `isp_cost`         | CPU seconds and memory of isps on one shot, each in a process of its own |
@@ -43,9 +43,9 @@ from .stage_results import SENSOR, Results, all_stages, measured, span
 
 TABLE = "accuracy.csv"
 PICTURE = "accuracy.png"
-REFERENCE = "reference"  # in the place of a value
+REFERENCE = "reference"  # stands for the value in the job of a reference
 SAME = "as the reference"
-COLUMNS = 80  # of what is printed
+COLUMNS = 80  # width of printed text, characters
 OF = {
     Quantity.PICTURE: "error of luminance, in standard deviations of the picture's noise",
     Quantity.SCORE: "error of scores, over half of their 95 % intervals",
@@ -67,14 +67,16 @@ class Job:
 class Study:
     """The state of a running study."""
 
-    base: Results  # of the configuration as it is
+    base: Results  # results of the configuration as it is
     noise: Noise
-    allowed: float  # share of the noise
+    allowed: float  # error allowed, as a share of the noise
     references: dict[str, Results] = field(default_factory=dict)
     rows: list[dict] = field(default_factory=list)
 
     def measure(self, job: Job) -> dict | None:
-        """Return the row of a setting; None for a reference, which is kept."""
+        """Run a job and return its row. The results of a reference are kept instead, without a row:
+        None.
+        """
         configured = job.configured
         knob = job.configured.knob
         first, last = span(configured.kind, knob.error_of)
@@ -112,29 +114,31 @@ def accuracy(*overrides: str, knob: str = "", values: str = "", folder: str = ""
 
     Parameters
     ----------
-    overrides : compose the configuration, as those of `isethdr run`: scene=... lens=...
-    knob : one knob alone, for example lens.speckle_error; empty takes all.
+    overrides : overrides of the configuration, as for `isethdr run`: scene=... lens=...
+    knob : name of one knob, for example lens.speckle_error; empty takes all.
     values : values of that knob, from the cheapest to the finest, for example 0.1,0.03; empty takes
         those that the component declares.
     folder : folder for accuracy.csv and accuracy.png; empty makes one in the home folder.
 
     Returns
     -------
-    rows with knob, value, now (whether the configuration has it), error of 99 % and of half of the
-    values with its unit and the quantity compared, error of 99 % of the pixels in standard
-    deviations of the sensor's noise, CPU seconds with nothing at hand and at once again, the cost
-    over that of the knob's first value by the component's model (NaN: not known), the part of the
-    light, the reference, and the share of the noise that the configuration allows.
+    rows with knob, value, now (whether the configuration has this value), error (largest error of
+    99 % of the values) and error_of_half (of half of them) with their unit and the quantity
+    compared, error_of_noise (largest error of 99 % of the pixels in standard deviations of the
+    sensor's noise), cpu_s and cpu_s_again (CPU seconds of a first run without stored results, and
+    of a second run directly after it), relative_cost (cost over that of the knob's first value by
+    the component's model; NaN: not known), the part of the light, the reference, allowed (error
+    that the configuration allows, as a share of the noise), and noise (whether all noise is known).
 
     Raises
     ------
     ConfigError : no component declares a knob, or a component refuses a value of its knob.
-    KeyboardInterrupt : after Ctrl-C; what was measured is in the folder.
+    KeyboardInterrupt : after Ctrl-C; the rows measured so far are in the folder.
     """
     config = checked_config(compose(list(overrides)))
     base = Setting(config, chain(config))
     configured = chosen(configured_knobs(config, base.parts), knob, values)
-    # refused before any work
+    # all settings are built first, so that a wrong value is refused before any work
     jobs = [job for knob_found in configured for job in _jobs(config, knob_found)]
     into = _folder(folder, overrides)
     last = max(
@@ -142,7 +146,7 @@ def accuracy(*overrides: str, knob: str = "", values: str = "", folder: str = ""
     )
     tried = sum(not job.is_reference for job in jobs)
     tell(f"{number_of(tried, 'setting')} of {', '.join(one.name for one in configured)}")
-    with threadpool_limits(1, "blas"):  # as a run
+    with threadpool_limits(1, "blas"):  # as in a run
         start_s = process_time()
         with shown("the configuration as it is"):
             results = all_stages(base, Results(), 0, last, exact=False)
@@ -163,7 +167,7 @@ def accuracy(*overrides: str, knob: str = "", values: str = "", folder: str = ""
             if study.rows:
                 draw(works(study.rows), into / PICTURE)
             tell("table and picture:")
-            print(into, file=sys.stderr)  # a path is not broken into lines
+            print(into, file=sys.stderr)  # `tell` would break a long path into lines
     return study.rows
 
 

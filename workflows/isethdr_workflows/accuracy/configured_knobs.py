@@ -19,7 +19,7 @@ from isethdr_core.pipeline.chain import Chain, chain
 from isethdr_core.plugins.accuracy_knobs import AccuracyKnob, knobs_of, shares_of
 from isethdr_core.uncertainty.error_terms import Quantity
 
-# the run's own: what all components spend together
+# the knob of the run itself: the error that all components together may cause
 ALLOWED = AccuracyKnob("noise_fraction_allowed", (0.3, 0.1, 0.03, 0.01), Quantity.ELECTRONS)
 
 
@@ -30,11 +30,11 @@ class ConfiguredKnob:
     Parameters
     ----------
     path : path of the component in the config, for example `flare.dirt`.
-    kind : kind of the component; its stage is measured.
-    knob : the knob as declared, or with the values that a user named.
+    kind : kind of the component; the cost of its stage is measured.
+    knob : the knob as declared, or with the values that a user typed.
     now : the value in the configuration; None if the component decides.
     reference : {path in the config: value} of the reference configuration.
-    exact : the reference leaves nothing out.
+    exact : whether the reference leaves nothing out.
     """
 
     path: str
@@ -50,8 +50,8 @@ class ConfiguredKnob:
         return f"{self.path}.{self.knob.field}"
 
     def values(self) -> list[Any]:
-        """Return the values to measure, from the cheapest to the finest, the present one among
-        them.
+        """Return the values to measure, from the cheapest to the finest, including the present
+        value.
         """
         values = list(self.knob.tried())
         if self.now is None or self.now in values:
@@ -87,9 +87,14 @@ def components(config: Any, chain: Chain) -> Iterator[tuple[str, str, Any]]:
 def configured_knobs(config: Any, chain: Chain) -> list[ConfiguredKnob]:
     """Return every knob of a configuration that changes something in it.
 
+    Parameters
+    ----------
+    config : composed config.
+    chain : its components.
+
     Raises
     ------
-    ConfigError : no component declares one.
+    ConfigError : no component declares such a knob.
     """
     knobs = []
     silent = []
@@ -129,7 +134,7 @@ def chosen(configured: Sequence[ConfiguredKnob], name: str, values: str) -> list
 
     Raises
     ------
-    ConfigError : no such knob, or values without a knob.
+    ConfigError : there is no such knob, or values are given without a knob.
     """
     if not name:
         if values:
@@ -156,12 +161,12 @@ def chosen(configured: Sequence[ConfiguredKnob], name: str, values: str) -> list
 
 
 def setting(config: Any, configured: ConfiguredKnob, changes: dict[str, Any]) -> Setting:
-    """Return the configuration with changed values, its components built and checked.
+    """Return the configuration with changed values. Its components are built and checked.
 
     Parameters
     ----------
     config : composed config.
-    configured : the knob, for messages.
+    configured : the knob that is set, for messages.
     changes : {path in the config: value}.
 
     Raises

@@ -1,5 +1,5 @@
-"""Work-precision diagrams of a stage: error against CPU seconds, both logarithmic; one panel per
-diagram.
+"""Work-precision diagrams of a stage: error against CPU seconds, on logarithmic axes, with one
+panel per diagram.
 """
 
 from __future__ import annotations
@@ -38,12 +38,14 @@ NAMES = {
     "view": "denoised",
     "": "setting",
 }
-ORDER = {"": 2, "peer": 3, "view": 3, "default": 4, "now": 4}  # on top of others
-# 910 pixels: letters of 8 points are 11 pixels high where the picture is shown 700 wide
+ORDER = {"": 2, "peer": 3, "view": 3, "default": 4, "now": 4}  # higher numbers are drawn on top
+# width of the picture, 910 pixels: letters of 8 points are 11 pixels high when it is shown 700
+# pixels wide
 WIDTH_IN = 7.0
 DPI = 130
-TOGETHER = 18  # distance in pixels below which dots share one text
-PANEL_IN = 2.9  # height of one panel, and of a picture of a single one 1.3 times that
+TOGETHER = 18  # largest distance of dots that share one text, pixels
+PANEL_IN = 2.9  # height of a panel; a single panel is 1.3 times as high
+# places of a text at its dot, tried in this order: (right, up) in points, and the alignment
 PLACES = (
     (5, 4, "left", "bottom"),
     (5, -4, "left", "top"),
@@ -61,8 +63,8 @@ PLACES = (
 
 
 def draw(works: list[Work], path: Path) -> None:
-    """Write the diagrams of one stage, two panels a row, to `path` (png); exact settings sit at the
-    bottom, failed ones at the top.
+    """Write the diagrams of one stage to `path` (png), with two panels per row. Settings without
+    error are drawn at the bottom, failed ones at the top.
     """
     with needed("a diagram", extra="report"):
         import matplotlib
@@ -97,7 +99,7 @@ def draw(works: list[Work], path: Path) -> None:
             columnspacing=1.4,
             handletextpad=0.4,
         )
-        fig.canvas.draw()  # axes have their places from here on
+        fig.canvas.draw()  # gives the axes their final positions, which the texts need
         fig.set_layout_engine("none")
         for ax, texts, dots in placed:
             label(fig, ax, texts, dots)
@@ -107,7 +109,7 @@ def draw(works: list[Work], path: Path) -> None:
 
 
 def save(fig: Figure, path: Path) -> None:
-    """Write a figure with 200 colours: half the bytes without a visible difference."""
+    """Write a figure with 200 colours, which halves the bytes without a visible difference."""
     from PIL import Image
 
     whole = BytesIO()
@@ -116,7 +118,8 @@ def save(fig: Figure, path: Path) -> None:
 
 
 def panel(ax: Axes, work: Work, wide: bool) -> tuple[list[tuple[Any, ...]], list[tuple[Any, ...]]]:
-    """Draw one diagram; return its [(text, x, y)] still to be placed, and its dots [(x, y)].
+    """Draw one diagram; return the texts that are still to be placed, [(text, x, y)], and the dots,
+    [(x, y)].
 
     Parameters
     ----------
@@ -153,7 +156,8 @@ def panel(ax: Axes, work: Work, wide: bool) -> tuple[list[tuple[Any, ...]], list
                 ms=5,
                 zorder=ORDER[mark],
             )
-    near = work.reference_error >= floor  # otherwise far below all points: then stated as text
+    # a reference error far below all points is stated in the title only
+    near = work.reference_error >= floor
     if near:
         ax.axhline(work.reference_error, ls=":", color="#555", lw=1, label="reference's own error")
     if work.allowed >= 0:
@@ -182,8 +186,8 @@ def panel(ax: Axes, work: Work, wide: bool) -> tuple[list[tuple[Any, ...]], list
 
 
 def limits(ax: Axes, x: Sequence[float], y: Sequence[float]) -> None:
-    """Set the axes around the points: at least most of a decade, with room for their texts, and
-    with numbers where they fit.
+    """Set the limits of the axes: all points with room for their texts, and at least a decade along
+    x. Numbers are drawn at more ticks where there is room.
 
     Parameters
     ----------
@@ -215,8 +219,8 @@ def label(
     texts: Sequence[tuple[str, float, float]],
     dots: Sequence[tuple[float, float]],
 ) -> None:
-    """Write a text beside each dot, where it covers neither a dot nor another text. Dots at the
-    same position share one text.
+    """Write a text next to each dot, if possible where it covers neither a dot nor another text.
+    Dots close together share one text.
 
     Parameters
     ----------

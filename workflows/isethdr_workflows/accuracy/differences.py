@@ -1,5 +1,5 @@
-"""Differences: how far the results of one setting are from those of the reference, in the
-quantity's own unit and in standard deviations of the sensor's noise.
+"""Differences between the results of one setting and those of the reference, in the quantity's own
+unit and in standard deviations of the sensor's noise.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from isethdr_core.uncertainty.error_terms import Quantity
 from .configured_knobs import Setting
 from .stage_results import Results, captured
 
-SHARE = propagation.SHARE  # of the values, that a figure speaks for
+SHARE = propagation.SHARE  # share of the values that are within a stated error
 RELATIVE = "relative"
 LIGHT = {
     Quantity.RADIANCE: "mixed",
@@ -26,7 +26,7 @@ LIGHT = {
 
 
 class Noise(NamedTuple):
-    """The sensor's noise in the configuration as it is, by camera."""
+    """The noise of the sensors in the configuration as it is, by camera."""
 
     sigma_e: dict[str, np.ndarray]  # (capture, y, x) standard deviation, electrons
     counts: dict[str, np.ndarray]  # (capture, y, x): pixels below saturation
@@ -34,13 +34,13 @@ class Noise(NamedTuple):
 
 
 class Difference(NamedTuple):
-    """How wrong one setting is."""
+    """The error of one setting."""
 
-    own: float  # 99 % of the values are off by at most this
-    half: float  # half of them
-    unit: str
-    compared: str  # the quantity
-    of_noise: float  # standard deviations of the sensor's noise
+    own: float  # largest error of 99 % of the values
+    half: float  # largest error of half of the values
+    unit: str  # unit of `own` and `half`
+    compared: str  # name of the compared quantity
+    of_noise: float  # largest error of 99 % of the pixels, standard deviations of the noise
 
 
 def noise_of(configuration: Setting, results: Results) -> Noise:
@@ -70,12 +70,12 @@ def difference(
 ) -> Difference:
     """Return the error of `measured` against the reference.
 
-    Light on another grid, or in other bands, than the reference is compared in electrons.
+    If the light has another grid or other bands than the reference, electrons are compared instead.
 
     Parameters
     ----------
     measured, reference : results of the two configurations.
-    error_of : the quantity that is compared; electrons if it is no quantity of the chain.
+    error_of : the quantity to compare; electrons if the chain has no results of this quantity.
     noise : noise of the sensors.
     """
     if error_of == Quantity.SCORE:

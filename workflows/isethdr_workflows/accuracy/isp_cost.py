@@ -1,6 +1,7 @@
 """CPU seconds and memory of isps on one shot, each in a process of its own.
 
-In one process, an isp would take memory that an earlier one has freed, and none would be counted.
+In a shared process, an isp would reuse memory that an earlier isp has freed, and this memory would
+not be counted.
 """
 
 from __future__ import annotations
@@ -17,14 +18,15 @@ from isethdr_core.plugins.registry import build
 
 from .point import timed
 
-OPENING_PX = 32  # side of the part that is developed first, which opens files and libraries
+# side of the part of the shot that is developed first, so that files and libraries are opened
+OPENING_PX = 32
 
 
 class Cost(NamedTuple):
     """Cost of one picture."""
 
-    cpu_s: float  # of all threads
-    peak_mb: float  # above the start; files are open
+    cpu_s: float  # CPU time of all threads
+    peak_mb: float  # peak memory above that at the start, with all files open
 
 
 def costs_alone(isps: Sequence[tuple[str, Mapping[str, Any]]], captures: Any) -> list[Cost]:
@@ -32,7 +34,7 @@ def costs_alone(isps: Sequence[tuple[str, Mapping[str, Any]]], captures: Any) ->
 
     Parameters
     ----------
-    isps : name and fields of each.
+    isps : name and fields of each isp.
     captures : the shot, as a sensor returns it.
 
     Returns

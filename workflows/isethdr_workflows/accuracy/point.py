@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 from isethdr_core import ledger
 from isethdr_core.errors import ConfigError
 
-# short calls are repeated until they have taken this CPU time together, or this number of times
+# short calls are repeated until they have taken this CPU time in total, or this number of times
 SHORT_S = 0.5
 MOST_CALLS = 8
 
@@ -27,7 +27,7 @@ class Point:
     # default: what runs use; now: what a configuration has; peer: what other simulators do; view:
     # denoised for eyes
     mark: str = ""
-    label: str = ""  # in the diagram, where the setting is too long
+    label: str = ""  # shorter text for the diagram; empty: the setting
 
 
 @dataclass(frozen=True)
@@ -41,15 +41,15 @@ class Work:
     points: list[Point] = field(default_factory=list)
     allowed: float = math.nan  # error that a configuration allows, in the same unit
     fails_at: float = 100.0  # larger errors are drawn here
-    no_error: str = "exact"  # name of a setting without error
+    no_error: str = "exact"  # text after the name of a setting without error
 
 
 class Timed(NamedTuple):
-    """The result of a call, and what it took."""
+    """The result of a call, and its cost."""
 
     result: Any
-    cpu_s: float  # of the cheapest call
-    peak_mb: float  # above the memory at the start, of the largest call
+    cpu_s: float  # CPU time of the cheapest call
+    peak_mb: float  # peak memory above that at the start, of the largest call
 
 
 def timed(call: Callable[[], Any], repeat: int = 2) -> Timed:
@@ -57,7 +57,7 @@ def timed(call: Callable[[], Any], repeat: int = 2) -> Timed:
     often.
 
     CPU time depends little on the load of the machine, but other processes compete for its caches.
-    The cheapest call suffers least.
+    The cheapest call is disturbed least.
 
     Parameters
     ----------
@@ -115,7 +115,7 @@ def refuse_what_does_not_fit(
 
 
 def largest_that_fits(count: int, needed_bytes: Callable[[int], float], free: int) -> int:
-    """Return the largest number below `count` whose bytes are free; 0 if none is.
+    """Return the largest number below `count` that fits into the free memory; 0 if none does.
 
     Parameters
     ----------
@@ -135,7 +135,7 @@ def largest_that_fits(count: int, needed_bytes: Callable[[int], float], free: in
 
 
 def free_memory() -> int:
-    """Return the bytes of memory that may be taken without swapping (Linux); plenty where that is
+    """Return the bytes of memory that are available without swapping (Linux); 2^62 where that is
     not known.
     """
     try:
@@ -148,7 +148,8 @@ def free_memory() -> int:
 
 
 def front(points: list[Point]) -> list[Point]:
-    """Return the Pareto front, cheapest first: each has a smaller error than all cheaper points.
+    """Return the Pareto front, cheapest first: each of its points has a smaller error than all
+    cheaper points.
 
     A point without a known error (nan) is left out.
     """

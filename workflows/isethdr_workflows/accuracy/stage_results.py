@@ -1,6 +1,4 @@
-"""Stage results: the chain run stage by stage, from a stage on, with the CPU seconds that the
-stages take.
-"""
+"""Stage results: a part of the chain, run stage by stage, with the CPU seconds of the stages."""
 
 from __future__ import annotations
 
@@ -57,12 +55,18 @@ class Measured(NamedTuple):
     """Results, and the CPU seconds of the stages that were measured."""
 
     results: Results
-    first_s: float  # with nothing kept from before
-    again_s: float  # at once again; NaN where the stages were run once
+    first_s: float  # CPU time of a first run, without stored results
+    again_s: float  # CPU time of a second run directly after it; NaN if there was only one run
 
 
 def span(kind: str, error_of: Quantity) -> tuple[int, int]:
-    """Return the first and the last stage that a knob's cost and error are measured over."""
+    """Return the numbers of the first and the last stage that are run for a knob.
+
+    Parameters
+    ----------
+    kind : kind of the component that declares the knob.
+    error_of : quantity in which the error of the knob is measured.
+    """
     first = FIRST.get(kind, METRIC)
     return first, max(first, LAST.get(error_of, SENSOR))
 
@@ -77,7 +81,7 @@ def all_stages(
     configuration : the configuration.
     earlier : the results of the stages before `first`.
     first, last : numbers of the stages.
-    exact : the lens leaves nothing out, and computes irradiance band by band.
+    exact : whether the lens leaves nothing out, and computes irradiance band by band.
     """
     chain = configuration.parts
     config = configuration.config
@@ -124,8 +128,8 @@ def captured(configuration: Setting, earlier: Results) -> dict[str, Any]:
 def measured(
     configuration: Setting, earlier: Results, first: int, last: int, exact: bool
 ) -> Measured:
-    """Return the results of the stages and their CPU seconds, then of the stages up to the
-    electrons, which are not measured.
+    """Run some stages; return the results and their CPU seconds. The following stages up to the
+    electrons are run as well, but not timed.
 
     Parameters
     ----------
@@ -134,9 +138,10 @@ def measured(
     first, last : numbers of the first and of the last stage that is measured.
     exact : whether the lens leaves nothing out, and computes irradiance band by band.
     """
-    # a second rendering reads the first
+    # a second rendering would only read the stored result of the first
     once = first == 0 and configuration.parts.renderer is not None
-    alone = empty_home() if first in (0, 2) else nullcontext()  # nothing of before is at hand
+    # an empty home, so that no stored radiance and no kernels are found
+    alone = empty_home() if first in (0, 2) else nullcontext()
     with alone:
         start = time.process_time()
         results = all_stages(configuration, earlier, first, last, exact)

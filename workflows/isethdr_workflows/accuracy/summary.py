@@ -5,11 +5,11 @@ from __future__ import annotations
 import math
 from itertools import groupby
 
-MOST_KNOBS = 12  # rows of a terminal; the file holds all
+MOST_KNOBS = 12  # most rows that a terminal shows; the file holds all
 
 
 def by_knob(rows: list[dict]) -> list[dict]:
-    """Return one row per knob: the present setting, and the cheapest within the error allowed.
+    """Return one row per knob: the present setting, and the cheapest one within the error allowed.
 
     Parameters
     ----------

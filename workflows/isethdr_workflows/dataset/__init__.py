@@ -3,7 +3,7 @@
 | module             | what                                                                        |
 |--------------------|-----------------------------------------------------------------------------|
 | `recipe`           | families of scenes and the distributions of their settings, read from YAML  |
-| `draw`             | settings of scene number k: the same for one seed, whatever the count     |
+| `draw`             | settings of scene number k, which depend on the seed but not on the count   |
 | `record`           | the folder of a dataset: its definition, and one file for each scene        |
 | `generate`         | render the scenes that are missing                                          |
 | `workers`          | share chunks of scenes between processes or the nodes of a SLURM cluster    |
@@ -16,6 +16,6 @@
 | `study/`           | cameras over a dataset: scores and objects, with intervals over roads       |
 | `card`             | the description of a dataset in Markdown                                    |
 | `packs`            | asset packs behind the scenes, with their licences                          |
-| `actions`          | what the commands do and print                                              |
+| `actions`          | functions behind the commands, which compute, write and print               |
 | `command`          | the command line                                                            |
 """

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Collection, Mapping
+import shlex
+from collections.abc import Collection, Mapping, Sequence
 from typing import Any
 
 import typer
@@ -31,7 +32,7 @@ from .study.tables import tables_of
 from .verify import verify
 from .workers import PROCESSES, Workers
 
-# settings that are no overrides, and their types
+# the command's own settings, which are not overrides, and their types
 OWN = {
     "count": int,
     "seed": int,
@@ -52,24 +53,25 @@ OF_WORKERS = {
     "cpus": "cpus",
 }
 INTERRUPTED = 130  # exit code after Ctrl-C: 128 + SIGINT
+SAMPLE = 6  # number of scenes that give a useful runtime estimate
 
 
 def make(name: str, settings: list[str], dry_run: bool, price: float | None) -> None:
-    """Make what is missing of a dataset, or show what would be made.
+    """Make the missing scenes of a dataset, or show what would be made.
 
     Parameters
     ----------
-    name : of the dataset.
-    settings : as typed, key=value.
-    dry_run : only show it.
-    price : of an hour of this machine; None: no cost is printed.
+    name : name of the dataset.
+    settings : settings as typed, key=value.
+    dry_run : whether to only show what would be made.
+    price : price of an hour of this machine; None: no cost is printed.
     """
     request = request_of(name, settings)
     if dry_run:
         print_draws(request)
         stored = (folder_of(name) / DEFINITION).exists()
         made = generated(read_dataset(name)).made if stored else []
-        print_runtime_estimate(runtime_estimate(made, request.count), request, price)
+        print_runtime_estimate(runtime_estimate(made, request.count), settings, request, price)
         return
     try:
         dataset = generate(request)
@@ -78,7 +80,8 @@ def make(name: str, settings: list[str], dry_run: bool, price: float | None) -> 
         raise typer.Exit(INTERRUPTED) from None
     print_generated(dataset)
     if request.sample is not None and request.sample < request.count:
-        print_runtime_estimate(runtime_estimate(dataset.made, request.count), request, price)
+        expected = runtime_estimate(dataset.made, request.count)
+        print_runtime_estimate(expected, settings, request, price)
     if dataset.failed:
         raise typer.Exit(1)
 
@@ -89,8 +92,8 @@ def score(name: str, settings: list[str]) -> None:
 
     Parameters
     ----------
-    name : of the dataset.
-    settings : as typed, key=value: who images the scenes, and overrides of all runs.
+    name : name of the dataset.
+    settings : settings as typed, key=value: those of the workers, and overrides of all runs.
     """
     own, overrides = divided(settings, OF_WORKERS)
     workers = workers_of(own)
@@ -129,8 +132,8 @@ def pair(name: str, settings: list[str]) -> None:
 
     Parameters
     ----------
-    name : of a dataset, or of one stored scene.
-    settings : as typed, key=value.
+    name : name of a dataset, or of one stored scene.
+    settings : settings as typed, key=value.
     """
     request = pair_request(name, settings)
     try:
@@ -181,7 +184,7 @@ def describe(name: str) -> None:
 
 
 def list_all() -> None:
-    """Print the datasets of the home."""
+    """Print the datasets of the home folder."""
     rows = []
     for path in sorted(existing_home().glob(f"datasets/*/{DEFINITION}")):
         dataset = generated(read_dataset(path.parent.name))
@@ -199,8 +202,8 @@ def request_of(name: str, settings: list[str]) -> Request:
 
     Parameters
     ----------
-    name : of the dataset.
-    settings : key=value, the dataset's own or overrides of its scenes.
+    name : name of the dataset.
+    settings : settings as typed, key=value: those of the dataset, and overrides of its scenes.
 
     Raises
     ------
@@ -213,12 +216,12 @@ def request_of(name: str, settings: list[str]) -> Request:
 
 
 def divided(settings: list[str], keys: Collection[str]) -> tuple[dict[str, Any], list[str]]:
-    """Return the command's own settings, and the overrides among settings.
+    """Separate the command's own settings from overrides.
 
     Parameters
     ----------
-    settings : as typed, key=value.
-    keys : of `OWN`, those that the command has.
+    settings : settings as typed, key=value.
+    keys : keys of `OWN` that the command has.
 
     Returns
     -------
@@ -245,7 +248,7 @@ def divided(settings: list[str], keys: Collection[str]) -> tuple[dict[str, Any],
 
 
 def workers_of(own: Mapping[str, Any]) -> Workers:
-    """Return the workers that settings name; several without an engine are processes.
+    """Return the workers that settings name. Several workers without an engine are processes.
 
     Parameters
     ----------
@@ -258,7 +261,7 @@ def workers_of(own: Mapping[str, Any]) -> Workers:
 
 
 def print_draws(request: Request) -> None:
-    """Print how many scenes of each family there would be."""
+    """Print how many scenes of each family a dataset would have."""
     recipe = read_recipe(request.recipe)
     count: dict[str, int] = {family.name: 0 for family in recipe.families}
     for number in range(request.count):
@@ -283,19 +286,23 @@ def print_generated(dataset: Generated) -> None:
 
 
 def print_runtime_estimate(
-    expected: RuntimeEstimate | None, request: Request, price: float | None
+    expected: RuntimeEstimate | None, settings: Sequence[str], request: Request, price: float | None
 ) -> None:
     """Print time, disk and cost of all scenes.
 
     Parameters
     ----------
-    expected : the estimate; None without two scenes to go by.
+    expected : the estimate; None if fewer than two scenes are made.
+    settings : settings of the dataset as typed, key=value.
     request : the dataset.
-    price : of an hour of the machine; None: no cost is printed.
+    price : price of an hour of the machine; None: no cost is printed.
     """
     if expected is None:
-        print("no runtime estimate: fewer than two scenes are made; render a sample of six first:")
-        print(f"isethdr dataset generate {request.name} count={request.count} sample=6 ...")
+        print("no runtime estimate: fewer than two scenes are made")
+        if request.count > SAMPLE:
+            typed = [setting for setting in settings if not setting.startswith("sample=")]
+            command = shlex.join(["isethdr", "dataset", "generate", request.name, *typed])
+            print(f"render a sample first: {command} sample={SAMPLE}")
         return
     time = expected.seconds
     size = expected.stored_bytes
@@ -303,7 +310,7 @@ def print_runtime_estimate(
         ("time of one machine", *(duration(v) for v in (time.value, time.low, time.high))),
         ("disk", *(f"{v / 1e9:.3g} GB" for v in (size.value, size.low, size.high))),
     ]
-    if expected.cpu_seconds is not None:  # other work on the machine slows the clock alone
+    if expected.cpu_seconds is not None:  # unlike the time, it does not grow with other work
         cpu = expected.cpu_seconds
         limits = (cpu.value, cpu.low, cpu.high)
         rows.insert(1, ("processor time", *(duration(v) for v in limits)))

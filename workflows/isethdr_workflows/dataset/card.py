@@ -1,4 +1,4 @@
-"""The card of a dataset: what it holds, in which units, how it was made, in Markdown."""
+"""The card of a dataset in Markdown: its contents with their units, and how it was made."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def write_card(dataset: Generated) -> Path:
 
 
 def card(dataset: Generated) -> str:
-    """Return the card."""
+    """Return the card of a dataset as Markdown."""
     definition = dataset.definition
     made = dataset.made
     scenes = definition.scenes()

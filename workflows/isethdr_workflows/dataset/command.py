@@ -17,7 +17,9 @@ Name = Annotated[str, typer.Argument(help="name of the dataset")]
 
 
 def _actions() -> ModuleType:
-    """Return the module that does the work: `isethdr --help` does without NumPy."""
+    """Return the module that does the work. It is imported late, because `isethdr --help` must not
+    import NumPy.
+    """
     from . import actions
 
     return actions

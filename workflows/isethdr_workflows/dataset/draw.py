@@ -1,7 +1,7 @@
 """Draw: the settings of scene number k of a dataset.
 
-A scene depends on the seed of the dataset and on its number only. A dataset of 60 scenes is the
-beginning of one of 200, on any number of workers.
+A scene depends only on the seed of the dataset and on its own number. So a dataset of 60 scenes is
+the beginning of one of 200 scenes, on any number of workers.
 """
 
 from __future__ import annotations
@@ -29,13 +29,13 @@ class DrawnScene:
 
 
 def drawn_scene(recipe: Recipe, seed: int, number: int) -> DrawnScene:
-    """Return scene `number` of the dataset with a seed.
+    """Return scene `number` of the dataset with seed `seed`.
 
     Parameters
     ----------
     recipe : families and distributions.
-    seed : of the dataset, 0 or more.
-    number : of the scene, from 0.
+    seed : seed of the dataset, 0 or more.
+    number : number of the scene, from 0.
     """
     family = family_of(recipe, seed, number)
     random = np.random.default_rng([seed, number, 1])
@@ -54,7 +54,7 @@ def family_of(recipe: Recipe, seed: int, number: int) -> Family:
 
     Parameters
     ----------
-    recipe, seed, number : as of `drawn_scene`.
+    recipe, seed, number : as in `drawn_scene`.
     """
     start = np.random.default_rng([seed, 0]).random()
     place = (start + number * GOLDEN) % 1.0
@@ -63,9 +63,10 @@ def family_of(recipe: Recipe, seed: int, number: int) -> Family:
 
 
 def overrides_to_try(recipe: Recipe) -> list[tuple[str, tuple[str, ...]]]:
-    """Return (family, overrides) that together hold every choice and every limit of a recipe once.
+    """Return [(family, overrides)] that together hold every choice and every limit of a recipe.
 
-    Each of a family's draws is varied alone, so that a mistake costs no combination of them.
+    Each setting of a family is varied alone. This finds a wrong value without trying all
+    combinations.
     """
     tried = []
     for family in recipe.families:

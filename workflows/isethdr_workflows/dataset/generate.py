@@ -1,4 +1,4 @@
-"""Generate: render the scenes of a dataset that are missing, and record what became of each."""
+"""Generate: render the missing scenes of a dataset, and record the outcome of each."""
 
 from __future__ import annotations
 
@@ -36,22 +36,22 @@ from .record import (
 )
 from .workers import Workers, share
 
-FAILED = "failed"  # folder of tracebacks, beside the records
-TIMED = ("scene", "renderer")  # stages whose seconds are those of a scene
+FAILED = "failed"  # folder of tracebacks, in the folder of the dataset
+TIMED = ("scene", "renderer")  # stages that count towards the seconds of a scene
 
 Tell = Callable[[str], None]
 
 
 @dataclass(frozen=True)
 class Request:
-    """A dataset as it is asked for."""
+    """The request for a dataset."""
 
     name: str
-    count: int = 60  # scenes
+    count: int = 60  # number of scenes
     seed: int = 0
-    recipe: str = "roads"  # bundled name, or path of a YAML file
-    overrides: tuple[str, ...] = ()  # of all scenes, after those of the recipe
-    sample: int | None = None  # make the first scenes only; None: all
+    recipe: str = "roads"  # name of a bundled recipe, or path of a YAML file
+    overrides: tuple[str, ...] = ()  # overrides of all scenes, after those of the recipe
+    sample: int | None = None  # number of first scenes to make; None: all
     workers: Workers = field(default_factory=Workers)
 
 
@@ -60,28 +60,28 @@ class Generated:
     """A dataset after `generate`."""
 
     definition: Definition
-    scenes: dict[int, SceneRecord]  # by number, those that were tried
+    scenes: dict[int, SceneRecord]  # records of the scenes that were tried, by number
 
     @property
     def made(self) -> list[SceneRecord]:
-        """The scenes with radiance, by number."""
+        """The records of the scenes with radiance, sorted by number."""
         return [record for record in self.scenes.values() if record.stores]
 
     @property
     def failed(self) -> list[SceneRecord]:
-        """The scenes that failed, by number."""
+        """The records of the scenes that failed, sorted by number."""
         return [record for record in self.scenes.values() if record.error]
 
 
 def generate(request: Request, tell: Tell = print) -> Generated:
-    """Render what is missing of a dataset, and return all that it has.
+    """Render the missing scenes of a dataset, and return the dataset.
 
-    A scene that fails is recorded with its reason, and the others go on; the next call tries it
-    again. A scene that is stored is not rendered again.
+    A scene that fails is recorded with its reason, and the other scenes are still made. The next
+    call tries it again. A stored scene is not rendered again.
 
     Parameters
     ----------
-    request : the dataset.
+    request : the requested dataset.
     tell : called with one line of text for each scene that is done.
 
     Raises
@@ -101,7 +101,7 @@ def generate(request: Request, tell: Tell = print) -> Generated:
 
 
 def begun(request: Request) -> Definition:
-    """Return the definition of a dataset, written after every value of it has been tried.
+    """Try every value of a requested dataset, write its definition, and return it.
 
     Raises
     ------
@@ -114,7 +114,8 @@ def begun(request: Request) -> Definition:
             " and a seed of 0 or more; type for example count=60 seed=0"
         )
     recipe = read_recipe(request.recipe)
-    # a street is laid out for each case, which takes half a second; a stored dataset was tried
+    # trying a case lays out a street, which takes half a second; a dataset that is stored with the
+    # same recipe and overrides was tried before
     cases = [] if is_tried(name, recipe.text, request.overrides) else overrides_to_try(recipe)
     for family, overrides in cases:
         tried(family, overrides + request.overrides)
@@ -139,12 +140,12 @@ def tried(family: str, overrides: Sequence[str]) -> None:
 
     Parameters
     ----------
-    family : its family, for messages.
-    overrides : all of them.
+    family : family of the scene, for messages.
+    overrides : all overrides of the scene.
 
     Raises
     ------
-    ConfigError : a mistake in an override; or nothing to render.
+    ConfigError : an override has a mistake, or there is nothing to render.
     """
     try:
         built = chain(compose(overrides))
@@ -163,25 +164,25 @@ def numbers_of(request: Request) -> range:
 
 
 def generated(definition: Definition) -> Generated:
-    """Return a dataset as far as it is made."""
+    """Return a dataset with the scenes that were tried so far."""
     records = read_scenes(folder_of(definition.name))
     within = {number: record for number, record in records.items() if number < definition.count}
     return Generated(definition, within)
 
 
 def make_scenes(name: str, numbers: Sequence[int], tell: Tell = print, at_once: int = 1) -> None:
-    """Render some scenes of a dataset one after the other: the work of one process.
+    """Render some scenes of a dataset one after the other, as the work of one process.
 
     Parameters
     ----------
-    name : of the dataset; its definition is stored.
-    numbers : of the scenes.
+    name : name of the dataset; its definition is stored.
+    numbers : numbers of the scenes.
     tell : called with one line of text for each scene that is done.
-    at_once : scenes that this machine makes at the same time.
+    at_once : number of scenes that this machine makes at the same time.
 
     Raises
     ------
-    CatalogError : the stores cannot be written; the scenes after it would fail as well.
+    CatalogError : the stores cannot be written, so that all later scenes would fail as well.
     """
     definition = read_dataset(name)
     scenes = definition.scenes()
@@ -199,12 +200,12 @@ def make_scenes(name: str, numbers: Sequence[int], tell: Tell = print, at_once: 
 
 
 def made(scene: DrawnScene, folder: Path) -> tuple[SceneRecord, bool]:
-    """Return the record of a scene, rendered if it is not stored, and whether it was rendered.
+    """Render a scene if it is not stored; return its record, and whether it was rendered.
 
     Parameters
     ----------
     scene : the scene.
-    folder : of the dataset, for the traceback of a failure.
+    folder : folder of the dataset, for the traceback of a failure.
 
     Raises
     ------
@@ -215,7 +216,7 @@ def made(scene: DrawnScene, folder: Path) -> tuple[SceneRecord, bool]:
         rendered = render(compose(scene.overrides), by_noise=True)
     except CatalogError:
         raise
-    except Exception as err:  # any component may fail on one scene; the others go on
+    except Exception as err:  # any component may fail on one scene; the other scenes go on
         write_traceback(folder, scene.number)
         return _with(record, error=f"{type(err).__name__}: {err}"), False
     return _with(record, **measured(rendered)), rendered.computed
@@ -235,7 +236,7 @@ def measured(rendered: Rendered) -> dict[str, Any]:
             for file in path.rglob("*")
             if file.is_file()
         ),
-        # several stores hold different light groups
+        # the stores of a scene hold different light groups
         "noise": {str(k): float(v) for a in attributes for k, v in a["noise"].items()},
         "objects": tuple(attributes[-1]["objects"]),
     }
@@ -254,10 +255,10 @@ def told(record: SceneRecord, count: int, left: int, rate_s: float | None) -> st
 
     Parameters
     ----------
-    record : of the scene.
+    record : record of the scene.
     count : number of scenes of the dataset.
-    left : number of scenes that this process has still to make.
-    rate_s : seconds a rendered scene; None before the first.
+    left : number of scenes that this process still has to make.
+    rate_s : seconds per rendered scene; None before the first one.
     """
     start = f"scene {record.number + 1} of {count}, {record.family}: "
     if record.error:

@@ -13,7 +13,7 @@ from .generate import Generated
 def pack_lines(dataset: Generated) -> list[str]:
     """Return the lines of the card about packs: folder, digest, and the licence of each thing.
 
-    A pack that cannot be read any more is told as such. Without packs there are no lines.
+    A line says so if a pack cannot be read any more. Without packs there are no lines.
     """
     lines = []
     for folder in _folders(dataset):

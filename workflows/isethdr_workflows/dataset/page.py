@@ -44,8 +44,8 @@ class Thumbnail:
 
     number: int
     caption: str
-    own: str  # data address
-    day: str  # data address; "" where there is none to show
+    own: str  # data URL of the picture under the scene's own lighting
+    day: str  # data URL of the picture by day; "" if there is none
 
 
 def write_page(dataset: Generated) -> Path:
@@ -57,19 +57,21 @@ def write_page(dataset: Generated) -> Path:
 
 
 def shown(xyz: Any) -> np.ndarray:
-    """Return xyz (y, x, 3) in cd/m2 as the report of a run shows it: uint8 (y, x, 3)."""
+    """Return the picture, uint8 (y, x, 3), that the report of a run shows for xyz (y, x, 3) in
+    cd/m2.
+    """
     white = pictures.shown_white_cd_m2(xyz)
     compressed = pictures.compression(xyz, white)
     return display_view.display(xyz, white, compressed, natural_colour=True)
 
 
 def page(dataset: Generated, looks: Sequence[Look]) -> str:
-    """Return the page: one HTML document that needs no network.
+    """Return the page as one HTML document that needs no network.
 
     Parameters
     ----------
-    dataset : definition and records.
-    looks : of the scenes that are made.
+    dataset : definition and records of the dataset.
+    looks : looks of the scenes that are made.
     """
     return _template().render(
         definition=dataset.definition,
@@ -90,7 +92,9 @@ def page(dataset: Generated, looks: Sequence[Look]) -> str:
 
 
 def _totals(dataset: Generated) -> list[tuple[str, str]]:
-    """Return what the scenes took, and what all of them are expected to take."""
+    """Return lines (title, text) about time, size and noise of the scenes, and about the expected
+    time of all scenes.
+    """
     seconds = [record.seconds for record in dataset.made]
     machine_s = sum(record.machine_s for record in dataset.made)
     size = [record.stored_bytes / 1e6 for record in dataset.made]
@@ -112,7 +116,7 @@ def _totals(dataset: Generated) -> list[tuple[str, str]]:
 
 
 def _size_text(size_mb: float) -> str:
-    """Return a size for people, in MB below 1 GB."""
+    """Return a size as text, in MB below 1 GB, else in GB."""
     return f"{size_mb:.3g} MB" if size_mb < 1e3 else f"{size_mb / 1e3:.3g} GB"
 
 
@@ -136,12 +140,12 @@ def _thumbnail(look: Look) -> Thumbnail:
 
 
 def _luminance(cd_m2: float) -> str:
-    """Return two significant digits without an exponent, down to 0.0001."""
+    """Return a luminance as text with two significant digits, or whole from 10 on."""
     return f"{cd_m2:.0f}" if cd_m2 >= 10 else f"{cd_m2:.2g}"
 
 
 def _histograms(looks: Sequence[Look]) -> list[tuple[str, list[tuple[str, float]]]]:
-    """Return for each light group the share of the lit tiles in each decade, in percent."""
+    """Return for each light group [(lower end of a decade, percent of the lit tiles in it)]."""
     groups = list(dict.fromkeys(group for look in looks for group in look.histograms))
     counts = {
         group: np.sum([look.histograms.get(group, 0 * DECADES[1:]) for look in looks], axis=0)

@@ -117,7 +117,7 @@ def parsed(text: str, name: str) -> Recipe:
     Parameters
     ----------
     text : the YAML.
-    name : of the recipe, for messages.
+    name : name of the recipe, for messages.
 
     Raises
     ------

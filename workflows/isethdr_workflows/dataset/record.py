@@ -119,9 +119,9 @@ def is_tried(name: str, recipe_text: str, overrides: tuple[str, ...]) -> bool:
 
     Parameters
     ----------
-    name : of the dataset.
+    name : name of the dataset.
     recipe_text : recipe as YAML.
-    overrides : of all scenes, after those of the recipe.
+    overrides : overrides of all scenes, after those of the recipe.
 
     Raises
     ------

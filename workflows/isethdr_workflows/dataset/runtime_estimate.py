@@ -41,7 +41,7 @@ def runtime_estimate(records: Sequence[SceneRecord], count: int) -> RuntimeEstim
 
     Parameters
     ----------
-    records : of the scenes that are made.
+    records : records of the scenes that are made.
     count : number of scenes of the dataset.
     """
     if len(records) < FEWEST:

@@ -17,7 +17,7 @@ def splits(scenes: Sequence[DrawnScene], shares: Mapping[str, float]) -> dict[st
 
     Parameters
     ----------
-    scenes : of the dataset.
+    scenes : scenes of the dataset.
     shares : {part: its share of the roads}, sum 1.
     """
     parts: dict[str, list[int]] = {part: [] for part in shares}

@@ -79,7 +79,7 @@ def class_counts(
 
     Parameters
     ----------
-    records : of the scenes.
+    records : records of the scenes.
     weights : {number of a scene: weights of its light groups}; None: no illuminance is known.
     """
     entries = [
@@ -113,7 +113,7 @@ def illuminance(row: Mapping[str, Any], weights: Mapping[str, float]) -> float:
 
     Parameters
     ----------
-    row : of the table of objects.
+    row : row of the table of objects.
     weights : {light group: weight} of the lighting.
     """
     if "illuminance_lx" not in row:
@@ -137,7 +137,7 @@ def look(record: SceneRecord, view: Callable[[object], np.ndarray]) -> Look:
 
     Parameters
     ----------
-    record : of the scene, with its stores.
+    record : record of the scene, with its stores.
     view : function from xyz (y, x, 3) in cd/m2 to displayed values (y, x, 3), uint8.
     """
     scene = inside(store.open_scene(record.stores[0]))
@@ -184,7 +184,7 @@ def by_decade(luminance: np.ndarray) -> np.ndarray:
 
     Parameters
     ----------
-    luminance : of the tiles, cd/m2.
+    luminance : luminance of the tiles, cd/m2.
     """
     lit = np.log10(luminance[luminance > 0])
     return np.histogram(np.clip(lit, DECADES[0], DECADES[-1]), DECADES)[0]

@@ -62,7 +62,7 @@ def problems_of_store(name: str) -> list[str]:
 
     Parameters
     ----------
-    name : of the store.
+    name : name of the store.
 
     Raises
     ------

@@ -43,7 +43,7 @@ class Workers:
         `ray` (the cluster of the variable RAY_ADDRESS, or one on this machine).
     count : number of processes, of jobs of the array, or of tasks.
     hours : time limit of a SLURM job.
-    partition : of the SLURM cluster; "": its default.
+    partition : partition of the SLURM cluster; "": its default.
     cpus : cores of a SLURM job or a Ray task; the renderer uses all that it gets.
     """
 
@@ -86,9 +86,9 @@ def share(
     Parameters
     ----------
     make : function of a module, which makes scenes by (name, numbers, tell).
-    numbers : of the scenes.
+    numbers : numbers of the scenes.
     workers : who makes them.
-    name : of the dataset.
+    name : name of the dataset.
     tell : called with one line of text for each scene; jobs and tasks print instead.
 
     Raises
@@ -137,8 +137,8 @@ def by_processes(
     ----------
     lines_of : makes a scene by (home, number of the process that asks, number of the scene), as
         `lines_about` does.
-    numbers : of the scenes.
-    count : of processes.
+    numbers : numbers of the scenes.
+    count : number of processes.
     tell : called with one line of text for each scene.
 
     Raises
@@ -201,10 +201,10 @@ def lines_about(make: Make, name: str, home_folder: str, parent: int, number: in
     Parameters
     ----------
     make : as of `share`.
-    name : of the dataset.
+    name : name of the dataset.
     home_folder : the home.
     parent : number of the process that asked for it.
-    number : of the scene.
+    number : number of the scene.
 
     Raises
     ------
@@ -224,9 +224,9 @@ def in_process(make: Make, name: str, home_folder: str, numbers: Sequence[int]) 
     Parameters
     ----------
     make : as of `share`.
-    name : of the dataset.
+    name : name of the dataset.
     home_folder : the home, on a disk that all processes see.
-    numbers : of the scenes.
+    numbers : numbers of the scenes.
     """
     os.environ["ISETHDR_HOME"] = home_folder
     make(name, numbers, partial(print, flush=True))

@@ -103,7 +103,7 @@ def picture_key(bench: Bench, photons: float, number: int) -> Generator:
     ----------
     bench : camera and light; its seed is the first.
     photons : mean photons per pixel and exposure.
-    number : of the picture in its series.
+    number : number of the picture in its series.
     """
     return generator(bench.seed + number, "bench", f"{photons:.6g}")
 

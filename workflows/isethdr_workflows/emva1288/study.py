@@ -126,7 +126,7 @@ def measure(sensor: Sensor, size: int, pictures: int, seed: int) -> list[dict]:
     sensor : an `ImagingSensor`.
     size : rows and columns of the pictures.
     pictures : averaged for the fixed pattern, at least.
-    seed : of the noise.
+    seed : seed of the noise.
     """
     sensor = replace(sensor, rows=0, columns=0)
     probe = sensor(Bench(sensor, 0, 0, 550.0, size, seed).light(0.0), _key(seed))
@@ -177,8 +177,8 @@ def row(
     Parameters
     ----------
     capture, channel : names of both.
-    name : of the figure.
-    unit : of the figure.
+    name : name of the figure.
+    unit : unit of the figure.
     estimate : measured figure with its standard error.
     true : figure of the model, same unit.
     """

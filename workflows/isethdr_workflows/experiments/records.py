@@ -53,9 +53,9 @@ def write(step: Step, minutes: float, finished: bool, load: float) -> None:
     Parameters
     ----------
     step : the step.
-    minutes : of this attempt; those of earlier ones are added.
+    minutes : minutes of this attempt; those of earlier ones are added.
     finished : whether it is.
-    load : of the machine.
+    load : load of the machine.
 
     Raises
     ------

@@ -41,10 +41,10 @@ class Step:
     ----------
     name : to type.
     about : what it is for.
-    commands : of `isethdr`, in order; {home} is the home folder.
+    commands : commands of `isethdr`, in order; {home} is the home folder.
     makes : files of the home that are there when it is done.
     minutes : expected.
-    basis : of the expectation.
+    basis : basis of the expectation.
     needs : library that must be installed, and the extra that brings it; ("", "") for none.
     """
 
@@ -86,7 +86,7 @@ def question(name: str, about: str, minutes: float, basis: str) -> Step:
 
     Parameters
     ----------
-    name : of the question.
+    name : name of the question.
     about : what it answers, for people.
     minutes : that the step takes, on two cores.
     basis : where that number is from.

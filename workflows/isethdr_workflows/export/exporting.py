@@ -136,8 +136,8 @@ def run(what: Sequence[str], to: Sequence[str], force: bool, licence: str, title
     what : runs, sweeps or conditions; the folder comes last.
     to : texts of names of formats, separated by commas.
     force : replace the folder of an earlier export.
-    licence : of the files: an SPDX name or an address; "" states none.
-    title : of the data set; "" takes the folder's name.
+    licence : licence of the files: an SPDX name or an address; "" states none.
+    title : title of the data set; "" takes the folder's name.
     """
     *named, folder = what
     if not named or "=" in folder:

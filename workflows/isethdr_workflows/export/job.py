@@ -112,7 +112,7 @@ class Job:
         Parameters
         ----------
         path : below the folder, with /.
-        media_type : of its content.
+        media_type : media type of its content.
         item : the picture that it belongs to; None: several or none.
         """
         of_item = {} if item is None else {"run": item.key, "camera": item.camera}
@@ -128,7 +128,7 @@ class Job:
         ----------
         path : below the folder, with /.
         content : what JSON can hold.
-        media_type : of its content; "" is application/json.
+        media_type : media type of its content; "" is application/json.
         """
         text = json.dumps(content, ensure_ascii=False, allow_nan=False, separators=(",", ":"))
         self.new_file(path, media_type or "application/json").write_text(text, encoding="utf-8")

@@ -170,7 +170,7 @@ def example(cell: str, recipe: dict, number: int) -> tuple[Any, Any, np.ndarray,
     ----------
     cell : letters of the filter array.
     recipe : seed, side in pixels, and ranges of peak electrons and read noise.
-    number : of the picture; it seeds the random numbers with the recipe's seed.
+    number : number of the picture; it seeds the random numbers with the recipe's seed.
     """
     rng = np.random.default_rng([recipe["seed"], number])
     side = recipe["side_px"]
@@ -217,7 +217,7 @@ def held_out(table: dict, cell: str, recipe: dict, pictures: int = 6) -> tuple[f
     ----------
     table : filters by cell.
     cell : letters of the filter array.
-    recipe : of the training; its seed plus 1 makes the pictures.
+    recipe : recipe of the training; its seed plus 1 makes the pictures.
     pictures : number of pictures.
     """
     channels = channels_of(cell)

@@ -39,7 +39,7 @@ def led_flicker(folder: str = "", phases: int = 400) -> list[dict]:
     Parameters
     ----------
     folder : where to write led_flicker.png and rolling_bands.png; empty writes none.
-    phases : of a lamp, equally spaced, over which `never_lit_percent` counts.
+    phases : number of phases of a lamp, equally spaced, over which `never_lit_percent` counts.
 
     Returns
     -------

@@ -101,7 +101,7 @@ def bands(line_time_s: float, exposure_s: float, phase: float = 0.0) -> np.ndarr
     ----------
     line_time_s : time from row to row, s; 0 of a global shutter.
     exposure_s : exposure time, s.
-    phase : of the lamp at time 0, periods.
+    phase : phase of the lamp at time 0, periods.
     """
     scene = build(
         "scene", "macbeth", width=240, height=160, horizontal_field_deg=16.0, luminance_cd_m2=100.0

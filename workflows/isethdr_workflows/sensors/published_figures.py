@@ -58,7 +58,7 @@ def row(figure: str, published: Any, ours: Any, unit: str, limit: Any, how: str)
     ----------
     figure : what is compared.
     published, ours : the published figure and ours, in `unit`.
-    unit : of both.
+    unit : unit of both.
     limit : largest accepted difference, as the table prints it.
     how : how both were found, for people.
     """
@@ -256,7 +256,7 @@ def snr_db(
     ----------
     sensor : an `ImagingSensor`.
     level_e : mean electrons of the capture's photodiode.
-    seed : of the first of two shots.
+    seed : seed of the first of two shots.
     capture : number of the capture.
     size : rows and columns.
     """
@@ -276,7 +276,7 @@ def electrons(
     sensor : an `ImagingSensor`.
     level_e : mean electrons of every photodiode.
     capture : number of the capture that is read back.
-    seed : of the noise.
+    seed : seed of the noise.
     size : rows and columns.
     """
     model = sensor.model()
@@ -314,7 +314,7 @@ def dynamic_range_db(sensor: Sensor, seed: int, dark: int, bright: int) -> float
     Parameters
     ----------
     sensor : an `ImagingSensor`.
-    seed : of the noise.
+    seed : seed of the noise.
     dark : number of the capture for the dark end.
     bright : number of the capture that saturates last.
     """

@@ -89,7 +89,7 @@ def measured(sensor: Sensor, capture: int, light_e: float, seed: int) -> dict:
     sensor : an `ImagingSensor`.
     capture : number of the capture.
     light_e : mean electrons of light at which `electrons` is read back.
-    seed : of the noise.
+    seed : seed of the noise.
     """
     bench = Bench(sensor, capture, 0, 540.0, SIZE, seed)
     reading = sensor.model().readings[capture]

@@ -72,7 +72,7 @@ class Plan:
 
         Parameters
         ----------
-        number : of the frame, from 0.
+        number : number of the frame, from 0.
         exposures : carried into the frame, by camera.
         """
         config = self.config.copy()

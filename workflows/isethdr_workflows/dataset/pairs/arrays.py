@@ -11,7 +11,7 @@ import numpy as np
 from .exposures import Shots
 from .reference import CHANNEL_RADIANCE
 
-# figures of a capture that read a DN back
+# figures of a capture that are needed to compute electrons from DN
 OF_CAPTURE = (
     "exposure_s",
     "gain_dn_per_e",
@@ -45,7 +45,7 @@ ABOUT = {
 
 @dataclass(frozen=True)
 class Sample:
-    """One scene seen by one camera: arrays, and all that is said about them."""
+    """One scene seen by one camera: arrays, and the labels that describe them."""
 
     camera: str
     arrays: dict[str, np.ndarray]
@@ -53,14 +53,14 @@ class Sample:
 
 
 def sample(camera: str, shots: Shots, truth: dict[str, Any], about: dict[str, Any]) -> Sample:
-    """Return what is written of one scene and one camera.
+    """Return the arrays and labels to write for one scene and one camera.
 
     Parameters
     ----------
-    camera : its name.
-    shots : its exposures.
-    truth : as `reference.reference` returns it.
-    about : of the scene: name, road, weights of the light groups, noise of the renderer.
+    camera : name of the camera.
+    shots : exposures of the camera.
+    truth : reference data, as `reference.reference` returns them.
+    about : facts about the scene: name, road, weights of the light groups, noise of the renderer.
     """
     arrays = {
         **{f"electrons_{term}": values for term, values in shots.electrons.items()},
@@ -90,13 +90,25 @@ def sample(camera: str, shots: Shots, truth: dict[str, Any], about: dict[str, An
 
 
 def described(name: str, values: np.ndarray) -> dict[str, Any]:
-    """Return dimensions, unit, type and size of an array."""
+    """Return the description of an array: dimensions, unit, type and shape.
+
+    Parameters
+    ----------
+    name : name of the array.
+    values : the array.
+    """
     dims, unit = next(about for start, about in ABOUT.items() if name.startswith(start))
     return {"dims": dims, "unit": unit, "dtype": str(values.dtype), "shape": list(values.shape)}
 
 
 def _weighted(row: dict[str, Any], weights: dict[str, float]) -> dict[str, Any]:
-    """Return the row of an object with its illuminance under the lighting of the scene, lx."""
+    """Return the row of an object with its illuminance under the lighting of the scene, lx.
+
+    Parameters
+    ----------
+    row : row of the table of objects, with the illuminance of each light group at weight 1.
+    weights : {light group: weight}.
+    """
     if "illuminance_lx" not in row:
         return dict(row)
     lit = {group: lx * weights.get(group, 0.0) for group, lx in row["illuminance_lx"].items()}
@@ -104,7 +116,7 @@ def _weighted(row: dict[str, Any], weights: dict[str, float]) -> dict[str, Any]:
 
 
 def plain(value: Any) -> Any:
-    """Return a value as JSON can hold it: numbers that are not finite become null."""
+    """Return a value in a form that JSON can hold. Numbers that are not finite become null."""
     if isinstance(value, dict):
         return {str(key): plain(part) for key, part in value.items()}
     if isinstance(value, list | tuple):

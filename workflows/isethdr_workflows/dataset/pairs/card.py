@@ -1,4 +1,4 @@
-"""The card of a folder of pairs: contents, units, how it was made, licence, in Markdown."""
+"""The card of a folder of pairs in Markdown: contents, units, how it was made, licence."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ CARD = "README.md"
 
 
 def card(request: PairRequest, first: dict[str, Any], scenes: int) -> str:
-    """Return the card.
+    """Return the card of a folder of pairs as Markdown.
 
     Parameters
     ----------
-    request : what was asked for.
+    request : the request that made the pairs.
     first : labels of one scene and camera.
-    scenes : number of scenes whose pairs are there.
+    scenes : number of scenes with pairs in the folder.
     """
     own = [
         f"format={request.format}",

@@ -49,10 +49,10 @@ def exposed(
 
     Parameters
     ----------
-    sensor : of the camera.
-    members : of the pair, in the order of their terms.
+    sensor : sensor of the camera.
+    members : members of the pair, in the order of their terms.
     light : {member: irradiance or photocurrent on the sensor plane}.
-    keys : of the noise of each shot, one at least; all members of a shot have the same.
+    keys : keys of the noise of each shot, one at least; all members of a shot have the same.
 
     Notes
     -----

@@ -24,8 +24,8 @@ def write_scene(folder: Path, name: str, samples: Sequence[Sample], form: str) -
 
     Parameters
     ----------
-    folder : of the pairs.
-    name : of the scene's folder.
+    folder : folder of the pairs.
+    name : name of the scene's folder.
     samples : one for each camera.
     form : `numpy` or `exr`.
 

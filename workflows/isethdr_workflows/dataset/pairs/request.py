@@ -81,7 +81,7 @@ def pair_request(name: str, settings: Sequence[str]) -> PairRequest:
 
     Parameters
     ----------
-    name : of a dataset or a stored scene.
+    name : name of a dataset or a stored scene.
     settings : key=value, the command's own or overrides of all scenes.
 
     Raises

@@ -60,7 +60,7 @@ def imaged(
     Parameters
     ----------
     dataset : definition and records.
-    overrides : of all runs, after those of the scene: other cameras, lenses, lightings.
+    overrides : overrides of all runs, after those of the scene: other cameras, lenses, lightings.
     tell : called with one line of text for each scene that is done.
     workers : who images the scenes; None: this process.
 
@@ -86,9 +86,9 @@ def image_scenes(
 
     Parameters
     ----------
-    overrides : of all runs, after those of the scene.
-    name : of the dataset.
-    numbers : of scenes that are made.
+    overrides : overrides of all runs, after those of the scene.
+    name : name of the dataset.
+    numbers : numbers of scenes that are made.
     tell : called with one line of text for each scene that is done.
     """
     wanted = set(numbers)
@@ -104,7 +104,7 @@ def imaged_in_turn(
     Parameters
     ----------
     made : records of scenes with radiance.
-    overrides : of all runs, after those of the scene.
+    overrides : overrides of all runs, after those of the scene.
     tell : called with one line of text for each scene that is done.
     """
     shots = []
@@ -141,8 +141,8 @@ def settings_of(record: SceneRecord, overrides: Sequence[str]) -> list[str]:
 
     Parameters
     ----------
-    record : of the scene.
-    overrides : of all runs, after those of the scene.
+    record : record of the scene.
+    overrides : overrides of all runs, after those of the scene.
     """
     changed = {_node(text) for text in overrides} & {"scene", "renderer", "experiment"}
     own = {text: _node(text) for text in record.overrides}

@@ -47,7 +47,7 @@ def write_files(dataset: Generated, imaged: Imaged, overrides: Sequence[str]) ->
     ----------
     dataset : with its definition and its scenes.
     imaged : scores of the scenes by camera.
-    overrides : of the command, for the page.
+    overrides : overrides of the command, for the page.
     """
     folder = folder_of(dataset.definition.name)
     tables = tables_of(imaged)
@@ -72,7 +72,7 @@ def page(dataset: Generated, imaged: Imaged, tables: Tables, overrides: Sequence
     dataset : with its definition and its scenes.
     imaged : scores of the scenes by camera.
     tables : made of these scores.
-    overrides : of the command.
+    overrides : overrides of the command.
     """
     return _template().render(
         definition=dataset.definition,

@@ -33,7 +33,7 @@ def mean_over_roads(
     Parameters
     ----------
     values : any unit; those that are not finite are left out.
-    roads : of each value.
+    roads : roads of each value.
     limits : that no mean can exceed; the interval is cut there.
 
     Notes

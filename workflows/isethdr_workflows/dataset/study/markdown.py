@@ -28,7 +28,7 @@ def markdown_page(
     dataset : with its definition and its scenes.
     imaged : scores of the scenes by camera.
     tables : made of these scores.
-    overrides : of all runs.
+    overrides : overrides of all runs.
     """
     name = dataset.definition.name
     roads = len({shot.road for shot in imaged.shots})
@@ -57,7 +57,7 @@ def _objects(tables: Tables, rows: Sequence[Row]) -> str:
     Parameters
     ----------
     tables : for the names of the cameras.
-    rows : of the classes.
+    rows : rows of the classes.
     """
     cells = [(row.name, str(row.objects), *map(with_interval, row.means)) for row in rows]
     return markdown_table(["", "objects", *tables.cameras], cells)

@@ -78,7 +78,7 @@ def metadata(job: Job, columns: Iterable[str], rows: Iterable[Mapping[str, Any]]
     ----------
     job : with the files written so far.
     columns : names of the columns of the table of pictures.
-    rows : of that table; a row may lack columns.
+    rows : rows of that table; a row may lack columns.
     """
     table = {
         "@type": "cr:FileObject",

@@ -64,7 +64,7 @@ def stac_item(item: Item, files: Iterable[Written], collection: str) -> dict[str
     Parameters
     ----------
     item : the picture.
-    files : of that picture, with paths below the folder of the export.
+    files : files of that picture, with paths below the folder of the export.
     collection : its name.
     """
     height, width = item.size

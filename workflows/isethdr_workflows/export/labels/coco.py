@@ -48,7 +48,7 @@ def annotation(
     item : the picture.
     seen : visible part of the object, and its row in the table.
     full : box [left, top, width, height] of each whole object, px, by its number.
-    number : of the annotation in the file, from 1.
+    number : number of the annotation in the file, from 1.
     """
     shape = item.size
     row: dict[str, Any] = {

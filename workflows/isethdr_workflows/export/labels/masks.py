@@ -34,7 +34,7 @@ class Visible:
 
     Parameters
     ----------
-    row : of the table of objects: instance, category, name, distance_m, visible_fraction, ...
+    row : row of the table of objects: instance, category, name, distance_m, visible_fraction, ...
     left, top : the first column and row of its pixels.
     window : (height, width) bool, its pixels within the smallest box that holds them.
     """
