@@ -11,9 +11,9 @@
 | `marks`      | road marks                                                         |
 | `objects`    | crosswalks, stop lines, arrows, bridges, tunnels                   |
 | `links`      | links between roads, junctions                                     |
-| `gaps`       | where geometries or linked lanes do not meet                       |
-| `window`     | the part of a network about a place                                |
+| `gaps`       | checks that geometries and linked lanes meet                       |
+| `window`     | the part of a network around a place                               |
 | `overpasses` | bridges that a file does not state                                 |
 | `openstreetmap` | OpenStreetMap files as OpenDRIVE, by netconvert                  |
-| `file_road`  | a file as base road: the camera's lane and what is about it        |
+| `file_road`  | a file as base road: the camera's lane and the roads around it     |
 """

@@ -11,22 +11,22 @@ from pathlib import Path
 
 from isethdr_core.errors import CatalogError
 
-MOST_PLACES = 3  # that a note names
+MOST_PLACES = 3  # greatest number of places that a note names
 
 
 @dataclass
 class Notes:
-    """What of a file is taken otherwise than it says, or left out; each with its places."""
+    """Contents of a file that are changed or left out, each with its places."""
 
     places: dict[str, list[str]] = field(default_factory=dict)
 
     def add(self, what: str, where: str) -> None:
-        """Note something at a place; the same at many places is one note."""
+        """Add a note at a place; the same note at several places is listed once."""
         self.places.setdefault(what, []).append(where)
 
     @property
     def lines(self) -> tuple[str, ...]:
-        """Return one line per note: what, how often, and the first places."""
+        """Return one line per note: the note, how often it occurs, and its first places."""
         found = []
         for what, places in self.places.items():
             first = list(Counter(places))[:MOST_PLACES]
@@ -38,7 +38,7 @@ class Notes:
 
 @dataclass(frozen=True)
 class Node:
-    """An element of a file, and in words where it is."""
+    """An element of a file, and its place in words."""
 
     element: ET.Element
     file: Path
@@ -50,11 +50,11 @@ class Node:
         return CatalogError(f"{self.file}, {self.where}: {message}")
 
     def note(self, what: str) -> None:
-        """Note what is not carried as the file says it."""
+        """Note a content of the file that is changed or left out."""
         self.notes.add(what, self.where)
 
     def named(self, where: str) -> Node:
-        """Return the same element under another name of its place."""
+        """Return the same element with other words for its place."""
         return Node(self.element, self.file, where, self.notes)
 
     def all(self, path: str) -> Iterator[Node]:
@@ -71,7 +71,7 @@ class Node:
 
         Raises
         ------
-        CatalogError : it is missing, and there is no default.
+        CatalogError : the attribute is missing, and there is no default.
         """
         value = self.element.get(name, default)
         if value is None:
@@ -83,7 +83,7 @@ class Node:
 
         Raises
         ------
-        CatalogError : it is missing without a default, or no finite number.
+        CatalogError : the attribute is missing without a default, or is no finite number.
         """
         if default is not None and name not in self.element.attrib:
             return default
@@ -99,7 +99,7 @@ class Node:
         return value
 
     def numbers(self, *names: str) -> tuple[float, ...]:
-        """Return attributes as numbers; those that are missing are 0."""
+        """Return attributes as numbers; missing ones are 0."""
         return tuple(self.number(name, 0.0) for name in names)
 
     def integer(self, name: str) -> int:
@@ -107,7 +107,7 @@ class Node:
 
         Raises
         ------
-        CatalogError : it is missing, or no whole number.
+        CatalogError : the attribute is missing, or is no whole number.
         """
         text = self.text(name)
         try:
@@ -154,14 +154,14 @@ def child(parent: ET.Element, tag: str, /, **attributes: object) -> ET.Element:
     ----------
     parent : element that receives the new one.
     tag : name of the new element.
-    **attributes : of the new element; those of value None are left out.
+    **attributes : attributes of the new element; those of value None are left out.
     """
     told = {name: written(value) for name, value in attributes.items() if value is not None}
     return ET.SubElement(parent, tag, told)
 
 
 def written(value: object) -> str:
-    """Return a value as an attribute."""
+    """Return the text of a value for an attribute."""
     if isinstance(value, bool):
         return str(value).lower()
     return repr(float(value)) if isinstance(value, float) else str(value)

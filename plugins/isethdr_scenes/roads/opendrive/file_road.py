@@ -1,4 +1,4 @@
-"""A road of a file as a base road: the camera's lane, the part about it, lit and urban or not."""
+"""A road file as a base road: the camera's lane, the roads around it, light and type of place."""
 
 from __future__ import annotations
 
@@ -20,31 +20,31 @@ from .road_file import RoadFile, numbered, read
 from .window import moved, window
 from .words import URBAN
 
-WINDOW_M = 350.0  # roads further from the camera are left out
-AHEAD_M = 20.0  # of a lane's start, where the camera starts without further fields
-LEAST_M = 4.0  # from a lane's ends to the middle of the camera's car
-FAR_M = 2000.0  # coordinates beyond are shifted: single precision of meshes
+WINDOW_M = 350.0  # roads farther from the camera are left out
+AHEAD_M = 20.0  # distance from a lane's start at which the camera's car starts by default
+LEAST_M = 4.0  # least distance from a lane's ends to the middle of the camera's car
+FAR_M = 2000.0  # larger coordinates are shifted, because meshes have single precision
 
 
 @dataclass(frozen=True)
 class Choices:
-    """What a user chooses of a road file; None and "" are taken from the file."""
+    """Choices of a user about a road file; for None and "" the file decides."""
 
     road_id: str = ""
     lane_id: int | None = None
-    s_m: float | None = None  # along the road
+    s_m: float | None = None  # place of the camera along the road
     lit: bool | None = None
     urban: bool | None = None
     speed_limit_kmh: float | None = None
 
 
 class Start(NamedTuple):
-    """Where the camera's car is: a lane, metres along it, and how it stands on it."""
+    """Place of the camera's car: a lane, metres along it, and offset and turn on it."""
 
     lane: LanePath
     along_m: float
-    aside_m: float = 0.0  # to the left of the lane's middle
-    turn_rad: float = 0.0  # from the lane's direction to the left
+    aside_m: float = 0.0  # offset to the left of the lane's middle
+    turn_rad: float = 0.0  # turn to the left of the lane's direction
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,9 +52,9 @@ class FileRoad:
     """A base road made of a file."""
 
     base: BaseRoad
-    shift_m: Floats  # (2,) from the file's coordinates to those of the scene
+    shift_m: Floats  # (2,) shift from the file's coordinates to those of the scene
     file: RoadFile
-    bridges: tuple[str, ...]  # roads that got a bridge which the file does not state
+    bridges: tuple[str, ...]  # roads with an added bridge that the file does not state
 
 
 @lru_cache(maxsize=4)
@@ -63,7 +63,7 @@ def _read(path: Path, modified_ns: int, size: int) -> RoadFile:
 
 
 def content(path: Path) -> RoadFile:
-    """Return what a road file holds; a file that has not changed is read once.
+    """Return the content of a road file; a file that has not changed is read once.
 
     Raises
     ------
@@ -76,14 +76,15 @@ def content(path: Path) -> RoadFile:
 
 
 def file_road(path: Path, seed: int, choices: Choices, at: Start | None = None) -> FileRoad:
-    """Return the base road of a file about the camera's lane.
+    """Return the base road of a file around the camera's lane.
 
     Parameters
     ----------
-    path : the file (.xodr).
-    seed : of what the file does not state, such as textures and what stands beside the road.
-    choices : lane of the camera, light, type of place and speed limit, where they are set.
-    at : where the camera's car is; None: as the choices say, or on the longest lane.
+    path : road file (.xodr).
+    seed : seed of everything that the file does not state, such as textures and things beside the
+        road.
+    choices : choices of the lane of the camera, light, type of place and speed limit.
+    at : place of the camera's car; None: that of `start`.
 
     Raises
     ------
@@ -125,7 +126,7 @@ def _flag(chosen: bool | None, told: str | None, usual: bool) -> bool:
 
 
 def _found(network: Network, lane: LanePath, place: Floats) -> tuple[LaneKey, float]:
-    """Return the key of a lane in the part of a network, and the metres along it at a place."""
+    """Return the key of a lane in a cut network, and the metres along it of a plan point."""
     road = network.road(lane.road.name)
     s = float(road.line.beside(place[None])[0][0])
     key = LaneKey(road.name, road.section_at(s), lane.lane.number)
@@ -135,14 +136,14 @@ def _found(network: Network, lane: LanePath, place: Floats) -> tuple[LaneKey, fl
 def start(file: RoadFile, path: Path, choices: Choices) -> tuple[LanePath, float]:
     """Return the lane of the camera's car and the metres along it.
 
-    Without a choice: the longest driving lane outside of junctions, near its start. A file that
-    `isethdr roads write` made tells its own.
+    Without a choice it is a place near the start of the longest driving lane outside of junctions.
+    A file made by `isethdr roads write` states its own place.
 
     Parameters
     ----------
     file : content of the file.
-    path : its path, for messages.
-    choices : road, lane and metres along the road, where they are set.
+    path : path of the file, for messages.
+    choices : choices of road, lane and metres along the road.
 
     Raises
     ------
@@ -214,7 +215,7 @@ def _numbered(lanes: list[LanePath], path: Path, choices: Choices) -> list[LaneP
 
 
 def file_of(base: BaseRoad) -> RoadFile:
-    """Return a kind of road as a file, with the camera's start, light and kind in its header."""
+    """Return a base road as a file, with the camera's start, light and kind in its header."""
     ids = numbered(base.network)
     s = float(base.lane.along_road(base.start_m))
     own = {

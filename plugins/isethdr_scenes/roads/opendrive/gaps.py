@@ -1,4 +1,4 @@
-"""Gaps: where geometries of a road, or the lanes of linked roads, do not meet."""
+"""Gaps: places where geometries of a road, or the lanes of linked roads, do not meet."""
 
 from __future__ import annotations
 
@@ -11,10 +11,11 @@ from ..network import Network
 from ..road import Road
 from .elements import Node
 
-GAP_M = 0.1  # most distance between what should meet, in plan
-STEP_M = 0.1  # and in height
-KINK_RAD = 0.02  # a turn between two geometries that is noted
-NARROW_M = 0.5  # a lane that is narrower at its end begins or ends there as a taper
+# largest distances between ends that should meet, in plan and in height
+GAP_M = 0.1
+STEP_M = 0.1
+KINK_RAD = 0.02  # larger turns between two geometries are noted
+NARROW_M = 0.5  # a lane narrower than this at its end is a taper and is not checked
 
 
 def check_line(road: Road, node: Node) -> None:
@@ -49,7 +50,7 @@ def _check_step(before: LanePath, after: LanePath, node: Node) -> None:
         return
     end = before.points(before.length_m)
     start = after.points(0.0)
-    # lanes of different widths share a border, not the middle
+    # lanes of different widths share a border, so their middles may differ by half the difference
     slack = abs(float(widths[0] - widths[1])) / 2
     apart = float(np.hypot(*(start - end)[:2])) - slack
     step = abs(float(start[2] - end[2]))

@@ -12,7 +12,7 @@ from ..profile import Cubic, Profile
 from ..road import Road
 from .elements import Node, child
 
-SHAPE_M = 1e-4  # most error of a crossfall that is written as rows of shape
+SHAPE_M = 1e-4  # largest error of a crossfall that is written as rows of shape
 STEEP_RAD = 0.15  # a tilt at which widths in plan differ by 1 % from widths along the surface
 
 
@@ -46,7 +46,7 @@ def read_tilt(road: Node) -> Profile:
 
 
 def read_crossfall(road: Node) -> tuple[Profile, Profile]:
-    """Return the fall to the left and to the right of OpenDRIVE 1.4 (angles, taken as slopes)."""
+    """Return the falls to the left and to the right, as in OpenDRIVE 1.4; angles become slopes."""
     sides = []
     for side in ("left", "right"):
         nodes = [
@@ -72,9 +72,9 @@ def read_shape(road: Node) -> LateralShape | None:
 
 
 def as_crossfall(shape: LateralShape) -> tuple[Profile, Profile] | None:
-    """Return a shape that falls straight to both sides of t = 0 as a crossfall; None if another.
+    """Return a shape that falls straight to both sides of t = 0 as a crossfall; None for others.
 
-    Both change linearly between two places, so that nothing is lost.
+    Shape and crossfall both change linearly between two places, so the result is exact.
     """
     left = []
     right = []
@@ -104,7 +104,7 @@ def write_heights(node: ET.Element, road: Road) -> None:
 
 
 def _shape_rows(road: Road) -> list[ShapeRow]:
-    """Return crossfall and shape as rows; a crossfall is within `SHAPE_M` of what it was."""
+    """Return crossfall and shape as rows, which keep the crossfall within `SHAPE_M`."""
     falls = [profile.between(0.0, road.length_m) for profile in road.crossfall]
     if not any(profile.pieces for profile in falls):
         return list(road.shape.rows) if road.shape else []
@@ -121,7 +121,7 @@ def _shape_rows(road: Road) -> list[ShapeRow]:
 
 
 def _places(road: Road, falls: list[Profile]) -> np.ndarray:
-    """Return the places between which both falls are straight within `SHAPE_M` at the edges."""
+    """Return the places between which both falls are linear within `SHAPE_M` at the edges."""
     reach = max(float(np.abs(edge).max()) for edge in road.edges(np.linspace(0, road.length_m, 99)))
     found = {0.0, road.length_m}
     if road.shape is not None:
@@ -139,14 +139,14 @@ def _places(road: Road, falls: list[Profile]) -> np.ndarray:
 
 
 def _sum(shape: LateralShape, s: float, falls: list[Cubic]) -> list[Cubic]:
-    """Return the pieces over t of a shape and a fall together."""
+    """Return the pieces over t of the sum of a shape and a fall."""
     k = max(int(np.searchsorted([row.s_m for row in shape.rows], s, side="right")) - 1, 0)
     starts = {piece.start_m for row in shape.rows[k : k + 2] for piece in row.height.pieces}
     starts |= {piece.start_m for piece in falls}
     fall = Profile(tuple(falls))
     pieces = []
     for t in sorted(starts):
-        # a cubic is fixed by its value and three derivatives, which linear mixing keeps
+        # the sum is a cubic between two starts, so that four values determine it
         step = 1e-2 + np.arange(4) * 0.1
         values = shape.at(np.full(4, s), t + step) + fall.at(t + step)
         d, c, b, a = np.polyfit(step, values, 3)

@@ -18,9 +18,9 @@ from .elements import Node, child
 from .heights import read_profile, write_profile
 from .marks import read_marks, write_marks
 
-NEGATIVE_M = 5e-3  # a width may be so far below 0: the rounding of a taper's end
-LOOK_M = 0.25  # at which widths are looked at
-LEAST_SECTION_M = 1e-3  # a section that is shorter is dropped
+NEGATIVE_M = 5e-3  # widths may be this far below 0, by rounding at the end of a taper
+LOOK_M = 0.25  # spacing of the places at which widths are checked
+LEAST_SECTION_M = 1e-3  # shorter sections are dropped
 
 
 def read_sections(road: Node, length: float) -> tuple[LaneSection, ...]:
@@ -28,7 +28,8 @@ def read_sections(road: Node, length: float) -> tuple[LaneSection, ...]:
 
     Raises
     ------
-    CatalogError : none; lanes that do not follow each other; an unknown type; a negative width.
+    CatalogError : the road has no section; lanes are not numbered in order; a type is unknown; a
+        width is negative.
     """
     nodes = sorted(road.all("lanes/laneSection"), key=lambda node: node.number("s"))
     if not nodes:
@@ -76,7 +77,7 @@ def _lanes(section: Node, nodes: list[Node], length: float) -> tuple[Lane, ...]:
 
 
 def _difference(outer: Profile, inner: Profile, sign: float) -> Profile:
-    """Return the width between two borders."""
+    """Return the width between two borders; `sign` is 1 on the left side, -1 on the right."""
     starts = sorted({0.0, *(p.start_m for profile in (outer, inner) for p in profile.pieces)})
     pieces = []
     for start in starts:
@@ -105,7 +106,7 @@ def _lane(node: Node, width: Profile) -> Lane:
         told = list(node.all(f"link/{name}"))
         if len(told) > 1:
             node.note(f"of several lanes as {name} the first one is taken")
-        # lane 0 is no lane: some writers use it for none
+        # lane 0 is no lane; some writers use it to state that there is no link
         links.append((told[0].integer("id") or None) if told else None)
     heights = list(node.all("height"))
     inner, outer = heights[0].numbers("inner", "outer") if heights else (0.0, 0.0)
@@ -139,7 +140,7 @@ def write_lanes(node: ET.Element, road: Road) -> None:
     for k, section in enumerate(road.sections):
         first, last = road.span(k)
         told = child(lanes, "laneSection", s=float(first))
-        # the order that the schema asks for: from left to right
+        # the schema requires the order from left to right
         if section.left:
             left = child(told, "left")
             for lane in section.left[::-1]:
@@ -153,7 +154,7 @@ def write_lanes(node: ET.Element, road: Road) -> None:
 
 
 def _known(lane: Lane, road: Road, section: int) -> Lane:
-    """Return a lane without links to lanes that the sections beside its own do not have."""
+    """Return a lane without links to lanes that the neighbouring sections do not have."""
     has = [{x.number for x in s.lanes} for s in road.sections]
     if section > 0 and lane.predecessor not in has[section - 1]:
         lane = replace(lane, predecessor=None)

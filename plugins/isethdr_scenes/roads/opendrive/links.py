@@ -11,11 +11,11 @@ from .elements import Node, child
 
 
 def read_link(road: Node, name: str) -> Link | None:
-    """Return what a road meets at its `predecessor` or `successor` end.
+    """Return the neighbour of a road at its `predecessor` or `successor` end.
 
     Raises
     ------
-    CatalogError : a type of element or a contact point that is not known.
+    CatalogError : the type of element or the contact point is unknown.
     """
     node = road.first(f"link/{name}")
     if node is None:
@@ -41,7 +41,7 @@ def _end(node: Node, road: Node, name: str) -> End:
 
 
 def read_junction(node: Node) -> Junction:
-    """Return a junction and the ways through it."""
+    """Return a junction and the paths through it."""
     node = node.named(f"junction {node.text('id')}")
     connections = []
     for told in node.all("connection"):
@@ -93,12 +93,12 @@ def check_junctions(
 
 
 def write_link(node: ET.Element, road: Road, ids: Mapping[tuple[str, str], int]) -> None:
-    """Add the links of a road to its element; `ids` are those of (kind, name).
+    """Add the links of a road to its element.
 
     Parameters
     ----------
     node : element of the road.
-    road : whose predecessor and successor are written.
+    road : road with predecessor and successor.
     ids : number of each road and junction by its kind (road, junction) and its name.
     """
     links = child(node, "link")
@@ -119,7 +119,7 @@ def write_junction(top: ET.Element, junction: Junction, ids: Mapping[tuple[str, 
     Parameters
     ----------
     top : root element of the file.
-    junction : its connections name roads.
+    junction : junction to add.
     ids : number of each road and junction by its kind (road, junction) and its name.
     """
     node = child(top, "junction", id=ids["junction", junction.name], name=junction.name)

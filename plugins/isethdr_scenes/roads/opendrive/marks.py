@@ -53,7 +53,7 @@ def _colour(node: Node) -> str:
 
 
 def write_marks(lane: ET.Element, marks: tuple[Mark, ...]) -> None:
-    """Add marks to an element `lane`; a border without marks says so."""
+    """Add marks to an element `lane`; a border without marks gets a mark of type none."""
     for mark in marks or (Mark(),):
         told = child(
             lane,

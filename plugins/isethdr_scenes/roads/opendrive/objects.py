@@ -27,7 +27,7 @@ ARROWS = {
     "straight right": "arrowStraightRight",
 }
 SHOWN = {name: shows for shows, name in ARROWS.items()}
-LEAST_M = 1.0  # length of a structure
+LEAST_M = 1.0  # least length of a structure
 
 
 def read_structures(road: Node, length: float) -> tuple[Structure, ...]:
@@ -46,7 +46,7 @@ def read_structures(road: Node, length: float) -> tuple[Structure, ...]:
 
 
 def read_objects(road: Node, length: float) -> tuple[RoadObject, ...]:
-    """Return what is painted on a road; what cannot be carried is noted."""
+    """Return the markings and barriers of a road; other objects are noted and left out."""
     found = []
     for node in road.all("objects/object"):
         node = node.named(f"{road.where}, object {node.text('id', '?')}")
@@ -93,7 +93,7 @@ def _object(node: Node, kind: ObjectKind) -> RoadObject:
         length, width = high - low
         heading = 0.0
     elif abs(np.sin(heading)) > np.sqrt(0.5) and kind == "crosswalk":
-        length, width = width, length  # its length is told across the road
+        length, width = width, length  # the file states its length across the road
         heading = 0.0
     turned = node.text("orientation", "none") == "-"
     shows = SHOWN.get(node.text("subtype", ""), "")
@@ -105,7 +105,7 @@ def _object(node: Node, kind: ObjectKind) -> RoadObject:
 
 
 def _outline(node: Node, s: float, t: float, heading: float) -> Floats | None:
-    """Return the corners (n, 2) of an outline in s and t, taking s as straight around it."""
+    """Return the corners (n, 2) of an outline in s and t, as if the road were straight there."""
     corners = [corner.numbers("s", "t") for corner in _corners(node, "cornerRoad")]
     for corner in _corners(node, "cornerLocal"):
         u, v = corner.numbers("u", "v")

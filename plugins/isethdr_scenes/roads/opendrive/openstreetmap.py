@@ -16,7 +16,7 @@ from .road_file import RoadFile, read
 
 KIND = "an OpenStreetMap file (.osm)"
 TOOL = "netconvert"
-# ways for cars alone; no turns back at dead ends, where lanes do not meet; bridges by their layer
+# keep roads for cars only; no U-turns at dead ends, where lanes do not meet; bridges from layers
 OPTIONS = (
     "--no-turnarounds",
     "--geometry.remove",
@@ -47,7 +47,7 @@ TIMEOUT_S = 3600
 
 
 def convert(osm: Path, out: Path) -> RoadFile:
-    """Write the roads of an OpenStreetMap file as OpenDRIVE, and return what the file holds.
+    """Write the roads of an OpenStreetMap file as OpenDRIVE, and return the content written.
 
     Raises
     ------
@@ -92,7 +92,7 @@ def _check_roads(top: Node) -> None:
 
 
 def _tool() -> str:
-    """Return the path of netconvert: beside this Python, or on the path."""
+    """Return the path of netconvert: in the folder of this Python, or on the search path."""
     found = shutil.which(TOOL, path=str(Path(sys.executable).parent)) or shutil.which(TOOL)
     if found is None:
         raise ConfigError(
@@ -103,7 +103,7 @@ def _tool() -> str:
 
 
 def _mend(path: Path) -> None:
-    """Remove links to junctions that the file does not hold: netconvert's dead ends."""
+    """Remove links to missing junctions, which netconvert writes at dead ends."""
     tree = ET.parse(path)
     held = {junction.get("id") for junction in tree.iter("junction")}
     for link in tree.iter("link"):

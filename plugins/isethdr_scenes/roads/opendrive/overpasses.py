@@ -10,23 +10,23 @@ from ..network import Network
 from ..profile import Floats
 from ..road import Flags, Road, Structure
 
-OVER_M = 3.0  # a road that runs so far above another one is on a bridge
-STEP_M = 2.0
-EMBANKMENT = 1.7  # metres out per metre of height, from the abutment down
-BESIDE_M = 1.5  # from the lower road's edge to the embankment's foot
+OVER_M = 3.0  # a road that runs higher than this above another one is on a bridge
+STEP_M = 2.0  # spacing of the places that are checked
+EMBANKMENT = 1.7  # horizontal run of an embankment per metre of height
+BESIDE_M = 1.5  # distance from the lower road's edge to the embankment's foot
 
 
 def with_overpasses(network: Network) -> tuple[Network, tuple[str, ...]]:
     """Return the network with bridges where roads cross at two heights, and their roads' names.
 
-    Where the upper road is a bridge, or the lower one in a tunnel, the file has told already.
+    No bridge is added where the file states one for the upper road or a tunnel for the lower one.
     """
     boxes = [_box(road) for road in network.roads]
     roads = []
     changed = []
     for k, road in enumerate(network.roads):
         s = np.linspace(0.0, road.length_m, max(2, int(road.length_m / STEP_M) + 1))
-        reach = np.zeros(len(s))  # how far the bridge goes on to both sides
+        reach = np.zeros(len(s))  # distance by which the bridge extends to both sides
         for j, other in enumerate(network.roads):
             if j != k and _meet(boxes[k], boxes[j]):
                 reach = np.maximum(reach, _reach(road, other, s))
@@ -49,7 +49,10 @@ def _meet(one: Floats, two: Floats) -> bool:
 
 
 def _reach(road: Road, other: Road, s: Floats) -> Floats:
-    """Return at each s how far a bridge over another road reaches; 0 where it is not above it."""
+    """Return the distance by which a bridge over another road extends to both sides of each s.
+
+    It is 0 where the road does not run above the other one.
+    """
     right, left = road.edges(s)
     t = right + np.linspace(0.0, 1.0, 5)[:, None] * (left - right)
     points = road.line.points(np.broadcast_to(s, t.shape), t)

@@ -12,8 +12,8 @@ from ..cubic_record import Cubic4, CubicRecord
 from ..reference_line import Curve, Record, ReferenceLine
 from .elements import Node, child
 
-LEAST_M = 1e-6  # a geometry that is shorter is dropped
-ARC_LENGTH = 1e-3  # relative difference from the stated length that is noted
+LEAST_M = 1e-6  # shorter geometries are dropped
+ARC_LENGTH = 1e-3  # larger relative differences from the stated length are noted
 FORMS = ("line", "arc", "spiral", "poly3", "paramPoly3")
 
 
@@ -22,7 +22,7 @@ def read_line(road: Node) -> ReferenceLine:
 
     Raises
     ------
-    CatalogError : there is none; a length that is not positive; an unknown form.
+    CatalogError : the road has no reference line; a length is negative; a form is unknown.
     """
     records = []
     for number, node in enumerate(road.all("planView/geometry"), 1):
@@ -66,7 +66,7 @@ def _record(node: Node) -> Curve | None:
 
 
 def _poly3(curve: CubicRecord) -> CubicRecord:
-    """Return v(u) with the end at which the curve has its stated length."""
+    """Return the curve v(u) with the end at which it has its stated length."""
     far = _ended(curve, curve.length_m)
     excess = lambda u: _ended(curve, u).arc_length_m - curve.length_m
     if far.arc_length_m - curve.length_m <= 1e-9 * curve.length_m:

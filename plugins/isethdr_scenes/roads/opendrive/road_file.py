@@ -1,8 +1,8 @@
-"""Road files: a network of roads from an OpenDRIVE file, and into one.
+"""Road files: read a network of roads from an OpenDRIVE file, and write it into one.
 
 file = read(Path("town.xodr"))
 file.network.lanes()
-file.notes          # what is taken otherwise than the file says, or left out
+file.notes          # contents of the file that are changed or left out
 write(RoadFile(kind("village", 3).network), Path("village.xodr"))
 """
 
@@ -44,15 +44,16 @@ from .plan_view import read_line, write_line
 from .words import KMH, ROAD_TYPES, SPEED_LIMITS_KMH, SURFACES, URBAN
 
 KIND = "an OpenDRIVE file (.xodr)"
-OWN = "isethdr."  # beginning of the codes of what OpenDRIVE has no place for
+OWN = "isethdr."  # prefix of the userData codes of properties that OpenDRIVE lacks
 REVISION = (1, 7)
-LAND = Land(relief_m=0.8, ditch_m=0.0)  # of a file that does not tell
+# land of files that state none: in the country and in a town
+LAND = Land(relief_m=0.8, ditch_m=0.0)
 TOWN_LAND = Land(relief_m=0.0, ditch_m=0.0, material="concrete")
 
 
 @dataclass(frozen=True)
 class RoadFile:
-    """What a road file holds."""
+    """Content of a road file."""
 
     network: Network
     name: str = ""
@@ -66,8 +67,9 @@ def read(path: Path) -> RoadFile:
 
     Raises
     ------
-    CatalogError : no such file, or not well formed; a gap; a link to what is missing; an unknown
-        type of lane; a negative width. The message names the file and the road.
+    CatalogError : the file is missing or not well formed; it has a gap, a link to a missing road or
+        junction, an unknown type of lane, or a negative width. The message names the file and the
+        road.
     """
     top = opened(path, "OpenDRIVE", KIND)
     for node in top.all("include"):
@@ -178,7 +180,7 @@ def _surface(node: Node) -> str:
 
 
 def _land(own: Mapping[str, str], roads: tuple[Road, ...]) -> Land:
-    """Return the land about the roads: as the file tells, or as of a town or the country."""
+    """Return the land around the roads: that of the file, or else that of a town or the country."""
     if "land" not in own:
         town = np.mean([road.type in URBAN for road in roads]) > 0.5
         return TOWN_LAND if town else LAND
@@ -194,8 +196,7 @@ def numbered(network: Network) -> dict[tuple[str, str], int]:
 
 
 def write(file: RoadFile, path: Path) -> None:
-    """Write a network as OpenDRIVE 1.7. Roads and junctions get numbers as ids, and keep their
-    names.
+    """Write a network as OpenDRIVE 1.7. The ids of roads and junctions are numbers; the names stay.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Window: the part of a network that lies about a place, with its links inside."""
+"""Window: the part of a network around a place, with the links inside it."""
 
 from __future__ import annotations
 
@@ -12,20 +12,20 @@ from ..profile import Floats, Profile
 from ..reference_line import Curve, Record, ReferenceLine
 from ..road import Lane, LaneSection, Road
 
-STEP_M = 2.0  # at which distances are looked at
-LEAST_CUT_M = 30.0  # less is not cut off
+STEP_M = 2.0  # spacing of the places at which distances are computed
+LEAST_CUT_M = 30.0  # shorter ends are not cut off
 
 
 def window(network: Network, centre: Floats, reach_m: float) -> Network:
-    """Return the roads within `reach_m` of a plan point; long ones are cut there.
+    """Return the roads within `reach_m` of a plan point; long roads are cut at this distance.
 
-    Roads inside a junction are kept whole. Links to what is left out are removed.
+    Roads inside a junction are kept whole. Links to roads and junctions left out are removed.
 
     Parameters
     ----------
     network : all roads.
     centre : (2,) plan point, m.
-    reach_m : distance from it in plan, m.
+    reach_m : distance from `centre` in plan, m.
     """
     kept: dict[str, Road] = {}
     for road in network.roads:
@@ -39,7 +39,7 @@ def window(network: Network, centre: Floats, reach_m: float) -> Network:
 
 
 def moved(network: Network, by_m: Floats) -> Network:
-    """Return a network shifted in plan."""
+    """Return a network shifted in plan by (x, y), m."""
     roads = tuple(replace(road, line=_moved_line(road.line, by_m)) for road in network.roads)
     return replace(network, roads=roads)
 
@@ -71,7 +71,7 @@ def _linked(network: Network, kept: dict[str, Road]) -> Network:
 
 
 def _cut(road: Road, first: float, last: float) -> Road:
-    """Return a stretch of a road; ends that are near are kept."""
+    """Return a stretch of a road; ends shorter than `LEAST_CUT_M` are not cut off."""
     first = 0.0 if first < LEAST_CUT_M else first
     last = road.length_m if road.length_m - last < LEAST_CUT_M else last
     # curves other than lines, arcs and spirals are not cut

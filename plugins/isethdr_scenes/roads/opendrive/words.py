@@ -1,10 +1,10 @@
-"""Words of OpenDRIVE and what they become here: types of lanes and roads, colours, units."""
+"""Words of OpenDRIVE and their counterparts here: types of lanes and roads, colours, units."""
 
 from __future__ import annotations
 
 from ..road import LaneType, MarkColour, MarkKind, RoadType
 
-# lane types of OpenDRIVE 1.4 to 1.8 that are not types here
+# counterparts of the lane types of OpenDRIVE 1.4 to 1.8 that have no type of the same name here
 LANE_TYPES: dict[str, LaneType] = {
     "stop": "shoulder",
     "restricted": "none",
@@ -43,7 +43,7 @@ ROAD_TYPES: dict[str, RoadType] = {
     "townPlayStreet": "lowSpeed",
 }
 URBAN: tuple[RoadType, ...] = ("town", "lowSpeed")
-# where a file states no limit
+# speed limits of roads for which a file states none
 SPEED_LIMITS_KMH: dict[RoadType, float] = {
     "rural": 80.0,
     "motorway": 130.0,
@@ -52,7 +52,7 @@ SPEED_LIMITS_KMH: dict[RoadType, float] = {
 }
 KMH: dict[str, float] = {"m/s": 3.6, "km/h": 1.0, "mph": 1.609344}
 MARKS: dict[str, MarkKind] = {"botts dots": "broken", "edge": "solid", "custom": "solid"}
-UNPAINTED = ("grass", "curb")  # marks that are no paint
+UNPAINTED = ("grass", "curb")  # marks that are not painted
 COLOURS: dict[str, MarkColour] = {
     "standard": "white",
     "white": "white",
