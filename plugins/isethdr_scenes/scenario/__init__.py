@@ -3,9 +3,9 @@
 | module          | content                                                           |
 |-----------------|-------------------------------------------------------------------|
 | `scenario_file` | the file: its road file, its entities, its initial positions      |
-| `catalogs`      | entities that stand in catalogs beside the file                   |
+| `catalogs`      | entities that are described in catalog files                      |
 | `parameters`    | values of parameters, and arithmetic with them                    |
 | `positions`     | positions on lanes, on roads and in the world as places in plan   |
-| `start`         | the road and the first things of a street                         |
+| `start`         | road, camera and entities of a street at the start                |
 | `entities`      | things of a street for the entities of a scenario                 |
 """

@@ -11,9 +11,9 @@ KIND = "an OpenSCENARIO file (.xosc)"
 
 
 def entry(scenario: Node, reference: Node) -> Node | None:
-    """Return the entry that a CatalogReference names; None where it cannot be found, with a note.
+    """Return the entry that a CatalogReference names; if there is none, note it and return None.
 
-    All files of the folders that the scenario states as catalog locations are looked through.
+    All files in the scenario's catalog locations are searched.
     """
     catalog = reference.text("catalogName")
     name = reference.text("entryName")

@@ -1,4 +1,4 @@
-"""Things of a street for the entities of a scenario: of the same category, nearest in size."""
+"""Things of a street for the entities of a scenario: same category, most similar size."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from ..things.thing import Thing
 from .positions import Spot, spot
 from .scenario_file import Entity
 
-# groups of things by the category of OpenSCENARIO; what is not listed is left out
+# groups of things by the category of OpenSCENARIO; entities of other categories are left out
 GROUPS = {
     "car": "car",
     "van": "car",
@@ -35,16 +35,16 @@ GROUPS = {
     "wheelchair": "person",
     "animal": "animal",
 }
-DRAWS = 24  # things of a group from which the one nearest in size is taken
+DRAWS = 24  # number of things drawn from a group; the one nearest in size is taken
 
 
 class Placed(NamedTuple):
-    """An entity and where it is."""
+    """An entity and its place."""
 
     name: str
     group: str
     size_m: tuple[float, float, float] | None
-    place: Spot  # of the middle of its box
+    place: Spot  # place of the middle of its bounding box
 
 
 def placed(entities: Sequence[Entity], network: Network, notes: Notes) -> tuple[Placed, ...]:
@@ -52,13 +52,13 @@ def placed(entities: Sequence[Entity], network: Network, notes: Notes) -> tuple[
 
     Parameters
     ----------
-    entities : of the scenario.
-    network : roads on which their positions are.
-    notes : collects what is left out.
+    entities : entities of the scenario.
+    network : roads to which their positions refer.
+    notes : collects the entities that are left out.
 
     Raises
     ------
-    CatalogError : a position on a road or a lane that is not there.
+    CatalogError : a position names a road or a lane that does not exist.
     """
     found = []
     for entity in entities:
@@ -80,9 +80,9 @@ def put(site: Site, entities: Sequence[Placed], shift_m: Floats) -> None:
 
     Parameters
     ----------
-    site : the road being filled.
-    entities : with their places in the coordinates of the road file.
-    shift_m : (2,) from these coordinates to those of the site, m.
+    site : road that is being filled.
+    entities : entities with places in the coordinates of the road file.
+    shift_m : (2,) shift from these coordinates to those of the site, m.
 
     Raises
     ------
@@ -114,7 +114,7 @@ def beyond(entities: Sequence[Placed], middle_m: Floats) -> list[str]:
 
 
 def _thing(site: Site, entity: Placed, rng: np.random.Generator) -> Thing:
-    """Return a thing of the entity's group: the one nearest in length, width and height."""
+    """Return a drawn thing of the entity's group; of `DRAWS` draws the one nearest in size."""
     if entity.size_m is None:
         return site.stock.draw(entity.group, rng)
     size = np.array(entity.size_m)

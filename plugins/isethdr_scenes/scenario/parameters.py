@@ -1,4 +1,4 @@
-"""Parameters of a scenario: `$name` and arithmetic such as `${$start + 30}` by their values."""
+"""Parameters of a scenario: replace `$name` and arithmetic such as `${$start + 30}` by values."""
 
 from __future__ import annotations
 
@@ -34,9 +34,9 @@ def assigned(element: ET.Element) -> dict[str, str]:
 
 
 def put_values(element: ET.Element, values: Mapping[str, str]) -> None:
-    """Put the values of parameters where an element and those below it name them.
+    """Replace the parameters in the attributes of an element and of all elements below it.
 
-    What cannot be worked out stays as it is; reading it as a number is an error then.
+    A text that cannot be evaluated stays as it is; reading it as a number then raises an error.
     """
     for node in element.iter():
         for key, text in node.attrib.items():

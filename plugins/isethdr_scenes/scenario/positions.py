@@ -1,7 +1,7 @@
 """Positions of OpenSCENARIO as places in plan: on a lane, on a road, in the world.
 
 Relative headings count from the direction of the lane's traffic in a LanePosition, and from the
-direction of the road's line in a RoadPosition. Both are 0 without an orientation.
+direction of the road's reference line in a RoadPosition. Without an orientation they are 0.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ class Spot(NamedTuple):
     x_m: float
     y_m: float
     heading_rad: float
-    lane: LanePath | None  # where the position tells one
+    lane: LanePath | None  # lane of the position, if it states one
 
     def ahead(self, x_m: float, y_m: float) -> Spot:
         """Return the place `x_m` ahead and `y_m` to the left of this one."""
@@ -41,7 +41,7 @@ def spot(node: Node, network: Network) -> Spot | None:
 
     Raises
     ------
-    CatalogError : the road file has no such road or lane; an s beyond the road.
+    CatalogError : the road file has no such road or lane, or s lies beyond the road.
     """
     form = node.element.tag
     if form == "WorldPosition":
@@ -99,10 +99,10 @@ def _lane(node: Node, network: Network, road: Road, s: float) -> LanePath:
 
 
 def lane_below(place: Spot, network: Network) -> LanePath | None:
-    """Return the lane at a place; None beside the roads.
+    """Return the lane at a place; None if the place is on no road.
 
-    Where there are several, driving lanes come first, then the lane whose traffic has the direction
-    nearest to the place's heading.
+    Of several lanes, driving lanes come first; among these the lane whose traffic direction is
+    nearest to the heading of the place is returned.
     """
     if place.lane is not None:
         return place.lane
@@ -128,8 +128,8 @@ def lane_below(place: Spot, network: Network) -> LanePath | None:
 
 
 def on_lane(place: Spot, lane: LanePath) -> tuple[float, float, float]:
-    """Return where a place is on a lane: distance along it, m, distance to the left of its middle,
-    m, and heading relative to its direction, rad.
+    """Return the coordinates of a place on a lane: distance along it, m, distance to the left of
+    its middle, m, and heading relative to its direction, rad.
     """
     point: Floats = np.array([[place.x_m, place.y_m]])
     s, t, _ = (float(v[0]) for v in lane.road.line.beside(point))

@@ -14,7 +14,7 @@ KINDS: dict[str, Literal["vehicle", "pedestrian"]] = {
     "Vehicle": "vehicle",
     "Pedestrian": "pedestrian",
 }
-EGO = ("ego", "hero", "egovehicle")  # names of the camera's vehicle, in small letters
+EGO = ("ego", "hero", "egovehicle")  # names of the camera's vehicle, in lower case
 STORY = "what happens after the start (stories, speeds, routes, events) is left out"
 
 
@@ -24,10 +24,10 @@ class Entity:
 
     name: str
     kind: Literal["vehicle", "pedestrian", "other"]
-    category: str  # of OpenSCENARIO: car, truck, bicycle, ...
+    category: str  # category of OpenSCENARIO: car, truck, bicycle, ...
     size_m: tuple[float, float, float] | None  # length, width, height
     centre_m: tuple[float, float]  # centre of its box, ahead and left of its reference point
-    position: Node  # the element of its position
+    position: Node  # element of its position
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,12 +47,14 @@ def read(path: Path, ego: str = "") -> Scenario:
 
     Parameters
     ----------
+    path : scenario file (.xosc).
     ego : name of the entity that carries the camera; empty: `Ego` or `Hero`, else the first
         vehicle.
 
     Raises
     ------
-    CatalogError : no such file, or no scenario; no road file; no position for the camera's entity.
+    CatalogError : the file is missing or no scenario; it names no road file; the entity with the
+        camera has no position.
     """
     top = opened(path, "OpenSCENARIO", KIND).named("scenario")
     put_values(top.element, declared(top.element))
@@ -125,7 +127,7 @@ def _ego(top: Node, found: list[Entity], ego: str) -> Entity:
     for one in found:
         if one.name.lower() in EGO:
             return one
-    for kind in ("vehicle", "other"):  # an entry of a catalog that was not found
+    for kind in ("vehicle", "other"):  # "other": an entry that no catalog holds may be a vehicle
         for one in found:
             if one.kind == kind and one.category != "MiscObject":
                 return one

@@ -1,4 +1,4 @@
-"""Start: the road and the first things of a street from a scenario file."""
+"""Start: road, camera and entities of a street from a scenario file."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from .scenario_file import Entity, read
 
 @dataclass(frozen=True, eq=False)
 class ScenarioStart:
-    """A road, the camera on it, and who stands about it."""
+    """A road with the camera on it, and the entities around the camera."""
 
     road: FileRoad
     entities: tuple[Placed, ...]
@@ -37,14 +37,14 @@ def scenario_start(path: Path, ego: str, seed: int, choices: Choices) -> Scenari
 
     Parameters
     ----------
-    path : the scenario file (.xosc).
+    path : scenario file (.xosc).
     ego : name of the entity that carries the camera; empty: as `scenario_file.read` finds it.
+    seed : seed of everything that the files do not state.
     choices : light, type and speed limit of the road.
-    seed : of what the files do not state.
 
     Raises
     ------
-    CatalogError : a file that cannot be read; a position that is not on the road file's roads.
+    CatalogError : a file cannot be read; a position is not on the roads of the road file.
     """
     scenario = read(path, ego)
     network = content(scenario.road_file).network
@@ -59,7 +59,7 @@ def scenario_start(path: Path, ego: str, seed: int, choices: Choices) -> Scenari
 
 
 def _camera(ego: Entity, road_file: Path) -> Start:
-    """Return where the camera's car is: the middle of the entity's box."""
+    """Return the place of the camera's car: the middle of the entity's bounding box."""
     network = content(road_file).network
     place = spot(ego.position, network)
     if place is None:
