@@ -4,7 +4,7 @@
 |---------------------|---------------------------------------------------------------------------|
 | `field_point_lens`  | a lens with the pupil of one field point everywhere                       |
 | `isetcam_parity`    | ISETCam's optical image, for comparison only                              |
-| `limits`            | ranges of the fields of lenses and flares, generous, each with its reason |
+| `limits`            | allowed ranges of the fields of lenses and flares, with their reasons     |
 | `measured_lens`     | tables of point spread functions or MTF, illumination and distortion      |
 | `prescription_lens` | the lens `prescription`, from traced rays                                 |
 | `thin_lens`         | the lenses `ideal` and `diffraction_limited`                              |

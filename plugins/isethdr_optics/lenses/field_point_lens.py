@@ -14,21 +14,24 @@ from ..abilities import TracesColour
 from .limits import Zernikes
 from .thin_lens import DiffractionLimitedLens
 
-ROUNDING = 1e-12  # of the stop's radius
-ERROR_ALLOWED = 0.05  # of the grid of places: the colour of a lens does not depend on it
+ROUNDING = 1e-12  # rounding error, in radii of the stop
+# fixed allowed error of the grid of field points; the colour of a lens does not depend on it
+ERROR_ALLOWED = 0.05
 
 
 @dataclass(frozen=True)
 class PlaceLens(DiffractionLimitedLens):
-    """The wavefront, its colour and the pupil of one place of another lens's field."""
+    """The pupil and the wavefront, with its change over wavelength, of one field point of another
+    lens.
+    """
 
     zernike_um: Zernikes = field(default_factory=dict)  # {OSA index: rms in micrometres}
-    traced: Any = None  # lens whose colour it has, if that is traced
-    angle_rad: float = 0.0  # of the place
-    azimuth_rad: float = 0.0  # counter-clockwise from +x, y up
-    # discs (x, y, radius) in stop radii that cut the stop, y down
+    traced: Any = None  # lens from which the change of the wavefront with wavelength is traced
+    angle_rad: float = 0.0  # field angle of the field point
+    azimuth_rad: float = 0.0  # azimuth of the field point, counter-clockwise from +x, y up
+    # discs (x, y, radius), in stop radii, y down, that limit the stop
     rims: tuple[tuple[float, float, float], ...] = ()
-    # (OSA index, value) of the amplitude over the stop, its mean square 1; none: even
+    # (OSA index, value) of the amplitude over the stop, its mean square 1; none: uniform
     uneven: tuple[tuple[int, float], ...] = ()
     # map from a point of the stop to its direction cosines at the image, both in units of the stop
     # of the f-number; x right, y down. Rims, wavefront and amplitude are defined over the stop.
@@ -36,7 +39,7 @@ class PlaceLens(DiffractionLimitedLens):
     pupil_matrix: Matrix | None = None
 
     def colour_um(self, wavelength_nm: float) -> dict[int, float]:
-        """Return what a wavelength's wavefront has on top of `zernike_um`, {OSA index: um}."""
+        """Return the difference of a wavelength's wavefront from `zernike_um`, {OSA index: um}."""
         if self.traced is None:
             return {}
         if wavelength_nm not in self._colours:
@@ -72,19 +75,19 @@ class PlaceLens(DiffractionLimitedLens):
 
 @dataclass(frozen=True)
 class FieldLens(DiffractionLimitedLens):
-    """A lens that returns its field-point lens for any field angle."""
+    """A lens that can return a field-point lens for any field angle."""
 
     def on_axis(self) -> DiffractionLimitedLens:
-        """Return the lens whose point spread is everywhere that of this lens on the axis."""
+        """Return the lens that has this lens's point spread of the axis everywhere."""
         return self.at_place(0.0, 0.0) if self.field_varies else self
 
     def at_place(self, angle_rad: float, azimuth_rad: float) -> PlaceLens:
-        """Return the lens as light from one place of the field sees it.
+        """Return the lens for light from one field point.
 
         Parameters
         ----------
-        angle_rad : of the place, off the axis.
-        azimuth_rad : of the place, counter-clockwise from +x, y up.
+        angle_rad : field angle from the axis, rad.
+        azimuth_rad : azimuth, rad, counter-clockwise from +x, y up.
         """
         return node_lens(self, self.wavefront_at(angle_rad), azimuth_rad, angle_rad)
 
@@ -95,15 +98,15 @@ def node_lens(
     azimuth_rad: float,
     angle_rad: float | None = None,
 ) -> PlaceLens:
-    """Return the lens of one place.
+    """Return the lens of one field point.
 
     Parameters
     ----------
     lens : lens of the whole field.
-    more_um : {OSA index: um} on top of the lens's own wavefront for light from that angle along +x.
+    more_um : {OSA index: um} added to the lens's own wavefront, for a field point on +x.
     azimuth_rad : azimuth of the field point, radians, counter-clockwise from +x, y up.
-    angle_rad : angle off the axis, radians; then a traced lens gives its colour and its vignetted
-        pupil too.
+    angle_rad : field angle, radians. If it is given, the result of a traced lens also has the
+        change of the wavefront with wavelength, and the vignetted pupil.
     """
     zernike_um = dict(lens.zernike_um or {})
     for j, value in rotated(more_um, azimuth_rad).items():
@@ -134,21 +137,26 @@ def node_lens(
 
 
 def _turned_ellipse(meridional: float, sagittal: float, azimuth_rad: float) -> Matrix:
-    """Return the symmetric matrix that stretches along an azimuth and across it, x right, y
-    down.
+    """Return the symmetric matrix that stretches by one factor along an azimuth and by another
+    across it; x right, y down.
+
+    Parameters
+    ----------
+    meridional, sagittal : factors along and across the azimuth.
+    azimuth_rad : azimuth, rad.
     """
     mean = (meridional + sagittal) / 2
     half = (meridional - sagittal) / 2
     straight = half * cos(2 * azimuth_rad)
     skew = -half * sin(2 * azimuth_rad)
-    if abs(skew) < ROUNDING:  # level lines stay level
+    if abs(skew) < ROUNDING:  # horizontal lines stay horizontal
         skew = 0.0
     return (mean + straight, skew), (skew, mean - straight)
 
 
 def _colour_alone(lens: DiffractionLimitedLens) -> DiffractionLimitedLens:
-    """Return the lens without what its colour does not depend on: kernels are kept under its
-    name.
+    """Return the lens with fixed values of all fields on which its colour does not depend. The name
+    of cached kernels then does not depend on them either.
     """
     return replace(
         lens,

@@ -1,9 +1,9 @@
-"""ISETCam's optical image of a diffraction-limited lens, for comparison only: circular where ours
-is linear.
+"""ISETCam's optical image of a diffraction-limited lens, for comparison only. Its convolution is
+circular; that of isethdr is linear.
 
-Rules as in ISETCam's oiCalculateIrradiance, opticsDLCompute and opticsOTF (2021), off-axis falloff
-skipped: the irradiance is padded by an eighth of its size on every side, multiplied by the transfer
-function in the frequency domain, and made positive by abs().
+The rules are those of ISETCam's oiCalculateIrradiance, opticsDLCompute and opticsOTF (2021) without
+off-axis falloff: the irradiance is padded by an eighth of its size on every side, multiplied by the
+transfer function in the frequency domain, and made positive by abs().
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from isethdr_core.physics.diffraction import diffraction_mtf
 if TYPE_CHECKING:
     from .thin_lens import DiffractionLimitedLens
 
-BORDER = 1e-9  # of the largest irradiance: what the padding holds
+BORDER = 1e-9  # irradiance of the padding, over the largest irradiance
 
 
 def optical_image(
@@ -27,17 +27,17 @@ def optical_image(
     field_deg: float,
     um_per_degree: float,
 ) -> np.ndarray:
-    """Return the optical image of radiance, padding included.
+    """Return the optical image of radiance, including the padding.
 
     Parameters
     ----------
-    lens : a lens with `f_number`, `throughput_sr()` and, as magnification, the distance it is
-        focused on.
-    radiance : (wavelength, y, x) array, any radiance unit; y = x, a multiple of 8.
+    lens : a lens with `f_number`, `throughput_sr()` and `magnification`, which follows from the
+        distance in focus.
+    radiance : (wavelength, y, x) array in any unit of radiance; y = x, a multiple of 8.
     wavelength_nm : (wavelength,) nm.
-    field_deg : full angle across the padded image; its frequencies are whole numbers of cycles per
-        this angle.
-    um_per_degree : image length that stands for a degree at every frequency, a constant.
+    field_deg : full angle across the padded image, deg; the frequencies are whole numbers of cycles
+        per this angle.
+    um_per_degree : length in the image per degree, um; a constant.
 
     Returns
     -------
@@ -50,7 +50,7 @@ def optical_image(
     frequency = np.hypot(cycles_per_um[0][:, None], cycles_per_um[1][None, :])
     out = np.empty_like(light)
     for i, wave in enumerate(wavelength_nm):
-        # Their cutoff is diameter / (wavelength x image distance): the working f-number.
+        # ISETCam's cutoff is diameter / (wavelength x image distance), hence the working f-number.
         mtf = diffraction_mtf(frequency, float(wave), lens.f_number * (1 + lens.magnification))
         out[i] = np.abs(np.fft.ifft2(np.fft.fft2(light[i]) * mtf))
     return out

@@ -51,7 +51,7 @@ class MeasuredLens:
         self._table()
 
     def input_files(self) -> Iterable[Path]:
-        """Return the tables: their content is part of a run's name."""
+        """Return the files of the tables. Their content is part of a run's name."""
         beside = (Path(self.figures).expanduser(),) if self.figures else ()
         return (table_path(self.table), *beside)
 
@@ -59,9 +59,12 @@ class MeasuredLens:
         self, width: float, height: float, projection: str = "tangent"
     ) -> tuple[float, float]:
         """Return (width, height) in metres of the largest centred rectangle of the sensor plane
-        that looks into a field.
+        within the image of a field.
 
-        `width` and `height` are in the projection's unit: tangents of the field angle, or radians.
+        Parameters
+        ----------
+        width, height : size of the field, in tangents of the field angle or in radians.
+        projection : unit of both: `tangent` or `equidistant` (radians).
 
         Raises
         ------
@@ -73,13 +76,18 @@ class MeasuredLens:
     def __call__(
         self, mixed: xr.DataArray, flares: Sequence[Any] | dict[str, HazeFlare] = ()
     ) -> xr.DataArray:
-        """Return irradiance of mixed radiance; scatter and added light of `flares` are honoured.
+        """Return irradiance of mixed radiance.
+
+        Parameters
+        ----------
+        mixed : mixed radiance ([component,] wavelength, y, x).
+        flares : sequence or dictionary of flares; their scatter and added light are applied.
 
         Raises
         ------
-        ConfigError : a flare that changes the light in the pupil, or a field that reaches beyond
-            the table of illumination or distortion.
-        UnitError : `mixed` is no mixed radiance.
+        ConfigError : a flare changes the light in the pupil, or the field reaches beyond the table
+            of illumination or distortion.
+        UnitError : `mixed` is not mixed radiance.
         """
         flare_list = tuple(flares.values()) if isinstance(flares, Mapping) else tuple(flares)
         if any(isinstance(f, TransmitsPupil | DrawsPupil) for f in flare_list):
@@ -110,7 +118,8 @@ class MeasuredLens:
         Parameters
         ----------
         wavelength_nm : one or more wavelengths, nm.
-        pitch_um, size : size x size samples `pitch_um` apart, the axis at index size // 2.
+        pitch_um : distance of the samples, um.
+        size : number of samples along each axis; the optical axis is at index size // 2.
 
         Returns
         -------
@@ -159,8 +168,8 @@ class MeasuredLens:
         )
 
     def _with_chief_rays(self, light: xr.DataArray) -> xr.DataArray:
-        """Return light that states the chief rays of the table, or none: a measured lens has a
-        pupil of its own.
+        """Return light with the chief rays of the table as an attribute; without such a table,
+        remove those of the lens without blur, which has another pupil.
         """
         light.attrs.pop("chief_rays", None)
         figures = self._table().figures
@@ -220,9 +229,11 @@ class MeasuredLens:
 
 
 def _state_interpolation(table: MeasuredTable) -> None:
-    """State how far a point spread between two of the table is off: from leaving out each.
+    """State in the ledger the error of point spreads that are interpolated between two of the
+    table.
 
-    Half the distance to a neighbour makes a quarter of the error of a straight line.
+    Each point spread of the table is left out in turn and interpolated from its neighbours. The
+    table's own intervals are half as long, so that the error of linear interpolation is a quarter.
     """
     for axis, name in ((0, "angles"), (1, "wavelengths")):
         count = table.psf.shape[axis]
@@ -244,7 +255,7 @@ def _left_out_error(psf: np.ndarray, at: np.ndarray, axis: int, k: int) -> float
 
 
 def _change(psf: np.ndarray, axis: int, first: int) -> float:
-    """Return the L1 difference between two neighbours along an axis; 1 where there is one only."""
+    """Return the L1 difference between two neighbours along an axis; 1 if there is only one."""
     if psf.shape[axis] < 2:
         return 1.0
     second = first + 1
@@ -264,7 +275,9 @@ def _kernel(
     wavelength_nm: float,
     tile_um: tuple[float, float],
 ) -> np.ndarray:
-    """Return the kernel of a place and a band on tiles; those of the table's wavelengths mix."""
+    """Return the kernel of a field point and a band on tiles, interpolated between the wavelengths
+    of the table.
+    """
     mixed = sum(part * table.psf[ring, k] for k, part in around(table, wavelength_nm))
     return kernel(mixed, table.pitch_um, tile_um, azimuth_rad)
 

@@ -44,19 +44,19 @@ if TYPE_CHECKING:
     from ..prescription.prescription import Prescription
     from ..prescription.wavefront import Wavefront
 
-# wavelengths at which wavefronts are traced, whatever the bands: a band must not depend on
-# others
+# Wavefronts are traced at whole steps from the first wavelength. These wavelengths are fixed,
+# because a band must not depend on the other bands.
 FIRST_NM = 380.0
 STEP_NM = 20.0
-# rms of the amplitude over the stop: changes at most twice that share of a point's light (L1,
-# Cauchy-Schwarz)
+# rms of the amplitude over the stop up to which it counts as uniform. Such an amplitude changes at
+# most twice this share of a point's light (L1, Cauchy-Schwarz inequality).
 EVEN = 0.002
-# of a point's light (L1) per radius by which the exit pupil is off its ellipse; measured 0.2 to 2.7
+# L1 error, share of a point's light, per pupil radius by which the exit pupil deviates from its
+# ellipse; 0.2 to 2.7 were measured
 BORDER_SHARE = 3.0
-# times the field: as far as chief rays of the distortion go, for tiles that lateral colour adds
-# around it
+# extent of traced chief rays over that of the field, for tiles that lateral colour adds around it
 BEYOND = 1.05
-# of distortion and relative illumination, from the axis to the border of the field
+# number of field points of distortion and relative illumination, from the axis to the border
 FIELD_POINTS = 33
 
 
@@ -72,7 +72,7 @@ class PrescribedLens(FieldLens):
     # relative illumination off the axis: traced, a law, or a table {field angle deg: relative
     # illumination}
     falloff: Literal["traced", "cos4", "none"] | Falloff = "traced"
-    # distortion: traced, none, or a model as of the lens `ideal`
+    # distortion: traced, none, or a model as in the lens `ideal`
     distortion: Literal["traced", "none"] | dict[str, Any] = "traced"
     # lateral chromatic aberration, where lateral_colour_percent is empty
     lateral_colour: Literal["traced", "none"] = "traced"
@@ -81,18 +81,23 @@ class PrescribedLens(FieldLens):
     # share of a point's light that interpolation between field points may misplace
     error_allowed: ErrorAllowed = 0.05
 
-    accuracy_knobs = (SPECKLE_KNOB, PLACES_KNOB)  # no field
+    accuracy_knobs = (SPECKLE_KNOB, PLACES_KNOB)  # not a field
 
     def __post_init__(self) -> None:
         super().__post_init__()
         self.real()
 
     def colour_at(self, angle_rad: float, wavelength_nm: float) -> dict[int, float]:
-        """Return what the traced wavefront of a wavelength has on top of `wavefront_at`, {OSA
-        index: um}; nothing beside `focal_shift_um`.
+        """Return the difference of the traced wavefront of a wavelength from `wavefront_at`, {OSA
+        index: um}. It is empty if the lens has a `focal_shift_um`.
 
-        Between traced wavelengths straight lines in 1 / wavelength^2, in which dispersion is nearly
-        straight (Cauchy).
+        Between traced wavelengths the interpolation is linear in 1 / wavelength^2, because
+        dispersion is nearly linear in it (Cauchy).
+
+        Parameters
+        ----------
+        angle_rad : field angle, rad, along +x of the field.
+        wavelength_nm : wavelength, nm.
         """
         if self.focal_shift_um:
             return {}
@@ -108,10 +113,10 @@ class PrescribedLens(FieldLens):
         }
 
     def pupil_scale_at(self, angle_rad: float, wavelength_nm: float) -> float:
-        """Return the size of the exit pupil at a wavelength over that at the reference wavelength;
-        1 beside `focal_shift_um`.
+        """Return the size of the exit pupil at a wavelength over that at the reference wavelength.
+        It is 1 if the lens has a `focal_shift_um`.
 
-        Between traced wavelengths as `colour_at`.
+        The interpolation between traced wavelengths is that of `colour_at`.
         """
         if self.focal_shift_um:
             return 1.0
@@ -123,7 +128,9 @@ class PrescribedLens(FieldLens):
     def _traced_around(
         self, angle_rad: float, wavelength_nm: float
     ) -> list[tuple[float, Wavefront]]:
-        """Return [(share, wavefront), ...] of the traced wavelengths on either side of one."""
+        """Return [(share, wavefront), ...] of the traced wavelengths on either side of a
+        wavelength.
+        """
         step = (float(wavelength_nm) - FIRST_NM) // STEP_NM
         low, high = (FIRST_NM + STEP_NM * (step + k) for k in (0, 1))
         part = (low**-2 - wavelength_nm**-2) / (low**-2 - high**-2)
@@ -135,8 +142,13 @@ class PrescribedLens(FieldLens):
         ]
 
     def magnification_at(self, tangent: np.ndarray, wavelength_nm: float) -> np.ndarray:
-        """Return heights on the sensor of traced chief rays of a wavelength over those of the
-        reference, at field tangents; 1: no lateral colour.
+        """Return the heights on the sensor of traced chief rays of a wavelength over those of the
+        reference wavelength. They are 1 if lateral colour is not traced.
+
+        Parameters
+        ----------
+        tangent : tangents of the field angle, any shape.
+        wavelength_nm : wavelength, nm.
         """
         if self.lateral_colour != "traced":
             return np.ones(np.shape(tangent))
@@ -147,37 +159,37 @@ class PrescribedLens(FieldLens):
         )
 
     def rims_at(self, angle_rad: float) -> tuple[tuple[float, float], ...]:
-        """Return the discs (x, radius), in stop radii, that cut the stop for light from an angle
-        off the axis along +x.
+        """Return the discs (x, radius), in stop radii, that limit the stop for light from a field
+        angle along +x.
         """
         return rims(self.real(), tan(angle_rad))[0]
 
     def exit_pupil_at(self, angle_rad: float) -> tuple[float, float]:
-        """Return the (meridional, sagittal) radius of the exit pupil in direction cosines at the
+        """Return the (meridional, sagittal) radius of the exit pupil in direction cosines, at the
         image of a field angle.
 
-        The unit is 1 / (2 x f-number), the radius that the f-number says. A negative radius is that
-        of an inverted pupil.
+        The unit is 1 / (2 x f-number), the radius that follows from the f-number. The radius of an
+        inverted pupil is negative.
 
         Raises
         ------
-        ConfigError : where rays of that direction do not fill the stop.
+        ConfigError : rays of that direction do not fill the stop.
         """
         real = self.real()
         pupil = exit_pupil(real, tan(angle_rad), real.reference_nm)
         return -2 * self.f_number * pupil.meridional, -2 * self.f_number * pupil.sagittal
 
     def amplitude_at(self, angle_rad: float) -> dict[int, float]:
-        """Return the amplitude over the stop of light from an angle off the axis along +x, {OSA
-        index: value}, its mean square 1.
+        """Return the amplitude over the stop, {OSA index: value} with the mean square 1, of light
+        from a field angle along +x.
 
-        Nothing where it is so even that the point spread does not show it.
+        It is empty if the amplitude is so uniform that the point spread hardly changes (`EVEN`).
         """
         terms, share = _traced_apodization(self.real(), float(angle_rad))
         return dict(terms) if share > EVEN else {}
 
     def input_files(self) -> tuple[Any, ...]:
-        """Return the user's own prescription file, if one is named: its content is part of a run's
+        """Return the user's own prescription file, if there is one. Its content is part of a run's
         name.
         """
         return (self.prescription,) if self.prescription.endswith((".yaml", ".yml")) else ()
@@ -187,12 +199,12 @@ class PrescribedLens(FieldLens):
         return _as_used(load(self.prescription), self.focal_length_mm, self.f_number)
 
     def throughput_sr(self) -> float:
-        """Return irradiance / radiance on the axis, sr, at the reference wavelength: the area of
-        the beam that comes in, times transmittance, over the area that the field's (tangent)^2
-        takes on the sensor.
+        """Return irradiance / radiance on the axis, sr, at the reference wavelength.
 
-        Where `falloff` multiplies the field before it is moved, the distortion takes its own share
-        of the latter: it is that of f^2 here.
+        It is the area of the beam that enters, times the transmittance, over the area on the sensor
+        per unit of tangent^2. If `falloff` is cos4 or none, it multiplies the field before the
+        distortion moves it, and the distortion applies its own area ratio. The area on the sensor
+        is then that without distortion, (focal length x (1 + magnification))^2.
         """
         moved = (
             1.0
@@ -208,8 +220,8 @@ class PrescribedLens(FieldLens):
         )
 
     def gains_sr(self, wavelength_nm: np.ndarray) -> np.ndarray:
-        """Return irradiance / radiance on the axis of bands, sr: colour makes the entrance pupil
-        larger or smaller.
+        """Return irradiance / radiance on the axis, sr, of every band (band,). The size of the
+        entrance pupil depends on the wavelength.
         """
         real = self.real()
         return (
@@ -224,29 +236,30 @@ class PrescribedLens(FieldLens):
         return self.wavefront == "traced"
 
     def wavefront_at(self, angle_rad: float) -> dict[int, float]:
-        """Return the traced wavefront {OSA index: um} of light from an angle off the axis, along +x
-        of the field.
+        """Return the traced wavefront {OSA index: um} of light from a field angle along +x of the
+        field, at the reference wavelength.
 
         Raises
         ------
-        ConfigError : where rays of that direction do not fill the stop.
+        ConfigError : rays of that direction do not fill the stop.
         """
         return _traced_wavefront(self.real(), float(angle_rad))[0]
 
     def distortion_to(self, angle_rad: float) -> str | dict:
-        """Return the distortion up to `angle_rad`, by default as a table of traced chief rays.
+        """Return the distortion of a field up to `angle_rad`, by default a table of traced chief
+        rays.
 
         Raises
         ------
-        ConfigError : where chief rays of the field miss a surface.
+        ConfigError : chief rays of the field miss a surface.
         """
         if self.distortion != "traced":
             return self.distortion
         return _traced_distortion(self.real(), angle_rad)
 
     def falloff_to(self, angle_rad: float) -> str | dict[float, float]:
-        """Return cos4, none or {field angle deg: relative illumination on the sensor} up to
-        `angle_rad`, traced by default.
+        """Return the relative illumination of a field up to `angle_rad`: cos4, none or {field angle
+        deg: relative illumination on the sensor}, by default from traced rays.
         """
         if self.falloff != "traced":
             return self.falloff
@@ -261,28 +274,30 @@ class PrescribedLens(FieldLens):
                     / drawn.area_ratio(tangent, 0.0)
                 )
                 break
-            except (ValueError, ConfigError):  # the distortion, or the lens, ends with the field
+            except (ValueError, ConfigError):  # the distortion or the lens may end at the border
                 if more == 1.0:
                     raise
         return dict(zip(np.degrees(np.arctan(tangent)), relative))
 
     def chief_rays_to(self, angle_rad: float) -> dict[str, list[float]] | None:
         """Return the traced chief rays on the sensor of a field up to `angle_rad`,
-        {radius_per_focal_length, angle_deg}; None where they miss a surface.
+        {radius_per_focal_length, angle_deg}; None if they miss a surface.
         """
         return _traced_chief_rays(self.real(), angle_rad)
 
     def image_size_m(
         self, width: float, height: float, projection: str = "tangent"
     ) -> tuple[float, float]:
-        """Return (width, height) in metres of the sensor plane that looks into a field; ConfigError
-        where no light gets to its corners.
+        """Return (width, height) in metres of the image of a field on the sensor plane.
 
         Parameters
         ----------
-        width : of the field, in the projection's unit.
-        height : the same along y.
-        projection : tangent, or equidistant with radians.
+        width, height : size of the field, in tangents of the field angle or in radians.
+        projection : unit of both: `tangent` or `equidistant` (radians).
+
+        Raises
+        ------
+        ConfigError : no light reaches the corners of the image.
         """
         check(self, width, height, projection)
         return DiffractionLimitedLens.image_size_m(self, width, height, projection)
@@ -292,21 +307,21 @@ class PrescribedLens(FieldLens):
 
         Parameters
         ----------
-        width, height : of the field, in the units of `projection`.
+        width, height : size of the field, in the unit of `projection`.
         projection : as in `isethdr_core.physics.optics.projection`.
         """
         state(self, width, height, projection)
 
     def beam(self, tangent: float) -> float:
-        """Return the area of the beam that comes in from a field tangent, across the axis, over
-        that on the axis.
+        """Return the cross-section, perpendicular to the axis, of the beam that enters from a
+        tangent of the field angle, over that on the axis.
         """
         axis, areas = _areas(self.real(), (0.0, abs(float(tangent))))
         return float(areas / axis)
 
     def relative_illumination(self, tangent: ArrayLike) -> np.ndarray:
-        """Return irradiance of a uniform scene at field tangents, 1 on the axis, as it would be
-        without distortion.
+        """Return the irradiance of a uniform scene at tangents of the field angle, relative to that
+        on the axis, as it would be without distortion.
         """
         tangent = np.abs(np.atleast_1d(np.asarray(tangent, float)))
         area = _areas(self.real(), (0.0, *tangent))
@@ -314,11 +329,12 @@ class PrescribedLens(FieldLens):
 
     def limits(self, widest_rad: float, wavelength_nm: np.ndarray) -> list[Note]:
         """Return the effects of the prescription that this lens neglects, and the errors of its
-        model, at the border of the design field.
+        model, for one field.
 
         Parameters
         ----------
-        widest_rad : the largest angle of the field off the axis. `wavelength_nm` : the bands.
+        widest_rad : largest field angle, rad.
+        wavelength_nm : (band,) centres of the bands, nm.
         """
         real = self.real()
         widest = widest_rad
@@ -354,7 +370,7 @@ class PrescribedLens(FieldLens):
         return [*notes, *self._limits_of_places(widest, wavelength_nm)]
 
     def _limits_of_places(self, widest: float, wavelength_nm: np.ndarray) -> list[Note]:
-        """Return the errors of how the pupil and the wavefront of places are drawn."""
+        """Return the errors of the models of pupil and wavefront at field points."""
         real = self.real()
         fitted = [_traced_wavefront(real, a)[1] for a in (0.0, widest)]
         between = max(_between_um(self, a, float(wavelength_nm[0])) for a in (0.0, widest))
@@ -395,8 +411,8 @@ class PrescribedLens(FieldLens):
         return [*notes, shape_error(off_arcs, "radii of the stop", label, "rims")]
 
     def _uneven(self, widest_rad: float, waves: np.ndarray) -> float:
-        """Return how far uniform light is from throughput x relative illumination at most, over
-        that on the axis.
+        """Return the largest difference of the light of a uniform scene from throughput x relative
+        illumination, over the light on the axis.
         """
         real = self.real()
         falloff = self.falloff_to(widest_rad)
@@ -414,8 +430,8 @@ class PrescribedLens(FieldLens):
 
 
 def _between_um(lens: PrescribedLens, angle_rad: float, wavelength_nm: float) -> float:
-    """Return how wrong the wavefront is half way between the traced wavelengths around one, um rms
-    without tilt.
+    """Return the error of the wavefront half way between the two traced wavelengths around
+    `wavelength_nm`, um rms without tilt.
     """
     middle = FIRST_NM + STEP_NM * ((wavelength_nm - FIRST_NM) // STEP_NM + 0.5)
     real = lens.real()
@@ -446,7 +462,8 @@ def _traced_distortion(real: Prescription, angle_rad: float) -> dict[str, list[f
         except ConfigError:
             if more == 1.0:
                 raise
-    radius = height / real.focal_length_mm()  # a sensor beside the paraxial focus is another scale
+    # in focal lengths: a sensor that is not in the paraxial focus has a different scale
+    radius = height / real.focal_length_mm()
     return {
         "model": "table",
         "angle_deg": np.degrees(np.arctan(tangent)).tolist(),
@@ -471,7 +488,7 @@ def _traced_chief_rays(real: Prescription, angle_rad: float) -> dict[str, list[f
 def _traced_magnification(
     real: Prescription, tangents: tuple[float, ...], wavelength_nm: float
 ) -> tuple[float, ...]:
-    near_axis = 1e-3 * max(max(tangents), 1e-3)  # on the axis there is no height to compare
+    near_axis = 1e-3 * max(max(tangents), 1e-3)  # on the axis both heights are 0
     field = np.maximum(tangents, near_axis)
     return tuple(chief_mm(real, field, wavelength_nm) / chief_mm(real, field, real.reference_nm))
 

@@ -1,7 +1,7 @@
-"""Lenses: thin, shift-invariant, with a round stop of diameter focal length / f-number.
+"""Thin, shift-invariant lenses with a round stop of diameter focal length / f-number.
 
-`lens(mixed, flares)` gives irradiance, `lens.psf(...)` the point spread function,
-`lens.throughput(...)` irradiance per radiance.
+`lens(mixed, flares)` gives irradiance, `lens.psf(...)` the point spread function, and
+`lens.throughput_sr()` irradiance per radiance.
 """
 
 from __future__ import annotations
@@ -54,7 +54,9 @@ if TYPE_CHECKING:
 
 
 WIDEST_CHIEF_RAY_DEG = 80.0
-CHIEF_RAYS = 33  # cubic curves between them: right to 1e-3 degrees up to 60, to 0.03 beyond
+# number of chief rays of the table; cubic interpolation between them has an error of 1e-3 degrees
+# up to 60 degrees, and of 0.03 degrees beyond
+CHIEF_RAYS = 33
 
 
 @dataclass(frozen=True)
@@ -70,7 +72,7 @@ class IdealLens:
     pupil: Literal["tangent", "aplanatic"] = "tangent"
     # relative illumination off the axis: a law, or a table {field angle deg: relative illumination}
     falloff: Literal["cos4", "none"] | Falloff = "cos4"
-    # distance of the object that the working f-number holds for; a near object raises it
+    # distance of the object for which the working f-number is computed; a near object raises it
     object_distance_m: ObjectDistance = inf
     # distortion: {model: brown_conrady | kannala_brandt | table, and its coefficients}; empty is
     # none
@@ -78,13 +80,14 @@ class IdealLens:
     # lateral chromatic aberration {wavelength nm: magnification error}; linear interpolation
     lateral_colour_percent: dict[Wavelength, LateralColour] = field(default_factory=dict)
 
-    # distance in focus: metres blur every tile by its depth; hyperfocal leaves the blur out
+    # distance in focus: with metres, every tile is blurred by its depth; hyperfocal leaves this out
     focus_m: Literal["hyperfocal"] | FocusDistance = "hyperfocal"
 
-    blurs = False  # not fields: no light leaves its tile,
-    field_varies = False  # the same everywhere in the field,
-    aperture_loss = False  # no flare blocks any,
-    lateral_colour = "none"  # and no chief rays are traced
+    # these are not fields
+    blurs = False  # no light leaves its tile
+    field_varies = False  # the point spread is the same in the whole field
+    aperture_loss = False  # no flare blocks light
+    lateral_colour = "none"  # no chief rays are traced
 
     def __post_init__(self) -> None:
         _check(self)
@@ -97,17 +100,16 @@ class IdealLens:
         Parameters
         ----------
         mixed : mixed radiance `([component,] wavelength, y, x)`.
-        flares : flare models in the lens; scatter and added light count.
-        error_allowed : relative error that the lens may use for its convolutions; 0: exact
-            computation.
+        flares : sequence or dictionary of flares in the lens.
+        error_allowed : largest relative error of the convolutions; 0: exact computation.
         """
         return imaged(self.plan(flares, mixed, None, LightBudget(error_allowed)), mixed)
 
     def photocurrent(
         self, mixed: xr.DataArray, flares: Sequence[Flare], response: Response
     ) -> xr.DataArray:
-        """Return photocurrent of mixed radiance in the window of a sensor's response, or irradiance
-        where that is better for its light.
+        """Return photocurrent of mixed radiance in the window of a sensor's response. The result is
+        irradiance if the accuracy or the speed for this light is better.
 
         Parameters
         ----------
@@ -125,8 +127,8 @@ class IdealLens:
         response: Response | None = None,
         budget: LightBudget | None = None,
     ) -> DefocusedPlan | LensPlan:
-        """Return the plan of imaging a field: what of its tiles, bands, kernels, wings and ghosts
-        is needed.
+        """Return the plan of imaging a field: the tiles, bands, kernels, wings and ghosts that are
+        needed.
 
         Parameters
         ----------
@@ -141,7 +143,8 @@ class IdealLens:
         ------
         UnitError : `field` is no mixed radiance, or holds negative or non-finite light.
         """
-        from ..plan.planning import plan  # with all that makes kernels: not to compose a config
+        # imported here: it loads all code of kernels, which composing a configuration does not need
+        from ..plan.planning import plan
 
         return plan(self, _sequence(flares), field, response, budget or LightBudget())
 
@@ -153,17 +156,19 @@ class IdealLens:
         Parameters
         ----------
         flares : sequence or dictionary of flares.
-        ahead : `isethdr_core.pipeline.imaging_plan.FieldAhead`, what is known of the field.
+        ahead : `isethdr_core.pipeline.imaging_plan.FieldAhead`, the known facts of the field.
         budget : `isethdr_core.pipeline.imaging_plan.LightBudget`.
         """
         return outlined(self, _sequence(flares), ahead, budget)
 
     def limits(self, widest_rad: float, wavelength_nm: np.ndarray) -> list[Note]:
-        """Return what of the lens's design its model leaves out, and the errors of that: nothing.
+        """Return the effects of the lens's design that its model leaves out, and its errors; here
+        none.
 
         Parameters
         ----------
-        widest_rad : the largest angle of the field off the axis. `wavelength_nm` : the bands.
+        widest_rad : largest field angle, rad.
+        wavelength_nm : (band,) centres of the bands, nm.
         """
         return []
 
@@ -174,19 +179,21 @@ class IdealLens:
         return f_m / (self.object_distance_m - f_m)
 
     def throughput_sr(self) -> float:
-        """Return irradiance / radiance on the axis of a uniform scene with a clean round stop,
-        sr.
+        """Return irradiance / radiance on the axis, sr, for a uniform scene and a clean round
+        stop.
         """
         rule = irradiance_factor if self.pupil == "tangent" else irradiance_factor_aplanatic
         return self.transmittance * rule(self.f_number, self.magnification)
 
     def gains_sr(self, wavelength_nm: np.ndarray) -> np.ndarray:
-        """Return irradiance / radiance on the axis of bands with a clean round stop, sr."""
+        """Return irradiance / radiance on the axis, sr, of every band (band,), for a clean round
+        stop.
+        """
         return np.full(len(wavelength_nm), self.throughput_sr())
 
     def distortion_to(self, angle_rad: float) -> str | dict:
-        """Return the distortion of a field up to `angle_rad`, as
-        `isethdr_core.data.camera_geometry.distortion_map` takes it.
+        """Return the distortion of a field up to `angle_rad`, in the form of the argument of
+        `isethdr_core.data.camera_geometry.distortion_map`.
         """
         return self.distortion
 
@@ -197,12 +204,12 @@ class IdealLens:
         return self.falloff
 
     def chief_rays_to(self, angle_rad: float) -> dict[str, list[float]] | None:
-        """Return the chief rays on the sensor, {radius_per_focal_length, angle_deg}: those of a
-        pupil at the lens, one focal length before the sensor.
+        """Return the chief rays on the sensor, {radius_per_focal_length, angle_deg}, for a pupil at
+        the lens, one focal length in front of the sensor.
 
         Parameters
         ----------
-        angle_rad : of the field; the table reaches 80 degrees, whatever the field.
+        angle_rad : field angle, rad; it is not used: the table always reaches 80 degrees.
         """
         angle_deg = np.linspace(0.0, WIDEST_CHIEF_RAY_DEG, CHIEF_RAYS)
         return {
@@ -211,16 +218,19 @@ class IdealLens:
         }
 
     def on_axis(self) -> IdealLens:
-        """Return the lens whose point spread is everywhere that of this lens on the axis."""
+        """Return the lens that has this lens's point spread of the axis everywhere."""
         return self
 
     def image_size_m(
         self, width: float, height: float, projection: str = "tangent"
     ) -> tuple[float, float]:
         """Return (width, height) in metres of the largest centred rectangle of the sensor plane
-        that looks into a field.
+        within the image of a field.
 
-        `width` and `height` are in the projection's unit: tangents of the field angle, or radians.
+        Parameters
+        ----------
+        width, height : size of the field, in tangents of the field angle or in radians.
+        projection : unit of both: `tangent` or `equidistant` (radians).
         """
         return tuple(
             1e-3 * self.focal_length_mm * side
@@ -230,19 +240,19 @@ class IdealLens:
     def held_bytes(self, frame: Frame, flares: Sequence[Flare]) -> dict[str, float]:
         """Return {name: bytes} of the kernels of an `isethdr_core.pipeline.memory.Frame`.
 
-        The patterns from which they are computed are included; without blur all is 0.
+        The patterns from which they are computed are included. A lens without blur needs 0 bytes.
 
         Raises
         ------
-        ConfigError : the wavefront is steeper than any pupil can follow.
+        ConfigError : the wavefront is too steep for the largest number of pupil cells.
         """
         from ..imaging.kernel_memory import kernel_bytes
 
         return {"point spread kernels": kernel_bytes(self, _sequence(flares), frame)}
 
     def expected_s(self, frame: Frame, flares: Sequence[Flare]) -> float | None:
-        """Return the seconds that the light of an `isethdr_core.pipeline.memory.Frame` takes, with
-        the kernels that are at hand; None where the lens cannot tell.
+        """Return the expected seconds for the light of an `isethdr_core.pipeline.memory.Frame`,
+        given the kernels that are already stored; None for a lens without blur.
         """
         from ..plan.imaging_seconds import expected_s
 
@@ -259,8 +269,9 @@ class IdealLens:
 
         Parameters
         ----------
-        mixed : mixed radiance (wavelength, y, x). `flares` : sequence or dictionary of flares.
-        weights : (channel, band) factors of irradiance.
+        mixed : mixed radiance (wavelength, y, x).
+        flares : sequence or dictionary of flares.
+        weights : (channel, band) factors on irradiance.
         response : `isethdr_core.demand.Response` with which the light was computed.
 
         Returns
@@ -282,14 +293,14 @@ class IdealLens:
 
         Parameters
         ----------
-        mixed, flares, weights, response : as of `light_errors`.
+        mixed, flares, weights, response : as in `light_errors`.
         """
         message = "spread_errors of a lens is now called light_errors"
         warnings.warn(message, DeprecationWarning, stacklevel=2)
         return self.light_errors(mixed, flares, weights, response)
 
     def narrow(self, demand: Demand) -> Demand:
-        """Return the demand with the depth of every tile, where the blur depends on it."""
+        """Return the demand, with the depth of every tile added if the blur depends on it."""
         return demand if self.focus_m == "hyperfocal" else demand.with_labels("depth")
 
     def in_focus(self) -> IdealLens:
@@ -297,8 +308,8 @@ class IdealLens:
         return self if self.focus_m == "hyperfocal" else replace(self, focus_m="hyperfocal")
 
     def keeps_light(self, flares: Sequence[Flare]) -> bool:
-        """Return whether the light of every tile stays where the tile is: no blur, no flare,
-        nothing moved.
+        """Return whether the light of every tile stays in the tile: no blur, no flare, no
+        distortion, no lateral colour.
         """
         return self.focus_m == "hyperfocal" and not (
             flares or self.blurs or self.distortion != "none" or self.lateral_colour_percent
@@ -317,9 +328,9 @@ class IdealLens:
         Parameters
         ----------
         wavelength_nm : one or more wavelengths, nm.
-        pitch_um : of the samples, um.
-        size : samples along either axis.
-        flares : without effect: a lens without blur has no pupil.
+        pitch_um : distance of the samples, um.
+        size : number of samples along each axis.
+        flares : no effect, because a lens without blur has no pupil.
         """
         from ..psf.point_spread import psf_array
 
@@ -340,26 +351,27 @@ class DiffractionLimitedLens(IdealLens):
     # allowed relative sampling error of a kernel, mean over the tiles of one radius
     speckle_error: ErrorAllowed = 0.03
 
-    accuracy_knobs = (SPECKLE_KNOB,)  # not fields
+    # these are not fields; `field_point_lens.PlaceLens` explains the last five
+    accuracy_knobs = (SPECKLE_KNOB,)
     error_shares = ERROR_SHARES
     blurs = True  # by diffraction alone
-    zernike_um = None  # this lens has no wavefront error
-    # nor a traced colour, nor rims that cut its stop; see `place_lens`
-    traced = None
-    rims = ()
-    uneven = ()  # nor light uneven over the stop
-    pupil_matrix = None  # nor an exit pupil that differs from the round stop of its f-number
+    zernike_um = None  # no wavefront error
+    traced = None  # no traced colour
+    rims = ()  # no rims limit the stop
+    uneven = ()  # uniform amplitude over the stop
+    pupil_matrix = None  # the exit pupil is the round stop of the f-number
 
     def colour_um(self, wavelength_nm: float) -> dict[int, float]:
-        """Return the wavefront of a wavelength minus that of all, {OSA index: um}; here empty.
+        """Return the difference of a wavelength's wavefront from `zernike_um`, {OSA index: um};
+        here empty.
 
-        `focal_shift_um` is added elsewhere.
+        The defocus by `focal_shift_um` is not part of it.
         """
         return {}
 
     def pupil_scale(self, wavelength_nm: float) -> float:
-        """Return the size of the exit pupil at a wavelength over that of the pupil that shapes are
-        drawn in: the same.
+        """Return the size of the exit pupil at a wavelength over that of the pupil in which shapes
+        are defined; here 1.
         """
         return 1.0
 
@@ -376,16 +388,17 @@ class DiffractionLimitedLens(IdealLens):
         Parameters
         ----------
         wavelength_nm : one or more wavelengths, nm.
-        pitch_um, size : size x size samples `pitch_um` apart, the axis at index size // 2.
-        flares : list or dictionary of flares.
+        pitch_um : distance of the samples, um.
+        size : number of samples along each axis; the optical axis is at index size // 2.
+        flares : sequence or dictionary of flares.
         integrated : False: intensity at each sample's centre times its area. True: integral over
-            each sample's square. None: the first where the pitch is below wavelength x f-number for
-            all wavelengths (then the samples sum to the energy), else the second.
+            each sample's square. None: False if the pitch is below wavelength x working f-number
+            for all wavelengths (then the samples sum to the energy), else True.
 
         Returns
         -------
         DataArray (wavelength, y, x), y and x in metres: the fraction of the light through the pupil
-        on each sample. What is missing from a sum of 1 falls outside.
+        on each sample. The rest to a sum of 1 falls outside the samples.
         """
         from ..psf.point_spread import point_spread
 
@@ -412,7 +425,7 @@ def _check(lens: IdealLens) -> None:
 
 
 def _check_focus(focus_m: str | float, focal_length_mm: float) -> None:
-    """Raise ConfigError unless a distance in focus lies beyond twice the focal length."""
+    """Raise ConfigError unless the distance in focus is larger than twice the focal length."""
     if focus_m == "hyperfocal":
         return
     if not focus_m > 2e-3 * focal_length_mm:

@@ -20,13 +20,13 @@ class WavefrontLens(FieldLens):
 
     # Zernike coefficients over the stop {OSA index: rms}; index 4 is defocus
     zernike_um: Zernikes = field(default_factory=dict)
-    # coefficients to add at a field angle {field angle deg: {OSA index: rms}}, for light from +x;
-    # linear interpolation, rotated about the axis
+    # coefficients that are added off the axis {field angle deg: {OSA index: rms}}, for light from
+    # +x; linear interpolation, rotated about the axis
     field_zernike_um: dict[FieldAngle, Zernikes] = field(default_factory=dict)
     # share of a point's light that interpolation between field points may misplace
     error_allowed: ErrorAllowed = 0.05
 
-    accuracy_knobs = (SPECKLE_KNOB, PLACES_KNOB)  # no field
+    accuracy_knobs = (SPECKLE_KNOB, PLACES_KNOB)  # not a field
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -40,26 +40,28 @@ class WavefrontLens(FieldLens):
     def image_size_m(
         self, width: float, height: float, projection: str = "tangent"
     ) -> tuple[float, float]:
-        """Return (width, height) in metres of the image of a field; ConfigError where
-        `field_zernike_um` ends within the field.
+        """Return (width, height) in metres of the image of a field.
 
         Parameters
         ----------
-        width : of the field, in the projection's unit.
-        height : the same along y.
-        projection : tangent, or equidistant with radians.
+        width, height : size of the field, in tangents of the field angle or in radians.
+        projection : unit of both: `tangent` or `equidistant` (radians).
+
+        Raises
+        ------
+        ConfigError : `field_zernike_um` ends within the field.
         """
         if self.field_varies:
             self.wavefront_at(float(angle_rad(width / 2, height / 2, projection)))
         return FieldLens.image_size_m(self, width, height, projection)
 
     def wavefront_at(self, off_axis_rad: float) -> dict[int, float]:
-        """Return the coefficients to add to `zernike_um`, {OSA index: um}, for light from an angle
-        off the axis, along +x of the field.
+        """Return the coefficients {OSA index: um} that are added to `zernike_um` for light from a
+        field angle along +x of the field.
 
         Raises
         ------
-        ConfigError : beyond the last angle of `field_zernike_um`.
+        ConfigError : the angle is larger than the last one of `field_zernike_um`.
         """
         angles_deg = list(self.field_zernike_um)
         angle = float(np.degrees(off_axis_rad))
