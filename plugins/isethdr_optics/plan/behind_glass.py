@@ -1,4 +1,4 @@
-"""Behind glass: a lens behind drops or a film images the radiance that these leave."""
+"""Behind glass: a lens behind drops or a film images the radiance that they transmit."""
 
 from __future__ import annotations
 
@@ -22,13 +22,13 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class Glass:
-    """What is in front of a lens, and one field behind it."""
+    """Flares in front of a lens, and one field behind them."""
 
     lens: Any
-    flares: tuple[RedirectsLight, ...]  # from the outside to the lens
-    field: weakref.ref[xr.DataArray]  # in front of them
-    behind: xr.DataArray  # the same field behind them
-    notes: tuple[LeftOut, ...]  # what their models leave out of that field
+    flares: tuple[RedirectsLight, ...]  # ordered from the outside to the lens
+    field: weakref.ref[xr.DataArray]  # the field in front of the flares
+    behind: xr.DataArray  # the same field behind the flares
+    notes: tuple[LeftOut, ...]  # effects that the flares' models leave out
 
     def radiance(self, mixed: xr.DataArray) -> xr.DataArray:
         """Return mixed radiance ([component,] wavelength, y, x) behind the glass."""
@@ -42,7 +42,7 @@ class PlanBehindGlass:
     """A plan (`isethdr_core.plugins.protocols.ImagingPlan`) of one lens behind a glass."""
 
     glass: Glass
-    plan: LensPlan | DefocusedPlan  # of the field behind the glass
+    plan: LensPlan | DefocusedPlan  # plan for the field behind the glass
     terms: tuple[ErrorTerm, ...]
     left_out: tuple[LeftOut, ...]
 
@@ -56,7 +56,9 @@ class PlanBehindGlass:
         return self.plan.image(self.glass.radiance(mixed))
 
     def light_errors(self, mixed: xr.DataArray, weights: np.ndarray) -> ErrorMaps:
-        """Return how wrong the kernels make light of `mixed`, as `LensPlan.light_errors`."""
+        """Return the errors of the light of `mixed` from the kernels' errors, as
+        `LensPlan.light_errors`.
+        """
         return self.plan.light_errors(self.glass.radiance(mixed), weights)
 
 
@@ -65,8 +67,8 @@ def plan_behind(glass: Glass, plan: LensPlan | DefocusedPlan) -> PlanBehindGlass
 
     Parameters
     ----------
-    glass : what is in front of the lens.
-    plan : of the field behind the glass.
+    glass : flares in front of the lens, and the field behind them.
+    plan : plan for the field behind the glass.
     """
     return PlanBehindGlass(glass, plan, plan.terms, (*glass.notes, *plan.left_out))
 
@@ -78,12 +80,12 @@ def split(flares: Sequence[Flare]) -> tuple[tuple[RedirectsLight, ...], tuple[Fl
 
 
 def redirected(lens: Any, flares: Sequence[RedirectsLight], mixed: xr.DataArray) -> xr.DataArray:
-    """Return mixed radiance behind flares in front of a lens.
+    """Return mixed radiance behind the flares in front of a lens.
 
     Parameters
     ----------
-    lens : behind them.
-    flares : from the outside to the lens.
+    lens : lens behind the flares.
+    flares : flares, ordered from the outside to the lens.
     mixed : mixed radiance ([component,] wavelength, y, x).
     """
     for flare in flares:
@@ -92,13 +94,13 @@ def redirected(lens: Any, flares: Sequence[RedirectsLight], mixed: xr.DataArray)
 
 
 def glass(lens: Any, flares: tuple[RedirectsLight, ...], field: xr.DataArray) -> Glass:
-    """Return flares in front of a lens with the field that they leave.
+    """Return the flares in front of a lens together with the field behind them.
 
     Parameters
     ----------
-    lens : behind them.
-    flares : from the outside to the lens.
-    field : mixed radiance ([component,] wavelength, y, x).
+    lens : lens behind the flares.
+    flares : flares, ordered from the outside to the lens.
+    field : mixed radiance ([component,] wavelength, y, x) in front of the flares.
     """
     behind, row = ledger.collected(lambda: redirected(lens, flares, field))
     return Glass(lens, flares, weakref.ref(field), behind, tuple(row.left_out))

@@ -1,10 +1,10 @@
 """Depth layers: the light of a lens that is focused at one distance, by the depth of every tile.
 
-Tiles of nearly the same blur are one layer. Each layer is spread by the geometric disc of its blur,
-the layers are added, and the sum goes through the lens in focus. So every tile keeps its light, and
-no tile hides another: what that misplaces at depth edges is stated. Diffraction and defocus count
-as independent. Blur diameters are counted in tiles, because light is known no finer. Blur that is
-left out is judged by the pixels of the sensors, where the demand states them.
+Tiles of nearly the same blur form a layer. Each layer is spread by the geometric disc of its blur,
+the layers are added, and the sum is imaged by the lens in focus. So the light of every tile is
+conserved, and no tile hides another; the error of this at depth edges is stated. Diffraction and
+defocus are treated as independent. Blur diameters are in tiles, the resolution of the light. Blur
+below a share of the sensors' pixels is left out; if the demand states no pixels, tiles count.
 """
 
 from __future__ import annotations
@@ -30,51 +30,53 @@ if TYPE_CHECKING:
 
     from .lens_plan import LensPlan
 
-LEAST = 0.25  # pixels of blur diameter that are left out, and that a layer spans at least
-SPAN = 0.1  # of its blur diameter that a layer spans otherwise
-EDGE = 0.25  # tiles, by which blur diameters differ at least at a depth edge
-# of a point's light (L1): largest of f/1.6 to f/4 and blur of 0.2 to 95 wavelengths x f-number, on
-# tiles of 1 to 5 um; the light that a sharp point spread would misplace there reaches 1.8
+LEAST = 0.25  # blur diameter, in pixels, that is left out; also the least span of a layer
+SPAN = 0.1  # span of a layer, as a share of its blur diameter
+EDGE = 0.25  # least difference of blur diameters at a depth edge, tiles
+# L1 error of a disc, share of a point's light: the largest for f/1.6 to f/4 and a blur of 0.2 to 95
+# wavelengths x f-number, on tiles of 1 to 5 um; that of a sharp point spread there reaches 1.8
 DISC = 0.4
-WAVE_UM = 0.55
-QUARTER_WAVE = 2.0  # wavelengths x f-number that a defocus of a quarter of a wave blurs by
+WAVE_UM = 0.55  # wavelength at which diffraction and defocus are compared
+QUARTER_WAVE = 2.0  # blur of a quarter wave of defocus, wavelengths x f-number
 EDGES = "light at depth edges"  # part of the light that occlusion changes
 
 
 class Layer(NamedTuple):
     """Tiles of nearly the same blur."""
 
-    blur: float  # diameter in tiles that all of them get; 0: in focus
-    tiles: npt.NDArray[np.bool_]  # (y, x)
+    blur: float  # blur diameter of the layer, in tiles; 0: in focus
+    tiles: npt.NDArray[np.bool_]  # (y, x) mask of the layer's tiles
 
 
 @dataclass(frozen=True)
 class Finest:
-    """The finest samples that a blur is judged by: pixels of the sensors, or else tiles."""
+    """The samples with which a blur is compared: the finest pixels of the sensors, or else
+    tiles.
+    """
 
     name: str  # pixel or tile
-    side_m: float
-    tiles: float  # their side, in tiles
+    side_m: float  # side of a sample
+    tiles: float  # side of a sample, in tiles
 
     @property
     def least(self) -> float:
-        """The blur diameter, in tiles, that is left out."""
+        """The largest blur diameter, in tiles, that is left out."""
         return LEAST * self.tiles
 
     @property
     def unit(self) -> str:
-        """The unit of blur diameters that are stated."""
+        """The unit in which blur diameters are stated."""
         return f"{self.name}s of blur diameter"
 
 
 def finest(lens: Any, mixed: xr.DataArray, response: Response | None) -> Finest:
-    """Return what the blur of a field is judged by.
+    """Return the samples with which the blur of a field is compared.
 
     Parameters
     ----------
     lens : a lens of this package.
     mixed : mixed radiance (wavelength, y, x).
-    response : of the sensors; without one, or where it does not know their pixels, tiles count.
+    response : response of the sensors; tiles are used if it is None or does not state the pixels.
     """
     tile = tile_m(lens, mixed)
     if response is None or response.pixel_m is None:
@@ -83,7 +85,9 @@ def finest(lens: Any, mixed: xr.DataArray, response: Response | None) -> Finest:
 
 
 def hyperfocal_note(lens: Any, judged_by: Finest) -> LeftOut:
-    """Return what a lens at its hyperfocal distance leaves out."""
+    """Return the row of the ledger for the defocus that a lens leaves out when it is focused at its
+    hyperfocal distance.
+    """
     blur_m = LEAST * judged_by.side_m
     focus_m = hyperfocal_m(1e-3 * lens.focal_length_mm, lens.f_number, blur_m)
     return LeftOut(
@@ -97,8 +101,8 @@ def hyperfocal_note(lens: Any, judged_by: Finest) -> LeftOut:
 
 
 def blur_tiles(lens: Any, mixed: xr.DataArray) -> npt.NDArray[np.float64]:
-    """Return the blur diameter of every tile (y, x), in tiles; positive for tiles that are nearer
-    than the focus.
+    """Return the blur diameter of every tile (y, x), in tiles; it is positive for tiles nearer than
+    the distance in focus.
 
     Raises
     ------
@@ -123,11 +127,11 @@ def blur_tiles(lens: Any, mixed: xr.DataArray) -> npt.NDArray[np.float64]:
 def beyond_diffraction(
     lens: Any, mixed: xr.DataArray, blur: npt.NDArray[np.float64]
 ) -> npt.NDArray[np.float64]:
-    """Return the diameters of the discs, in tiles with sign, that spread a sharp image like a
-    defocus.
+    """Return the signed diameters (y, x), in tiles, of the discs that spread the image of the lens
+    in focus like a defocus.
 
-    A defocus of a quarter of a wave changes little that diffraction does (Rayleigh's limit). Its
-    blur is subtracted in quadrature; a lens without diffraction has none.
+    A defocus of a quarter wave hardly changes the diffraction pattern (Rayleigh's limit). Its blur
+    is subtracted in quadrature, except for a lens without diffraction.
 
     Parameters
     ----------
@@ -142,13 +146,13 @@ def beyond_diffraction(
 
 
 def layers(blur: npt.NDArray[np.float64], least: float = LEAST) -> list[Layer]:
-    """Return the layers of tiles; the one in focus first. Each layer gets the blur in the middle of
-    what its tiles have.
+    """Return the layers of tiles, the layer in focus first. The blur of a layer is the middle of
+    the range of its tiles.
 
     Parameters
     ----------
-    blur : disc diameters (y, x), in tiles.
-    least : diameter, in tiles, that is left out, and that a layer spans at least.
+    blur : signed disc diameters (y, x), in tiles.
+    least : largest diameter, in tiles, that is left out; also the least span of a layer.
     """
     size = np.abs(blur)
     borders = [least]
@@ -164,10 +168,10 @@ def layers(blur: npt.NDArray[np.float64], least: float = LEAST) -> list[Layer]:
 
 
 def at_edges(blur: npt.NDArray[np.float64]) -> npt.NDArray[np.bool_]:
-    """Return the tiles (y, x) of which a nearer tile may hide a part from some of the pupil.
+    """Return the mask (y, x) of tiles that a nearer tile may hide from a part of the pupil.
 
-    Seen from the rim of the pupil, a point moves beside a nearer one by half of the difference of
-    their blur diameters. Differences below `EDGE` are no edge.
+    From the axis to the rim of the pupil, the view of a point shifts against that of a nearer point
+    by half of the difference of their blur diameters. A difference below `EDGE` is not an edge.
     """
     span = float(np.ptp(blur))
     hidden = np.zeros(blur.shape, bool)
@@ -178,8 +182,8 @@ def at_edges(blur: npt.NDArray[np.float64]) -> npt.NDArray[np.bool_]:
 
 
 def defocused(mixed: xr.DataArray, found: list[Layer]) -> xr.DataArray:
-    """Return mixed radiance ([component,] wavelength, y, x) with every layer spread by its disc;
-    light that leaves the field is lost.
+    """Return mixed radiance ([component,] wavelength, y, x) with every layer spread by its disc.
+    Light that leaves the field is lost.
     """
     values = np.asarray(mixed.values)
     out = np.zeros_like(values)
@@ -197,7 +201,8 @@ def _add_spread(
 ) -> None:
     """Add to `out` the values (..., y, x) of some tiles, spread by `shares` (n, n).
 
-    Sums of products without a transform: no share of a lamp becomes rounding in the dark.
+    The products are summed directly, without a Fourier transform. Rounding errors of a lamp then do
+    not appear in dark tiles.
     """
     within = tuple(
         slice(int(at.min()), int(at.max()) + 1) for at in (np.nonzero(tiles)[k] for k in (0, 1))
@@ -216,7 +221,9 @@ def _add_spread(
 
 
 def _shifted(within: slice, by: int, size: int) -> tuple[slice, slice]:
-    """Return where a shifted span lies on an axis of `size` tiles, and which part of it does."""
+    """Return (slice of an axis of `size` tiles that a shifted span covers, part of the span that
+    lies there).
+    """
     first = max(within.start + by, 0)
     last = min(within.stop + by, size)
     last = max(first, last)
@@ -228,9 +235,9 @@ def _shifted(within: slice, by: int, size: int) -> tuple[slice, slice]:
 class DefocusedPlan:
     """A plan (`isethdr_core.plugins.protocols.ImagingPlan`) of one lens, field, and its depth."""
 
-    plan: LensPlan  # of the lens in focus, for the defocused field
+    plan: LensPlan  # plan of the lens in focus, for the defocused field
     layers: list[Layer]
-    edges: npt.NDArray[np.bool_]  # (y, x), as `at_edges`
+    edges: npt.NDArray[np.bool_]  # (y, x) mask from `at_edges`
     terms: tuple[ErrorTerm, ...]
     left_out: tuple[LeftOut, ...]
 
@@ -250,12 +257,20 @@ class DefocusedPlan:
         return light
 
     def light_errors(self, mixed: xr.DataArray, weights: npt.NDArray[np.float64]) -> ErrorMaps:
-        """Return how wrong the kernels make light of `mixed`, as `LensPlan.light_errors`."""
+        """Return the errors of the light of `mixed` from the kernels' errors, as
+        `LensPlan.light_errors`.
+        """
         return self.plan.light_errors(defocused(mixed, self.layers), weights)
 
 
 def layer_terms(lens: Any, edges: npt.NDArray[np.bool_]) -> tuple[ErrorTerm, ...]:
-    """Return the errors of spreading layers by discs."""
+    """Return the errors of spreading layers by discs.
+
+    Parameters
+    ----------
+    lens : a lens of this package.
+    edges : (y, x) mask from `at_edges`.
+    """
     label = "a disc of light in place of a defocused wave, where it is as wide as diffraction"
     disc = term(
         DISC if lens.blurs else 0.0,
@@ -281,14 +296,14 @@ def layer_notes(
     made: list[Layer],
     judged_by: Finest,
 ) -> list[LeftOut]:
-    """Return what layers leave out.
+    """Return the rows of the ledger for the defocus that layers leave out.
 
     Parameters
     ----------
     blur : blur diameters (y, x), in tiles.
     discs : diameters (y, x), in tiles, of the discs that spread the tiles.
-    made : the layers of `discs`.
-    judged_by : the samples that the blur is judged by.
+    made : layers of `discs`.
+    judged_by : samples with which the blur is compared.
     """
     notes = []
     if not made[0].blur:
@@ -317,6 +332,6 @@ def layer_notes(
 
 
 def tile_m(lens: Any, mixed: xr.DataArray) -> float:
-    """Return the side of a tile on the sensor; the shorter one."""
+    """Return the shorter side of a tile on the sensor, m."""
     pitch = min(quantities.tile_pitch(mixed, d) for d in ("y", "x"))
     return 1e-3 * float(lens.focal_length_mm) * pitch

@@ -1,8 +1,8 @@
 """Imaging seconds: the expected run time of a lens for a frame, before there is any light.
 
-It is the sum of measured costs: kernels that are not kept, their transforms, those of field points
-where they vary, convolutions, ghosts of a typical night, and finer lattices beside lamps. A wider
-exact core beside lamps depends on the light and is not included.
+It is the sum of measured costs: kernels that are not stored, their transforms, the kernels of field
+points if the point spread varies, convolutions, ghosts in a typical night scene, and finer lattices
+for light next to lamps. A wider exact core for such light depends on the light and is not included.
 """
 
 from __future__ import annotations
@@ -28,18 +28,20 @@ if TYPE_CHECKING:
 
     from ..abilities import LensOptics, PupilOptics
 
-# CPU seconds for a million tiles x bands, on 2 GHz server cores beside other work
-# (docs/explanation/lens_kernel_choices.md)
+# CPU seconds per million tiles x bands of the convolutions, and of the kernels' transforms, on busy
+# 2 GHz server cores (docs/explanation/lens_kernel_choices.md)
 CONVOLVED_S = 0.06
 TRANSFORMED_S = 0.075
-# times that kernels from lattices are made beside lamps, ever finer (`spread_errors`)
+# number of times that kernels from lattices are computed, each time finer, if there are lamps
+# (`spread_errors`)
 LATTICES_BESIDE_LAMPS = 3.0
-# of point spreads that vary over the field: said over taken is 0.6 to 1.1 for the ten frames that
-# these were fitted to, 0.5 to 1.1 for three others (docs/explanation/lens_kernel_choices.md)
-POINT_SAMPLE_S = 2.6e-8  # a sample of the transforms of field points
-OVERLAID_S = 0.1  # a million tiles x bands x field points
-TRACED = 1.8  # times all of that where the colour of every field point is traced
-TRACED_S = 4.0  # and chief rays, rims, exit pupils and wavefronts of a prescription
+# Costs of point spreads that vary over the field, CPU seconds. Estimated over measured time is 0.6
+# to 1.1 for the ten frames to which these were fitted, and 0.5 to 1.1 for three others
+# (docs/explanation/lens_kernel_choices.md).
+POINT_SAMPLE_S = 2.6e-8  # per sample of the transforms of field points
+OVERLAID_S = 0.1  # per million tiles x bands x field points
+TRACED = 1.8  # factor on the whole estimate if the colour of every field point is traced
+TRACED_S = 4.0  # for chief rays, rims, exit pupils and wavefronts of a prescription
 
 
 def expected_s(lens: LensOptics, flares: Sequence[Flare], frame: Frame) -> float | None:
@@ -47,8 +49,9 @@ def expected_s(lens: LensOptics, flares: Sequence[Flare], frame: Frame) -> float
 
     Parameters
     ----------
-    lens : a lens of this package. `flares` : its flare components.
-    frame : the tiles of the light, and its bands.
+    lens : a lens of this package.
+    flares : its flare components.
+    frame : tiles and bands of the light.
 
     Raises
     ------
@@ -61,8 +64,8 @@ def expected_s(lens: LensOptics, flares: Sequence[Flare], frame: Frame) -> float
     seconds = CONVOLVED_S * values
     reach = (frame.rows - 1, frame.columns - 1)
     pitch_um = tuple(1e3 * lens.focal_length_mm * p for p in frame.pitch)
-    axis_lens = without_geometry(lens)  # whose kernels they are
-    # kernels that vary over the field take no notice of sensors
+    axis_lens = without_geometry(lens)  # kernels are stored under this lens
+    # kernels that vary over the field do not depend on sensors
     sensed = frame.sensed and not lens.field_varies
     shorter = wing_truncation.WORTH if sensed else 0.0
     request = kernels.KernelRequest(axis_lens, flares, wave, pitch_um, reach)
@@ -81,17 +84,18 @@ def expected_s(lens: LensOptics, flares: Sequence[Flare], frame: Frame) -> float
     for flare in flares:
         if isinstance(flare, GhostFlare):
             seconds += ghost_seconds(flare, lens, wave, float(corner))
-    # two threads on two cores take 0.65 to 0.77 of the CPU seconds
+    # the elapsed time of two threads on two cores is 0.65 to 0.77 of the CPU seconds
     return float(seconds / min(cpus(), MOST_THREADS) ** 0.5)
 
 
 def _field_s(lens: PupilOptics, flares: Sequence[Flare], frame: Frame, made: bool) -> float:
-    """Return the CPU seconds that point spreads take which vary over the field.
+    """Return the additional CPU seconds for point spreads that vary over the field.
 
     Parameters
     ----------
-    lens, flares, frame : as of `expected_s`.
-    made : kernels are made; else those of the field points are at hand with those of the axis.
+    lens, flares, frame : as in `expected_s`.
+    made : whether kernels are computed. Otherwise those of the axis are stored, and those of the
+        field points are assumed to be stored too.
     """
     wave = np.asarray(frame.wavelength_nm, float)
     shape = (frame.rows, frame.columns)

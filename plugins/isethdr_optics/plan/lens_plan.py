@@ -1,4 +1,4 @@
-"""Lens plan: how one lens images one field. All decisions about what to leave out are made."""
+"""Lens plan: imaging of one field by one lens, after all decisions about what to leave out."""
 
 from __future__ import annotations
 
@@ -34,25 +34,25 @@ class LensPlan:
     """A plan (`isethdr_core.plugins.protocols.ImagingPlan`) of one lens and one field."""
 
     lens: Any
-    flares: tuple  # without ghosts that are too faint for the sensors
-    region: Region  # of the field
-    optics: FieldOptics  # of that region
-    error_allowed: float  # relative, of convolutions band by band
-    response: Response | None  # of sensors that accept photocurrent; None: irradiance
+    flares: tuple  # flares, without ghosts that are too faint for the sensors
+    region: Region  # imaged part of the field
+    optics: FieldOptics  # optics of that part
+    error_allowed: float  # largest relative error of convolutions band by band
+    response: Response | None  # response of sensors that accept photocurrent; None: irradiance
     terms: tuple[ErrorTerm, ...]
     left_out: tuple[LeftOut, ...]
-    checked: weakref.ref | None = field(default=None, repr=False)  # radiance checked before
+    checked: weakref.ref | None = field(default=None, repr=False)  # radiance already checked
 
     def image(self, mixed: xr.DataArray) -> xr.DataArray:
         """Return irradiance or photocurrent of mixed radiance ([component,] wavelength, y, x).
 
-        The output covers the same tiles, in metres, or fewer with a distortion or a window of the
-        sensors.
+        The output covers the same tiles, in metres; with a distortion or a window of the sensors it
+        may cover fewer.
 
         Raises
         ------
-        UnitError : `mixed` is no mixed radiance, holds negative or non-finite light, or lies on
-            another field.
+        UnitError : `mixed` is not mixed radiance, holds negative or non-finite light, or has
+            another field than the plan.
         """
         if self.checked is None or self.checked() is not mixed:
             for _, component in components(mixed):
@@ -62,7 +62,7 @@ class LensPlan:
     @each_component
     def _image(self, mixed: xr.DataArray) -> xr.DataArray:
         if self.optics.kernels is not None:
-            ledger.rest_part(SPREAD)  # terms of the plan act on it
+            ledger.rest_part(SPREAD)  # error terms of the plan act on this part
         cube = np.asarray(mixed.values)
         current = None
         if self.response is not None:
@@ -102,11 +102,11 @@ class LensPlan:
         Parameters
         ----------
         mixed : mixed radiance (wavelength, y, x).
-        weights : (channel, band) factors of irradiance, for every band of `mixed`.
+        weights : (channel, band) factors on irradiance, for every band of `mixed`.
 
         Returns
         -------
-        One tile per tile of the light that `image` makes.
+        `ErrorMaps` with one value per tile of the light that `image` returns.
         """
         part = self.region.of(mixed)
         deviation_and_bound = errors.spread_errors(part, self.optics, weights[:, self.region.kept])
@@ -116,7 +116,9 @@ class LensPlan:
     def _placed(
         self, values: np.ndarray, make_quantity: Callable[..., Any], first: ArrayLike, **attrs: Any
     ) -> xr.DataArray:
-        """Return make_quantity(values, first, x, y, ...) of light moved to the sensor plane."""
+        """Return make_quantity(values, first, x, y, ...) of light that was moved to the sensor
+        plane by distortion and lateral colour.
+        """
         sensor = self.optics.sensor
 
         def placed(values_there: np.ndarray) -> xr.DataArray:
@@ -140,7 +142,7 @@ class LensPlan:
         lens = self.lens
         optics = self.optics
         f_m = 1e-3 * lens.focal_length_mm
-        # with the loss by flares, mean of all bands
+        # includes the loss by flares, as a mean over all bands
         throughput_sr = lens.throughput_sr() * float(
             np.mean(optics.gains / lens.gains_sr(optics.wavelength_nm))
         )
@@ -166,7 +168,9 @@ class LensPlan:
         return light
 
     def _added(self, mixed: xr.DataArray) -> Iterator[np.ndarray]:
-        """Yield the irradiance (wavelength, y, x) that replaces truncated wings, and of flares."""
+        """Yield irradiances (wavelength, y, x) that are added: the light that replaces truncated
+        wings, and the light of flares.
+        """
         optics = self.optics
         shape = (len(optics.wavelength_nm), len(optics.sensor.y), len(optics.sensor.x))
         if isinstance(optics.kernels, wing_truncation.TruncatedKernels):

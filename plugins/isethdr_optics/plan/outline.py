@@ -25,13 +25,14 @@ if TYPE_CHECKING:
 def outline(
     lens: LensOptics, flares: Sequence[Flare], ahead: FieldAhead, budget: LightBudget
 ) -> ImagingOutline:
-    """Return the outline of the plan of a lens; arguments as
+    """Return the outline of the plan of a lens, as
     `isethdr_core.plugins.protocols.OutlinesImaging.outline`.
 
     Parameters
     ----------
-    lens : a lens of this package. `flares` : its flare components.
-    ahead : what is known of the field.
+    lens : a lens of this package.
+    flares : its flare components.
+    ahead : the known facts of the field.
     budget : the light that is needed.
     """
     in_place = lens.keeps_light(flares)
@@ -44,7 +45,7 @@ def outline(
 def _bands(
     offered_nm: tuple[float, ...] | None, sensed_nm: tuple[float, ...] | None
 ) -> list[LeftOut]:
-    """Return the outer bands that no sensor sees."""
+    """Return the row of the ledger for the outer bands to which no sensor responds."""
     if not offered_nm or not sensed_nm:
         return []
     outer_bands = bands.outer(np.isin(offered_nm, sensed_nm))
@@ -63,7 +64,7 @@ def _bands(
 def _tiles(
     lens: LensOptics, size: tuple[float, float, str] | None, window_m: tuple[float, float] | None
 ) -> list[LeftOut]:
-    """Return the share of the camera's field that no sensor sees."""
+    """Return the row of the ledger for the share of the camera's field that no sensor sees."""
     if size is None or window_m is None:
         return []
     whole_m = lens.image_size_m(*size)

@@ -1,6 +1,6 @@
-"""Planning: decides which parts of a field, and which effects of a lens, the sensors need.
+"""Planning: the decision which parts of a field, and which effects of a lens, the sensors need.
 
-The decision is made once, before imaging.
+It is made once, before imaging.
 """
 
 from __future__ import annotations
@@ -43,10 +43,11 @@ if TYPE_CHECKING:
     from ..abilities import LensOptics, PupilOptics
     from .window import WindowView
 
-WORTH = 1.5e6  # tiles x bands: convolving fewer is faster than finding functionals
-# Share of the kernels' error. Functionals with a quarter of that error add 3 % to the root sum of
-# squares. With a smaller share, scenes with bright lamps would be convolved band by band, several
-# times slower.
+# number of tiles x bands below which convolving band by band is faster than fitting functionals
+WORTH = 1.5e6
+# Error that functionals may always have, as a share of the error already used by kernels. A quarter
+# adds 3 % to the root sum of squares. With a smaller share, scenes with bright lamps would be
+# convolved band by band, several times slower.
 NOT_WORTH = 0.25
 
 
@@ -57,24 +58,24 @@ def plan(
     response: Response | None,
     budget: LightBudget,
 ) -> LensPlan | DefocusedPlan | PlanBehindGlass:
-    """Return the plan of imaging a field; arguments as
-    `isethdr_core.plugins.protocols.PlansImaging.plan`.
+    """Return the plan of imaging a field, as `isethdr_core.plugins.protocols.PlansImaging.plan`.
 
-    Flares in front of the lens change the field first. A lens focused at a distance then blurs it
-    by its depth, in layers.
+    Flares in front of the lens change the field first. A lens focused at a distance then blurs the
+    field by its depth, in layers.
 
     Parameters
     ----------
-    lens : a lens of this package. `flares` : its flare components.
-    field : mixed radiance ([component,] wavelength, y, x), with the label depth where the lens is
+    lens : a lens of this package.
+    flares : its flare components.
+    field : mixed radiance ([component,] wavelength, y, x); with the label depth if the lens is
         focused at a distance.
-    response : of the sensors; None asks for irradiance, band by band.
-    budget : the light that is needed, and the error allowed.
+    response : response of the sensors; None asks for irradiance, band by band.
+    budget : the light that is needed, and the allowed error.
 
     Raises
     ------
-    ConfigError : a lens is focused at a distance, and the field has no depth.
-    UnitError : `field` is no mixed radiance, or holds negative or non-finite light.
+    ConfigError : the lens is focused at a distance, and the field has no depth.
+    UnitError : `field` is not mixed radiance, or holds negative or non-finite light.
     """
     front, flares = behind_glass.split(flares)
     if not front:
@@ -92,7 +93,7 @@ def _plan_in_air(
     response: Response | None,
     budget: LightBudget,
 ) -> LensPlan | DefocusedPlan:
-    """Return the plan of a lens with nothing in front of it, as `plan`."""
+    """Return the plan of a lens without flares in front of it; arguments as in `plan`."""
     if not isinstance(lens, BlursByDepth) or lens.focus_m == "hyperfocal":
         return _plan(lens, flares, field, response, budget)
     for _, component in components(field):
@@ -121,17 +122,22 @@ def _plan(
     budget: LightBudget,
     of_depth: Sequence[Note] | None = None,
 ) -> LensPlan:
-    """Return the plan of a lens that spreads the light of all depths alike, with the notes of what
-    that leaves out; None: those of a lens at its hyperfocal distance.
+    """Return the plan of a lens with the same kernels for all depths.
 
-    Kernels end where the sensors of `response` see no difference. Ghosts too faint for them are not
-    traced. Tiles outside their window are left out if too little light reaches it. The rest of the
-    error allowed is for the convolutions. Light with components is imaged wavelength by wavelength,
-    with the error that the lens states.
+    Kernels are truncated where the sensors of `response` see no difference. Ghosts that are too
+    faint for the sensors are not traced. Tiles outside the sensors' window are left out if they
+    send too little light into it. The rest of the allowed error is for the convolutions. Light with
+    components is imaged band by band, without the response of the sensors.
+
+    Parameters
+    ----------
+    lens, flares, field, response, budget : as in `plan`.
+    of_depth : notes about defocus that is left out; None: the note of a lens focused at its
+        hyperfocal distance.
 
     Raises
     ------
-    UnitError : `field` is no mixed radiance, or holds negative or non-finite light.
+    UnitError : `field` is not mixed radiance, or holds negative or non-finite light.
     """
     for _, component in components(field):
         quantities.check_mixed(component)
@@ -173,14 +179,16 @@ def complete_plan(
     field: xr.DataArray,
     response: Response | None = None,
 ) -> LensPlan | PlanBehindGlass:
-    """Return the plan that leaves nothing out: full kernels; functionals for a field of any size.
+    """Return the plan that leaves nothing out: full kernels, and functionals for a field of any
+    size.
 
     Flares in front of the lens change the field first, as in `plan`. A lens focused at a distance
-    is imaged as if at its hyperfocal distance.
+    is imaged as if focused at its hyperfocal distance.
 
     Parameters
     ----------
-    lens : a lens of this package. `flares` : its flare components.
+    lens : a lens of this package.
+    flares : its flare components.
     field : mixed radiance ([component,] wavelength, y, x).
     response : `isethdr_core.demand.Response` of the sensors; None: irradiance only.
     """
@@ -199,13 +207,16 @@ def complete_plan(
 
 
 def _sorted(notes: list[Note]) -> tuple[tuple[ErrorTerm, ...], tuple[LeftOut, ...]]:
-    """Return the error terms of notes, and what was left out."""
+    """Return (error terms, omissions) of notes."""
     terms = tuple(note for note in notes if isinstance(note, ErrorTerm))
     return terms, tuple(note for note in notes if isinstance(note, LeftOut))
 
 
 def _remaining_response(view: WindowView, faint: float) -> Response:
-    """Return the response with the share of its noise that is left for the convolutions."""
+    """Return the response with the allowed share of its noise that remains for the convolutions.
+
+    `faint` is the share that omitted ghosts use.
+    """
     allowed = view.response.noise_fraction_allowed
     used = view.optics.noise_share + truncation_noise_share(view.optics.kernels) + faint
     remaining = max(allowed - used, LEFT * allowed, min(allowed, NOT_WORTH * used))
@@ -213,13 +224,15 @@ def _remaining_response(view: WindowView, faint: float) -> Response:
 
 
 def _widest_rad(mixed: xr.DataArray) -> float:
-    """Return the largest angle off the axis of a field's tiles."""
+    """Return the largest field angle of a field's tiles, rad."""
     x, y = (np.abs(mixed[d].values).max() for d in ("x", "y"))
     return float(angle_rad(x, y, projection_of(mixed)))
 
 
 def _margin(mixed: xr.DataArray) -> Margin:
-    """Return the tiles of a field beyond the sensors' window, or else beyond the camera's field."""
+    """Return the overscan: the tiles of a field beyond the sensors' window, or else beyond the
+    camera's field.
+    """
     if beyond := mixed.attrs.get("tiles_beyond"):
         return Margin(beyond, of_window=True)
     full = quantities.full_field(mixed)[::-1]

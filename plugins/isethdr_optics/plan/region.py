@@ -36,17 +36,17 @@ UNSEEN = "no sensor responds to them"
 class Region:
     """Bands and tiles of one field, and the window of the image plane that sensors see."""
 
-    coordinates: dict[str, np.ndarray]  # of the whole field: wavelength, y, x
-    kept: np.ndarray  # mask of the bands
-    tiles: dict[str, slice] | None = None  # {y, x}; None: all
-    window_m: tuple[float, float] | None = None  # (width, height); None: all
+    coordinates: dict[str, np.ndarray]  # wavelength, y and x of the whole field
+    kept: np.ndarray  # (band,) mask of the bands that are imaged
+    tiles: dict[str, slice] | None = None  # {y, x} slices of the imaged tiles; None: all
+    window_m: tuple[float, float] | None = None  # (width, height) of the window; None: all
 
     def of(self, mixed: xr.DataArray) -> xr.DataArray:
         """Return the imaged part of mixed radiance ([component,] wavelength, y, x).
 
         Raises
         ------
-        UnitError : `mixed` lies on another field than the plan was made for.
+        UnitError : the field of `mixed` is not the one for which the plan was made.
         """
         for name, planned in self.coordinates.items():
             if name not in mixed.coords or not np.array_equal(mixed[name].values, planned):
@@ -59,7 +59,7 @@ class Region:
         return mixed if self.tiles is None else core.cut(mixed, self.tiles)
 
     def widened(self, light: xr.DataArray, efficiency: Callable[..., Any] | None) -> xr.DataArray:
-        """Return the light in the window, with the dropped bands added as dark.
+        """Return the light in the window. Dropped bands are added again, without light.
 
         Parameters
         ----------
@@ -99,9 +99,10 @@ def region(
 
     Parameters
     ----------
-    lens : a lens of this package. `flares` : its flare components.
+    lens : a lens of this package.
+    flares : its flare components.
     field : mixed radiance ([component,] wavelength, y, x).
-    budget : window of the sensors and the bands that they see.
+    budget : window of the sensors and the bands to which they respond.
     """
     full_field = field
     left_out = []
@@ -139,8 +140,10 @@ def errors_on_window(
 
     Parameters
     ----------
-    errors : of the tiles of the sensor plane. `lens` : gives the focal length.
-    optics : of the field. `window_m` : (width, height) in metres; None: all.
+    errors : errors of the tiles of the sensor plane.
+    lens : a lens of this package.
+    optics : optics of the field.
+    window_m : (width, height) in metres; None: all.
     """
     if window_m is None:
         return errors
@@ -160,7 +163,9 @@ def tiles_left_out(
     Parameters
     ----------
     full_shape, inner_shape : shapes (..., y, x) of the field, and of its imaged part.
-    why : the reason, for people. `bound` : on the effect, in `unit`.
+    why : reason, as text for users.
+    bound : bound on the effect, in `unit`.
+    unit : unit of the bound.
     """
     height, width = full_shape[-2:]
     inner_height, inner_width = inner_shape[-2:]
@@ -179,9 +184,8 @@ def tiles_left_out(
 def _lit_bands(
     mixed: xr.DataArray, offered_nm: tuple[float, ...]
 ) -> tuple[tuple[float, ...], list[LeftOut]]:
-    """Return the bands of `offered_nm` from the first to the last with light, and a row for others.
-
-    Dark bands between two lit bands are kept.
+    """Return the bands of `offered_nm` from the first to the last with light, and a row of the
+    ledger for the others. Dark bands between two lit bands are kept.
     """
     waves = tuple(map(float, offered_nm))
 

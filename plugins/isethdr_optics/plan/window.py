@@ -1,9 +1,10 @@
-"""Window: the tiles of a field that matter to sensors that see only a window of the image plane.
+"""Window: the tiles of a field that are needed for sensors that see only a window of the image
+plane.
 
 Two bounds allow tiles outside the window to be left out. Truncated kernels bring no light from
-beyond their reach: their bound (`wing_truncation`) holds for the whole field. Kernels of the full
-frame lose the light that tiles beyond some reach would send into the window. This is at most the
-light of the brightest such tile times the energy of the kernel beyond that reach. A bright lamp
+beyond their reach: their bound (`wing_truncation`) holds for the whole field. With kernels of the
+full frame, the light is lost that tiles beyond some reach would send into the window. It is at most
+the light of the brightest such tile times the energy of the kernel beyond that reach. A bright lamp
 outside the window therefore disables cropping; a lamp within it does not.
 """
 
@@ -40,34 +41,37 @@ if TYPE_CHECKING:
     from ..abilities import LensOptics, PupilOptics
     from ..imaging.sensor_plane import SensorPlane
 
-SHARE = 0.25  # of the error allowed of light
-WORTH = 0.75  # of all tiles: if more are left, cropping does not pay for the kernel it needs
-GUESS_FACTOR = 1.1  # margin of a guess from one band; the bound is then checked with all bands
+SHARE = 0.25  # share of the light's allowed error that cropping may use
+# largest share of all tiles that may remain: with more, cropping saves less than its kernel costs
+WORTH = 0.75
+GUESS_FACTOR = 1.1  # safety factor of an estimate from one band; all bands are checked afterwards
 WHY = f"{UNSEEN}, and too little of their light spreads to one"
 
 
 class WindowView(NamedTuple):
-    """The part of a field that matters to sensors, and its optics."""
+    """The part of a field that sensors need, and its optics."""
 
-    tiles: dict[str, slice] | None  # of the field, {y, x}; None: all
-    mixed: xr.DataArray  # their light
+    tiles: dict[str, slice] | None  # {y, x} slices of the field; None: all tiles
+    mixed: xr.DataArray  # light of these tiles
     optics: FieldOptics
-    response: Response | None  # with the error that is left for the convolutions
-    notes: tuple[Note, ...] = ()  # the tiles that are left out, and the error of doing so
+    response: Response | None  # response with the allowed error that remains for the convolutions
+    notes: tuple[Note, ...] = ()  # the tiles that are left out, and the error of this
 
 
 def window_view(
     lens: LensOptics, mixed: xr.DataArray, flares: Sequence[Flare], response: Response | None
 ) -> WindowView:
-    """Return the tiles whose light matters to sensors of `response`, and their optics.
+    """Return the tiles that sensors of `response` need, and their optics.
 
-    All tiles are kept if the response states no window, with distortion, lateral colour, ghosts or
-    kernels that vary over the field, and if the tiles outside the window are too bright.
+    All tiles are kept in these cases: the response states no window; the lens has distortion,
+    lateral colour, traced relative illumination or kernels that vary over the field; a flare adds
+    light; or the tiles outside the window are too bright.
 
     Parameters
     ----------
-    lens : a lens of this package. `flares` : its flare components.
+    lens : a lens of this package.
     mixed : mixed radiance (wavelength, y, x).
+    flares : flare components of the lens.
     response : `isethdr_core.demand.Response` of the sensors, or None.
     """
     plane = sensor_plane(lens, mixed)
@@ -123,9 +127,9 @@ def _without_dark_tiles(
     plane: SensorPlane,
     inner: Any,
 ) -> tuple[WindowView, int, float] | None:
-    """Return (`WindowView`, reach, bound) without distant dark tiles; None if all tiles matter.
+    """Return (`WindowView`, reach, bound) without distant dark tiles; None if all tiles are needed.
 
-    `reach` is in tiles from the window; `bound` is the error over the sensor's noise.
+    The reach is in tiles from the window. The bound is the error over the sensor's noise.
     """
     axis_lens = without_geometry(lens)
     wave = mixed.wavelength.values.astype(float)
@@ -152,7 +156,7 @@ def _without_dark_tiles(
         * sampled_pupil.blur_um(axis_lens, wave[0])
         / ((largest_reach + 1) * max(pitch_um))
     )
-    # every stop spreads this much: no kernel is needed to find out
+    # every stop spreads at least this share of the light; it is known without a kernel
     if light.share(2 * edges, most=brightest(largest_reach)) > allowed:
         return None
     reach_of_probe = tuple(min(largest_reach, n - 1) for n in frame)
@@ -225,7 +229,9 @@ def _tiles_around(
 
 
 def _largest_reach(inner: Any, frame: tuple[int, int]) -> int:
-    """Return the tiles beyond the window that may stay for cropping to pay; -1 if it never pays."""
+    """Return the largest number of tiles around the window with which cropping still saves time; -1
+    if it never does.
+    """
     reach = -1
     sides = [(inner[d].start, inner[d].stop, n) for d, n in zip(("y", "x"), frame)]
     while np.prod(
@@ -236,7 +242,9 @@ def _largest_reach(inner: Any, frame: tuple[int, int]) -> int:
 
 
 def _brightest(mixed: xr.DataArray, inner: Any, factor: float) -> Callable[..., Any]:
-    """Return function(reach) -> brightest light per band of tiles beyond it."""
+    """Return function(reach) -> (band,) light of the brightest tile beyond `reach` tiles from the
+    window. `factor` multiplies the light.
+    """
     rows, columns = (mixed.values.max(axis=axis) for axis in (2, 1))
 
     def brightest(reach: int) -> np.ndarray:
@@ -254,7 +262,7 @@ def _brightest(mixed: xr.DataArray, inner: Any, factor: float) -> Callable[..., 
 
 
 def _beyond(kernel: Mirrored | np.ndarray, reach: int) -> float:
-    """Return the energy of a kernel beyond `reach` tiles from its middle, along either axis."""
+    """Return the energy of a kernel outside the square within `reach` tiles of its middle."""
     return 1 - float(
         kernel[tuple(slice(max(n // 2 - reach, 0), n // 2 + reach + 1) for n in kernel.shape)].sum(
             dtype=float
