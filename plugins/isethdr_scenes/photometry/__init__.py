@@ -7,8 +7,8 @@
 | rules | limits of regulations, `rules.csv`, and the check of any table against them |
 | iesna | files of LM-63 (.ies) |
 | eulumdat | files of EULUMDAT (.ldt) |
-| angles | from the angles of such files to those of a table |
+| angles | conversion of the angles of such files to those of a table |
 | isocandela | a plot of equal intensities |
-| report | a lamp and its rules, printed |
+| report | prints a lamp and its rules |
 | command | `isethdr lamp` |
 """

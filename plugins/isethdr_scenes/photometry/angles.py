@@ -1,4 +1,4 @@
-"""From the angles of photometric files to those of an `IntensityTable`."""
+"""Conversion of the angles of photometric files to those of an `IntensityTable`."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ from scipy.interpolate import RegularGridInterpolator
 from isethdr_core.errors import ConfigError
 from isethdr_core.scene import IntensityTable
 
-WIDEST_DEG = 90.0  # what lies behind a lamp is left out
-STEP_DEG = 1.0  # of tables made from polar files
+WIDEST_DEG = 90.0  # largest angle of a table; light behind the lamp is left out
+STEP_DEG = 1.0  # angular step of tables made from polar files
 
 
 class MeasuredLamp(NamedTuple):
-    """A table relative to its largest intensity, and that intensity, cd."""
+    """A table relative to its largest intensity, and this intensity, cd."""
 
     table: IntensityTable
     intensity_cd: float
@@ -29,7 +29,7 @@ def from_polar(c_deg: np.ndarray, gamma_deg: np.ndarray, candela: np.ndarray) ->
     c_deg : (planes,) increasing from 0 to 360. C0 is to the right of a lamp that looks ahead, C90
         up.
     gamma_deg : (angles,) increasing, from 0 on.
-    candela : (planes, angles).
+    candela : (planes, angles) luminous intensity, cd.
     """
     side = np.arange(-WIDEST_DEG, WIDEST_DEG + STEP_DEG / 2, STEP_DEG)
     left = np.radians(side)
@@ -45,18 +45,15 @@ def from_polar(c_deg: np.ndarray, gamma_deg: np.ndarray, candela: np.ndarray) ->
 def from_level(
     right_deg: np.ndarray, up_deg: np.ndarray, candela: np.ndarray, polar_axis_level: bool
 ) -> MeasuredLamp:
-    """Return a lamp of angles to the right and up, degrees, increasing, and candela (right, up).
-
-    `polar_axis_level`: type B of LM-63, whose planes turn about a level axis; else type A, whose
-    planes turn about the vertical, as those of a table.
+    """Return a lamp from intensities by angles to the right and up.
 
     Parameters
     ----------
     right_deg : (n,) angles to the right, degrees, increasing.
     up_deg : (m,) angles upwards, degrees, increasing.
-    candela : (n, m) cd.
-    polar_axis_level : type B of LM-63, whose planes turn about a level axis; else type A, whose
-        planes turn about the vertical, as those of a table.
+    candela : (n, m) luminous intensity, cd.
+    polar_axis_level : whether the file is of type B of LM-63, where planes turn about a level axis;
+        else it is of type A, where planes turn about the vertical axis, as in a table.
     """
     right = np.asarray(right_deg, float)
     above = np.asarray(up_deg, float)

@@ -1,6 +1,6 @@
 """`isethdr lamp`: check a lamp against its rules, and draw its isocandela plot.
 
-Imports nothing that takes time: every command line loads this file.
+This module imports nothing slow, because every command line loads it.
 """
 
 from __future__ import annotations

@@ -10,13 +10,18 @@ from isethdr_core.errors import ConfigError
 
 from .angles import MeasuredLamp, from_polar
 
-HEAD_LINES = 26  # up to the number of lamp sets
+HEAD_LINES = 26  # lines up to and with the number of lamp sets
 SET_LINES = 6
 RATIO_LINES = 10
 
 
 def read_ldt(path: Path) -> MeasuredLamp:
-    """Return the lamp of a file; raise ConfigError where it is not what EULUMDAT says."""
+    """Return the lamp of a file.
+
+    Raises
+    ------
+    ConfigError : the file does not conform to EULUMDAT.
+    """
     lines = [line.strip() for line in path.read_text(encoding="latin-1").splitlines()]
     number = lambda line: float(lines[line - 1].replace(",", "."))
     try:
@@ -25,7 +30,7 @@ def read_ldt(path: Path) -> MeasuredLamp:
         angles = int(number(6))
         factor = number(24)
         sets = int(number(HEAD_LINES))
-        # two blocks of three lines and more each: lamps, kind, flux, colour, rendering, watts
+        # a lamp set has six lines: number of lamps, kind, flux, colour, colour rendering, power
         flux = sum(number(HEAD_LINES + SET_LINES * k + 3) for k in range(sets))
         first = HEAD_LINES + SET_LINES * sets + RATIO_LINES
         values = np.array([float(v.replace(",", ".")) for v in lines[first:] if v])
@@ -56,8 +61,14 @@ def read_ldt(path: Path) -> MeasuredLamp:
 def _whole_turn(
     symmetry: int, c_deg: np.ndarray, candela: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return C planes from 0 to 360 degrees and their candela, where one plane (symmetry 1), a half
-    (2: C0 to C180, 3: C90 to C270) or a quarter (4) stands for all.
+    """Return C planes from 0 to 360 degrees and their intensities, completed by symmetry.
+
+    Parameters
+    ----------
+    symmetry : 0: none; 1: the file holds one plane for all; 2: it holds C0 to C180; 3: C90 to C270;
+        4: C0 to C90.
+    c_deg : (planes,) angles of all planes, degrees.
+    candela : (stored planes, angles) intensities.
     """
     all_planes = np.r_[c_deg, 360.0]
     if symmetry == 1:

@@ -1,9 +1,9 @@
 """Families of vehicle lamps as tables of candela over two angles, within their regulations.
 
-Models for right-hand traffic, designed by hand, not measured. `rules.csv` holds the limits that
-each is checked against. Assumed, no source: the 50 cd of a bicycle's front lamp, its light above
-the cut-off alone (the 1,000 cd of its core, StVZO TA 23, are left out), and the widths of both
-lamps of a bicycle.
+The families are models for right-hand traffic. They are designed by hand, not measured. `rules.csv`
+holds the limits of each. The lamps of a bicycle rest on assumptions without a source: the front
+lamp has 50 cd and only its light above the cut-off (the 1,000 cd of its core, StVZO TA 23, are left
+out), and the widths of both lamps are assumed.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from ..dipped_beam import CLASS_C, R112_B, beam_table, nodes_deg
 
 
 class LampPattern(NamedTuple):
-    """A table relative to its largest intensity, that intensity, cd, and the names of its rules."""
+    """A table relative to its largest intensity, this intensity, cd, and the names of its rules."""
 
     table: IntensityTable
     intensity_cd: float
@@ -30,14 +30,14 @@ class LampPattern(NamedTuple):
 
 @dataclass(frozen=True)
 class Signal:
-    """A lamp whose intensity falls from the axis as Gaussians of both angles, over a faint rest."""
+    """A lamp with a Gaussian of both angles and a faint constant intensity."""
 
-    axis_cd: float
-    aside_deg: float  # where the light has fallen to 1 / e
-    up_deg: float
+    axis_cd: float  # intensity on the axis
+    aside_deg: float  # angle to the side at which the Gaussian has fallen to 1 / e
+    up_deg: float  # the same angle upwards
     rules: tuple[str, ...] = ()
-    # faint light that keeps the lamp visible within 80 degrees aside and 20 degrees up and down,
-    # as a share of the intensity on the axis
+    # constant intensity / intensity on the axis. It keeps the lamp visible within 80 degrees to the
+    # side and 20 degrees up and down.
     rest: float = 0.01
 
 
@@ -57,7 +57,8 @@ SIGNALS = {
     "motorcycle_stop": Signal(70, 14, 9, ("motorcycle_stop",)),
     "motorcycle_indicator_rear": Signal(120, 14, 9, ("motorcycle_indicator_rear",)),
 }
-# driving beam: (cd, half width aside and up in degrees to 1 / e) of a hot spot and its surround
+# Gaussians of the driving beam, a hot spot and two wider ones: intensity, cd, and angles aside and
+# up at which it has fallen to 1 / e, degrees
 DRIVING = ((60_000.0, 3.2, 1.8), (12_000.0, 9.5, 3.5), (1_500.0, 25.0, 8.0))
 FAMILIES = ("dipped_r112_b", "dipped_r149_c", "driving", *SIGNALS)
 

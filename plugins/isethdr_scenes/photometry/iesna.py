@@ -1,8 +1,8 @@
 """Files of ANSI/IES LM-63 (1986 to 2019): candela in C planes (type C), or in level angles (A, B).
 
 Level angles count to the right as seen from the lamp. A file of one quarter or half is completed by
-its symmetry. Ballast factor and multiplier are multiplied in; tilt, and the luminous opening, are
-not used.
+its symmetry. The intensities are multiplied by the multiplier and the ballast factor of the file.
+The tilt and the luminous opening are not used.
 """
 
 from __future__ import annotations
@@ -19,7 +19,12 @@ TYPES = {1: "C", 2: "B", 3: "A"}
 
 
 def read_ies(path: Path) -> MeasuredLamp:
-    """Return the lamp of a file; raise ConfigError where it is not what LM-63 says."""
+    """Return the lamp of a file.
+
+    Raises
+    ------
+    ConfigError : the file does not conform to LM-63.
+    """
     text = path.read_text(encoding="latin-1")
     head, tilt, after_tilt = text.partition("TILT=")
     if not tilt:
@@ -50,7 +55,7 @@ def read_ies(path: Path) -> MeasuredLamp:
     if TYPES[photometry] == "C":
         planes, candela = whole_turn(level, candela)
         return from_polar(planes, vertical, candela)
-    if level[0] == 0 and len(level) > 1:  # one half stands for both
+    if level[0] == 0 and len(level) > 1:  # the file holds one of two equal halves
         level = np.r_[-level[:0:-1], level]
         candela = np.concatenate([candela[:0:-1], candela])
     if vertical[0] == 0 and len(vertical) > 1:
@@ -64,8 +69,10 @@ def read_ies(path: Path) -> MeasuredLamp:
 
 
 def whole_turn(planes: np.ndarray, candela: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return C planes from 0 to 360 degrees and their candela (planes, angles), completed by the
-    symmetry that the last plane tells: 0 round, 90 quarters, 180 halves.
+    """Return C planes from 0 to 360 degrees and their intensities (planes, angles).
+
+    They are completed by symmetry. The angle of the last plane states it: 0 for a round pattern,
+    90 for four equal quarters, 180 for two equal halves.
     """
     if len(planes) == 1:
         return np.array([0.0, 360.0]), np.repeat(candela, 2, 0)

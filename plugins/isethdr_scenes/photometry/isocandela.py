@@ -13,13 +13,13 @@ from isethdr_core.scene import IntensityTable
 from .rules import Finding
 
 LEVELS_CD = (1, 2, 5, 10, 20, 50, 100, 200, 500, 1e3, 2e3, 5e3, 1e4, 2e4, 5e4, 1e5)
-LOWEST = 0.002  # of the largest intensity: lines below are left out
+LOWEST = 0.002  # least intensity of a line / largest intensity of the lamp
 
 
 def plot(
     path: Path, title: str, table: IntensityTable, intensity_cd: float, findings: list[Finding]
 ) -> None:
-    """Write a picture: left is to the left, as the driver sees the beam on a wall.
+    """Write a picture of the beam as the driver sees it on a wall, with left on the left.
 
     Parameters
     ----------
@@ -27,7 +27,7 @@ def plot(
     title : heading of the picture.
     table : pattern relative to `intensity_cd`.
     intensity_cd : candela where the table is 1.
-    findings : rules whose places are marked, met or not.
+    findings : rules; the colour of a rule's places shows whether it is met.
     """
     with needed("a plot of equal intensities", extra="report"):
         figures = import_module("matplotlib.figure")

@@ -1,9 +1,9 @@
-"""Luminaires and traffic signals as tables of candela over two angles: models, designed by hand,
-not measured.
+"""Luminaires and traffic signals as tables of candela over two angles.
 
-A luminaire looks down. Its table counts `left_deg` along the road and `up_deg` across it, towards
-the road. All of them are cut off below the horizontal plane, as full cut-off luminaires are. A
-signal looks level, towards those who wait.
+They are models, designed by hand, not measured. The axis of a luminaire points down. In its table
+`left_deg` is the angle along the road and `up_deg` the angle across it, towards the road. All
+luminaires are full cut-off: their light ends below the horizontal plane. The axis of a signal is
+level and points to the waiting traffic.
 
 | name | distribution | flux, lm |
 |---|---|---|
@@ -13,11 +13,13 @@ signal looks level, towards those who wait.
 | high_mast | even all round about an axis tilted outwards | 20 000 |
 | signal | 200 cd on its axis, half of it 10 degrees aside and 7 degrees below, 3 above | 23 |
 
-A signal of 200 mm has 200 cd on its axis, as of level 2 of EN 12368, an assumption. Its widths are
-a model of a lens for wide roads; the table of the standard was not read.
+A signal of 200 mm has 200 cd on its axis. This assumes level 2 of EN 12368. The widths of its beam
+are a model of a lens for wide roads; they are not taken from the table of the standard.
 
-The fluxes are those of usual LED luminaires of these heights, an assumption. The batwing makes the
-illuminance of the road even: intensity rises as 1 / cos^3 of the angle, as far as it reaches.
+The fluxes are those of usual LED luminaires of these heights; this is an assumption. The batwing
+makes the illuminance along the road more uniform. Its intensity rises with the angle along the road
+up to the brightest angle, as 1 / cos^2 (`road`) or 1 / cos^1.5 (`tunnel`). An intensity of
+1 / cos^3 would give uniform illuminance.
 """
 
 from __future__ import annotations
@@ -32,19 +34,18 @@ from .families import LampPattern
 
 FLUX_LM = {"road": 8_000.0, "tunnel": 4_350.0, "post_top": 4_000.0, "high_mast": 20_000.0}
 SIGNAL_CD = 200.0
-# of a signal, where the intensity has fallen to a half: aside, below, above
+# angles to the side, down and up at which the intensity of a signal has fallen to a half
 SIGNAL_HALF_DEG = (10.0, 7.0, 3.0)
-SIGNAL_REST = 0.004  # of the intensity on the axis, far beside it
+SIGNAL_REST = 0.004  # intensity of a signal far from its axis / intensity on the axis
 STEP_DEG = 2.0
 WIDEST_DEG = 88.0
-# where the intensity has fallen to a half; logistic width
-CUT_OFF_DEG = 74.0
-CUT_WIDTH_DEG = 4.0
+CUT_OFF_DEG = 74.0  # angle off the axis at which the cut-off halves the intensity
+CUT_WIDTH_DEG = 4.0  # twice the scale of the logistic function of the cut-off
 
 
 @cache
 def luminaire(name: str) -> LampPattern:
-    """Return a luminaire of `FLUX_LM`, or the `signal`; its rules are none."""
+    """Return a luminaire of `FLUX_LM`, or the `signal`. It has no rules."""
     if name == "signal":
         return _signal()
     angle = np.arange(-WIDEST_DEG, WIDEST_DEG + STEP_DEG / 2, STEP_DEG)
@@ -80,7 +81,7 @@ _SHAPES = {"road": _road, "tunnel": _tunnel, "post_top": _post_top, "high_mast":
 
 
 def _signal() -> LampPattern:
-    """Return a traffic signal, whose light goes down towards those who wait rather than up."""
+    """Return a traffic signal. Its beam reaches further down, to waiting traffic, than up."""
     left = np.arange(-60.0, 60.1, 1.0)
     up = np.arange(-40.0, 20.1, 0.5)
     aside, below, above = SIGNAL_HALF_DEG

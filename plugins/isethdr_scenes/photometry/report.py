@@ -1,4 +1,4 @@
-"""A bundled lamp or a file, checked against rules and printed."""
+"""Check a bundled lamp or a file against rules, and print the result."""
 
 from __future__ import annotations
 
@@ -16,7 +16,12 @@ READERS = {".ies": read_ies, ".ldt": read_ldt}
 
 
 def lamp_of(lamp: str, rules: str = "") -> LampPattern:
-    """Return a bundled lamp by its name, or that of a file, with the rules asked for.
+    """Return a bundled lamp or the lamp of a file, with its rules.
+
+    Parameters
+    ----------
+    lamp : name of a bundled family, or the path of a .ies or .ldt file.
+    rules : names of sets of rules, separated by commas; empty: those of the family.
 
     Raises
     ------

@@ -14,26 +14,26 @@ import numpy as np
 from isethdr_core.errors import ConfigError, did_you_mean
 from isethdr_core.scene import IntensityTable
 
-STEP_DEG = 0.05  # between the directions of boxes and polygons that are tried
-MOST_TRIED = 400  # along one side of a box
+STEP_DEG = 0.05  # spacing of the directions at which boxes and polygons are sampled
+MOST_TRIED = 400  # largest number of steps along one side of a box
 
 
 @dataclass(frozen=True)
 class Rule:
-    """One rule: `places` are points, the corners of a polygon, or two opposite corners of a box."""
+    """One rule. `places` are points, the corners of a polygon, or two opposite corners of a box."""
 
     name: str
     kind: str  # point, sum, box, polygon, largest
     places: tuple[tuple[float, float], ...]  # degrees left and up
     least_cd: float
     most_cd: float
-    of: str  # name of the rule whose finding multiplies both limits; empty: none
+    of: str  # name of the rule; its largest intensity multiplies both limits; empty: none
     source: str
 
 
 @dataclass(frozen=True)
 class Finding:
-    """What a lamp has where a rule asks: least and largest intensity, cd, and the limits."""
+    """Least and largest intensity of a lamp at the places of a rule, and the limits, cd."""
 
     rule: Rule
     low_cd: float
@@ -43,7 +43,7 @@ class Finding:
 
     @property
     def is_met(self) -> bool:
-        """Whether the rule is met."""
+        """Return whether the rule is met."""
         return self.low_cd >= self.least_cd and self.high_cd <= self.most_cd
 
 
@@ -61,11 +61,11 @@ def rule_sets() -> dict[str, tuple[Rule, ...]]:
 
 
 def check(table: IntensityTable, intensity_cd: float, rules: str) -> list[Finding]:
-    """Return what a lamp has where each rule of a set asks.
+    """Return the findings for a lamp, one for each rule of a set.
 
     Parameters
     ----------
-    table, intensity_cd : the lamp: candela are their product.
+    table, intensity_cd : the lamp; its intensity, cd, is their product.
     rules : name of a set of `rule_sets`.
 
     Raises
@@ -76,7 +76,7 @@ def check(table: IntensityTable, intensity_cd: float, rules: str) -> list[Findin
     if rules not in sets:
         raise ConfigError(f"there are no rules {rules!r}{did_you_mean(rules, sets)}")
     findings: dict[str, Finding] = {}
-    # those that others are relative to come first
+    # rules that other rules refer to come first
     for rule in sorted(sets[rules], key=lambda r: bool(r.of)):
         values = intensity_cd * _values(table, rule)
         factor = findings[rule.of].high_cd if rule.of else 1.0
@@ -123,8 +123,9 @@ def _steps(low: float | np.ndarray, high: float | np.ndarray) -> np.ndarray:
 
 
 def within(corners: tuple[tuple[float, float], ...], x: np.ndarray, y: np.ndarray) -> np.ndarray:
-    """Return which points lie in a polygon or on its border: a ray to the right crosses it an odd
-    number of times.
+    """Return which points lie in a polygon or on its border.
+
+    A point lies inside if a ray from it to the right crosses the border an odd number of times.
 
     Parameters
     ----------
