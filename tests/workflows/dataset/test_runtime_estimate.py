@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from isethdr_workflows.dataset.actions import print_runtime_estimate, request_of
 from isethdr_workflows.dataset.record import SceneRecord
 from isethdr_workflows.dataset.runtime_estimate import runtime_estimate
 from isethdr_workflows.dataset.summary import (
@@ -108,3 +109,11 @@ def test_the_cameras_own_car_is_no_object():
 
 def test_scenes_with_the_same_radiance_are_duplicates():
     assert duplicates(records([1.0, 2.0, 3.0])) == [[0, 1, 2]]
+
+
+def test_without_scenes_the_command_that_renders_a_sample_is_shown_as_it_was_typed(capsys):
+    settings = ["recipe=streets", "count=60", "~flare.dirt", "sample=1"]
+    request = request_of("mine", settings)
+    print_runtime_estimate(None, settings, request, None)
+    expected = "isethdr dataset generate mine recipe=streets count=60 '~flare.dirt' sample=6\n"
+    assert capsys.readouterr().out.endswith(expected)
