@@ -1,4 +1,4 @@
-"""Arrays of Python as scenes: kept in the home folder, named by their content."""
+"""Arrays of Python as scenes. The home folder stores them under the hash of their content."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from isethdr_core.store import home
 from .cube_dataset import content_of
 from .picture_file import PictureFile
 
-FOLDER = "arrays"  # below the home folder
+FOLDER = "arrays"  # folder inside the home folder
 
 
 def array_scene(
@@ -32,10 +32,10 @@ def array_scene(
 
     Parameters
     ----------
-    values : (y, x) luminance, (y, x, 3) linear RGB, (wavelength, y, x) a spectral cube; or a
-        DataArray with the dims wavelength, y, x and `units`.
+    values : (y, x) luminance, (y, x, 3) linear RGB, or (wavelength, y, x) a spectral cube; or a
+        DataArray with the dims wavelength, y, x and the attribute `units`.
     wavelength_nm : centres of the bands of a cube without coordinates, nm.
-    **fields : of the scene `file`, such as `unit`, `white_cd_m2`, `horizontal_field_deg`.
+    **fields : fields of the scene `file`, such as `unit`, `white_cd_m2`, `horizontal_field_deg`.
 
     Raises
     ------
@@ -83,7 +83,7 @@ def _stored_path(arrays: dict[str, np.ndarray]) -> Path:
 
 
 def _typed(value: Any) -> str:
-    """Return a field's value as Hydra reads it."""
+    """Return the value of a field as text that Hydra parses."""
     if value is None or isinstance(value, bool):
         return {None: "null", True: "true", False: "false"}[value]
     if isinstance(value, (tuple, list)):

@@ -1,4 +1,4 @@
-"""What a file of a picture holds, before its unit is applied."""
+"""The content of a picture file, before its unit is applied."""
 
 from __future__ import annotations
 
@@ -24,10 +24,9 @@ class Content:
         set. Integers stay integers.
     channels : names of the colours: Y, or R, G, B, or X, Y, Z; empty for bands.
     wavelength_nm : centres of the bands, nm, rising; None for colours.
-    unit : as the file states it; None where it does not.
-    white_cd_m2 : luminance of (1, 1, 1), as the file states it; None where it does not.
-    chromaticities : (x, y) of red, green, blue and white, as the file states them; None where it
-        does not.
+    unit : unit of the values as the file spells it; None: not stated.
+    white_cd_m2 : luminance of (1, 1, 1) that the file states, cd/m2; None: not stated.
+    chromaticities : (x, y) of red, green, blue and white that the file states; None: not stated.
     groups : names of the light groups.
     zeroed, most_negative : number of negative values set to 0, and the most negative of them.
     """
@@ -45,13 +44,13 @@ class Content:
 
 @dataclass(frozen=True)
 class Wanted:
-    """What of a file is read.
+    """Selection of what is read from a file.
 
     Parameters
     ----------
     channels : names of one luminance channel, or of red, green and blue; empty: the usual names.
-    wavelength_nm : bands of a cube whose file does not state them; empty: it does.
-    variable : name of the array in a file of several; empty: the only one.
+    wavelength_nm : centres of the bands of a cube, nm, if its file does not state them.
+    variable : name of the array, in a file with several; empty: the only array.
     """
 
     channels: tuple[str, ...] = ()
@@ -69,7 +68,7 @@ def plain_array(values: np.ndarray, selection: Wanted, path: Path) -> Content:
     ----------
     values : the array, of two or three axes.
     selection : wavelengths of the bands, where it has bands.
-    path : of the file, for messages.
+    path : path of the file, for messages.
 
     Raises
     ------
@@ -114,7 +113,7 @@ def sorted_bands(content: Content, path: Path) -> Content:
 
     Raises
     ------
-    UnitError : a wavelength is there twice.
+    UnitError : two bands have the same wavelength.
     """
     if content.wavelength_nm is None:
         return content
@@ -127,12 +126,12 @@ def sorted_bands(content: Content, path: Path) -> Content:
 
 
 def unreadable(path: Path, kind: str, why: object) -> CatalogError:
-    """Return the error of a file that is damaged, or of another format than its name says.
+    """Return the error for a file that is damaged, or has another format than its name says.
 
     Parameters
     ----------
-    path : of the file.
-    kind : of the format, for people.
+    path : path of the file.
+    kind : name of the format, for the message.
     why : error or text with the reason.
     """
     reason = " ".join(str(why).split())

@@ -26,8 +26,9 @@ def read(path: Path, selection: Wanted) -> Content:
 
     Raises
     ------
-    CatalogError : it cannot be read.
-    UnitError : several arrays and none is named, other dims, or wavelengths of an unknown unit.
+    CatalogError : the file cannot be read.
+    UnitError : it holds several arrays and none is named, other dims, or wavelengths of an unknown
+        unit.
     """
     with _opened(path) as data:
         return content_of(_chosen(data, selection, path), path)
@@ -66,7 +67,7 @@ def content_of(cube: xr.DataArray, path: Path | str) -> Content:
 
     Raises
     ------
-    UnitError : other dims than `DIMS`, or wavelengths of an unknown unit.
+    UnitError : the DataArray has other dims than `DIMS`, or wavelengths of an unknown unit.
     """
     if "light_group" not in cube.dims:
         cube = cube.expand_dims(light_group=["picture"])

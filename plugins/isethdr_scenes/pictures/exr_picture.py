@@ -32,7 +32,7 @@ def read(path: Path, selection: Wanted) -> Content:
     """
     try:
         with OpenEXR.File(str(path), separate_channels=True) as file:
-            # leaving the block empties the library's own dictionary
+            # the library empties its own dictionary at the end of the block
             pixels = {name: channel.pixels for name, channel in file.channels().items()}
             header = dict(file.header())
     except (RuntimeError, ValueError, IndexError) as err:

@@ -1,4 +1,4 @@
-"""Files of pictures by format: read, decoded, and their values checked."""
+"""Picture files by format. They are read and decoded, and their values are checked."""
 
 from __future__ import annotations
 
@@ -36,7 +36,8 @@ def needs_path(path: str) -> Path:
 
     Raises
     ------
-    ConfigError : none is named. CatalogError : nothing is there.
+    ConfigError : no path is named.
+    CatalogError : the path does not exist.
     """
     if not path or "\0" in path:
         raise ConfigError(
@@ -53,19 +54,19 @@ def needs_path(path: str) -> Path:
 def checked_content(
     path: str, selection: Wanted, coding: Coding, negative_to_zero: bool
 ) -> Content:
-    """Return the content of a file, linear and without what is not light.
+    """Return the content of a file with linear values that are finite and 0 or more.
 
     Parameters
     ----------
-    path : of the file; its ending tells the format.
+    path : path of the file; its ending states the format.
     selection : channels, wavelengths and name of the array that are read.
-    coding : of colours.
-    negative_to_zero : set negative values to 0 instead of refusing them.
+    coding : coding of colours.
+    negative_to_zero : whether negative values are set to 0; else they raise an error.
 
     Raises
     ------
-    ConfigError : no file is named, or one of an unknown format, or integers of unknown coding.
-    CatalogError : the file is not there, or cannot be read.
+    ConfigError : no file is named, its format is unknown, or it holds integers of unknown coding.
+    CatalogError : the file does not exist, or cannot be read.
     UnitError : channels, dims or values are not those of light.
     """
     file = needs_path(path)
@@ -84,7 +85,7 @@ def checked_content(
 def _checked(
     path: Path, changed_ns: int, selection: Wanted, coding: Coding, negative_to_zero: bool
 ) -> Content:
-    """Return the content of a file; the last one stays in memory for the checks of a run."""
+    """Return the content of a file. The last content stays in memory for the checks of a run."""
     try:
         content = READERS[path.suffix.lower()](path, selection)
     except OSError as err:
@@ -112,7 +113,9 @@ def _checked(
 
 
 def _linear(content: Content, coding: Coding, path: Path) -> Content:
-    """Return linear values: integers over their largest code, sRGB decoded."""
+    """Return content with linear values. Integers are divided by their largest code, and sRGB is
+    decoded.
+    """
     values = content.values
     if values.dtype.kind in "iu":
         if content.wavelength_nm is None and coding == "not_stated":

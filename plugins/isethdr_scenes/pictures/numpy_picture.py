@@ -1,7 +1,7 @@
 """Pictures and cubes in NumPy files.
 
-A .npy holds one array. A .npz holds one array, and for a cube `wavelength_nm`; `unit`, a text, may
-state the unit.
+A .npy file holds one array. A .npz file holds one array, or several with one selected by name. For
+a cube it also holds `wavelength_nm`. A text `unit` may state the unit.
 """
 
 from __future__ import annotations

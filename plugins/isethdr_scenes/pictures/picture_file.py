@@ -31,9 +31,9 @@ from .units import Unit
 if TYPE_CHECKING:
     import xarray as xr
 
-# Measured for 24 patches of a colour checker in D65 and the channels of the sensor `bayer`: the rms
-# difference between the electrons of the patches' own spectra and of those made from their RGB,
-# relative to the channel's electrons (tests/scenes/test_picture_file.py).
+# Rms difference between the electrons of true spectra and those of spectra made from RGB, relative
+# to the electrons of the channel. Measured for 24 patches of a colour checker in D65 and the
+# channels of the sensor `bayer` (tests/scenes/test_picture_file.py).
 LIFT_ERROR = 0.063
 PixelAngle = Annotated[float, Range(1e-6, 1000)]  # milliradians: a telescope's to a few pixels
 FieldAngle = Annotated[float, Range(0.01, 360)]  # degrees
@@ -76,7 +76,7 @@ class PictureFile:
     # true sets negative values to 0 and states how many; false refuses them
     negative_to_zero: bool = False
 
-    # not a field: bands of spectra that are made from colours; wider ones cannot hold RGB
+    # not a field. The bands are those of spectra made from colours; wider bands cannot hold RGB.
     accuracy_knobs = (
         AccuracyKnob(
             "step_nm",
@@ -102,7 +102,7 @@ class PictureFile:
             )
 
     def input_files(self) -> Iterable[Path]:
-        """Return the files that are read: their content is part of a run's name."""
+        """Return the files that are read. Their content is part of the name of a run."""
         path = needs_path(self.path)
         return sorted(p for p in path.rglob("*") if p.is_file()) if path.is_dir() else (path,)
 
@@ -112,7 +112,7 @@ class PictureFile:
         Raises
         ------
         ConfigError : the unit, the field angle or the coding is not stated, or does not fit.
-        CatalogError : the file is not there or cannot be read.
+        CatalogError : the file does not exist or cannot be read.
         UnitError : its values are not light, or its channels or unit are unknown.
         """
         self.camera_field()
@@ -120,7 +120,7 @@ class PictureFile:
             self._reflectances()
 
     def light_groups(self) -> tuple[str, ...]:
-        """Return the light groups: one, `picture`, unless a cube names others."""
+        """Return the light groups: `picture` alone, unless a cube names others."""
         return self._content().groups
 
     def bands_nm(self) -> np.ndarray:
@@ -132,7 +132,9 @@ class PictureFile:
         return self.first_nm + self.step_nm * np.arange(count)
 
     def tile_counts(self, margin: bool) -> tuple[int, int]:
-        """Return (rows, columns) of pixels; a file has none beyond its field."""
+        """Return (rows, columns) of pixels. A file has no pixels beyond its field, so `margin` has
+        no effect.
+        """
         rows, columns = self._content().values.shape[2:]
         return rows, columns
 
@@ -141,9 +143,10 @@ class PictureFile:
 
         Raises
         ------
-        ConfigError : no field angle is stated, or one that the projection cannot hold.
+        ConfigError : no field angle is stated, or it is too wide for the projection.
         """
-        self._per_value(self._content())  # of two things not stated the unit is named first
+        # if both the unit and the field angle are missing, the error names the unit
+        self._per_value(self._content())
         rows, columns = self.tile_counts(False)
         field_deg = self.horizontal_field_deg
         if self.pixel_mrad is not None:
@@ -192,14 +195,15 @@ class PictureFile:
         return checked_content(self.path, selection, self.encoding, self.negative_to_zero)
 
     def _per_value(self, content: Content) -> float:
-        """Return what multiplies the values: cd/m2 for colours, W m-2 sr-1 nm-1 for cubes.
+        """Return the factor that converts values of the file to cd/m2 or W m-2 sr-1 nm-1.
 
-        For reflectances that is the luminance of a reflectance of 1.
+        The former is the unit of colours, the latter that of cubes. For reflectances the factor is
+        the luminance of a reflectance of 1.
 
         Raises
         ------
-        ConfigError : the unit is not stated, stated twice, or not one of these values.
-        UnitError : the file states another one.
+        ConfigError : the unit is not stated, stated twice, or not one for these values.
+        UnitError : the file states another unit than the scene.
         """
         self._check_colours(content)
         stated = None if content.unit is None else units.checked_unit(content.unit, self.path)
@@ -264,7 +268,7 @@ class PictureFile:
             )
 
     def _white(self, bands: np.ndarray, name: str | None = None) -> np.ndarray:
-        """Return the spectrum of an illuminant with 1 cd/m2."""
+        """Return the spectrum (wavelength,), W m-2 sr-1 nm-1, of an illuminant with 1 cd/m2."""
         relative = band_means(illuminant(name or self.spectrum), bands)
         unit = float(luminance(relative, bands))
         if not unit > 0:
@@ -336,7 +340,9 @@ class PictureFile:
 
 
 def _state_luminance(luminance_made: np.ndarray, luminance_in_file: np.ndarray) -> None:
-    """State the largest relative difference of the luminance of spectra (y, x) from the file's."""
+    """Record the largest relative difference between the luminance (y, x) of the spectra and that
+    of the file.
+    """
     lit = luminance_in_file > 0
     off = np.abs(luminance_made[lit] / luminance_in_file[lit] - 1).max() if lit.any() else 0.0
     ledger.error(

@@ -17,7 +17,7 @@ CHROMATICITIES = {
     "display_p3": (0.68, 0.32, 0.265, 0.69, 0.15, 0.06, 0.3127, 0.3290),
     "rec2020": (0.708, 0.292, 0.170, 0.797, 0.131, 0.046, 0.3127, 0.3290),
 }
-SAME = 2e-3  # of a chromaticity: files round theirs to three digits
+SAME = 2e-3  # largest difference of equal chromaticities; files round theirs to three digits
 
 
 def to_xyz(chromaticities: tuple[float, ...]) -> np.ndarray:
@@ -33,7 +33,7 @@ def to_xyz(chromaticities: tuple[float, ...]) -> np.ndarray:
 
 
 class InGamut(NamedTuple):
-    """Linear sRGB without negative values, and what that took."""
+    """Linear sRGB without negative values, and the change that this needed."""
 
     rgb: np.ndarray  # (3, ...)
     moved: int  # pixels whose colour was mixed with white of the same luminance
@@ -44,7 +44,7 @@ def linear_srgb(values: np.ndarray, primaries: Primaries) -> InGamut:
     """Return linear sRGB (3, ...) of RGB or XYZ (3, ...) of other primaries.
 
     A colour beyond the gamut of sRGB is mixed with white of the same luminance until no value is
-    negative: its luminance and its hue direction stay, its saturation does not.
+    negative. This keeps its luminance and the direction of its hue, and reduces its saturation.
     """
     values = np.asarray(values, float)
     if primaries == "srgb":
@@ -52,11 +52,12 @@ def linear_srgb(values: np.ndarray, primaries: Primaries) -> InGamut:
     matrix = XYZ_TO_SRGB
     if primaries != "xyz":
         matrix = XYZ_TO_SRGB @ to_xyz(CHROMATICITIES[primaries])
-        matrix = matrix / matrix.sum(1)[:, None]  # four digits of the standard: keep its white
+        # The standard states four digits. Scaling the rows keeps white at exactly (1, 1, 1).
+        matrix = matrix / matrix.sum(1)[:, None]
     rgb = np.tensordot(matrix, values, 1)
     grey = luminance_of(rgb, RGB_CHANNELS, "srgb")
     least = rgb.min(0)
-    outside = least < -1e-6 * np.abs(grey)  # rounding alone moves nothing
+    outside = least < -1e-6 * np.abs(grey)  # rounding errors do not count
     with np.errstate(invalid="ignore", divide="ignore"):
         white = np.where(least < 0, -least / (grey - least), 0.0)
     white = np.where(grey > 0, white, 1.0 * (least < 0))
@@ -65,13 +66,13 @@ def linear_srgb(values: np.ndarray, primaries: Primaries) -> InGamut:
 
 
 def luminance_of(values: np.ndarray, channels: tuple[str, ...], primaries: Primaries) -> np.ndarray:
-    """Return the luminance (...) of colours (channel, ...), in their unit.
+    """Return the luminance (...) of colours (channel, ...), in the unit of the colours.
 
     Parameters
     ----------
     values : (channel, ...) linear colours, in any unit.
     channels : Y, or R, G, B, or X, Y, Z.
-    primaries : of RGB; its white (1, 1, 1) has 1.
+    primaries : primaries of RGB; the luminance of (1, 1, 1) is 1.
     """
     if channels == LUMINANCE_CHANNELS:
         return values[0]
@@ -81,7 +82,7 @@ def luminance_of(values: np.ndarray, channels: tuple[str, ...], primaries: Prima
 
 
 def named(chromaticities: tuple[float, ...]) -> str | None:
-    """Return the name of chromaticities that a file states; None for others."""
+    """Return the name of the primaries with these chromaticities; None: they have no name here."""
     chromaticities_given = np.asarray(chromaticities, float)
     for name, standard in CHROMATICITIES.items():
         if (

@@ -101,7 +101,7 @@ def _scan_lines(data: np.ndarray, height: int, width: int) -> np.ndarray:
 
 
 def _channel_runs(data: np.ndarray, at: int, line: np.ndarray) -> int:
-    """Fill one line that is stored channel by channel; return where the next one begins."""
+    """Fill one line that is stored channel by channel; return the start of the next line."""
     for channel in range(4):
         x = 0
         while x < len(line):
@@ -118,7 +118,10 @@ def _channel_runs(data: np.ndarray, at: int, line: np.ndarray) -> int:
 
 
 def _pixel_runs(data: np.ndarray, at: int, line: np.ndarray) -> int:
-    """Fill one line that is stored pixel by pixel: (1, 1, 1, n) repeats the last pixel n times."""
+    """Fill one line that is stored pixel by pixel; return the start of the next line.
+
+    A pixel (1, 1, 1, n) repeats the last pixel n times.
+    """
     x = shift = 0
     while x < len(line):
         pixel = data[at : at + 4]

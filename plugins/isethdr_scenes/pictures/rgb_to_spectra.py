@@ -1,11 +1,11 @@
 """The smoothest spectra of RGB colours: reflectances of the three primaries times an illuminant.
 
-Mallett, Yuksel (2019), "Spectral primary decomposition for rendering with sRGB reflectance",
-Eurographics Symposium on Rendering, section 3: three reflectances that are never negative, sum to 1
-at every wavelength, have the colours of the primaries, and are as smooth as that allows. Spectra
-are then linear in RGB: white has the spectrum of the illuminant, and no light is negative.
-Here the sum of squared differences between adjacent bands is minimised. Colours are computed from
-the bands of the scene, so that a sum over its bands gives the same RGB.
+The method is that of Mallett, Yuksel (2019), "Spectral primary decomposition for rendering with
+sRGB reflectance", Eurographics Symposium on Rendering, section 3. Three reflectances are never
+negative, sum to 1 at every wavelength, have the colours of the primaries, and are as smooth as
+these conditions allow. So spectra are linear in RGB, white has the spectrum of the illuminant, and
+no light is negative. This module minimises the sum of squared differences between adjacent bands.
+It computes colours from the bands of the scene, so that a sum over its bands gives the same RGB.
 """
 
 from __future__ import annotations
@@ -19,8 +19,10 @@ from isethdr_core.errors import ConfigError
 from isethdr_core.physics.colour.colour_spaces import XYZ_TO_SRGB
 from isethdr_core.physics.photometry import luminance, xyz_weights
 
-EXACT_WEIGHT = 1e4  # of colours and sums against smoothness: leaves 1e-7 of them
-REACHED = 1e-6  # by which a primary's XYZ may miss: beyond, the bands cannot hold the colours
+EXACT_WEIGHT = 1e4  # weight of colours and sums relative to smoothness; their error is 1e-7
+# Largest error of a primary's XYZ and of the sums. Bands with a larger error cannot represent the
+# colours.
+REACHED = 1e-6
 
 
 def primary_reflectances(bands_nm: np.ndarray, daylight: np.ndarray) -> np.ndarray:
@@ -28,11 +30,12 @@ def primary_reflectances(bands_nm: np.ndarray, daylight: np.ndarray) -> np.ndarr
 
     Parameters
     ----------
-    bands_nm : centres of the bands. `daylight` : (wavelength,) D65 at the bands, of any scale.
+    bands_nm : (wavelength,) centres of the bands, nm.
+    daylight : (wavelength,) D65 at the bands, of any scale.
 
     Raises
     ------
-    ConfigError : no such reflectances exist for so few bands.
+    ConfigError : the bands are too few or too narrow a range for such reflectances.
     """
     return _reflectances(tuple(map(float, bands_nm)), tuple(map(float, daylight)))
 
@@ -41,8 +44,8 @@ def primary_reflectances(bands_nm: np.ndarray, daylight: np.ndarray) -> np.ndarr
 def _reflectances(bands_nm: tuple[float, ...], daylight: tuple[float, ...]) -> np.ndarray:
     count = len(bands_nm)
     light = np.asarray(daylight) / luminance(daylight, bands_nm)
-    weights = xyz_weights(bands_nm) * light  # XYZ of a reflectance
-    # the white of the bands stands for that of the standard, so that the reflectances sum to 1
+    weights = xyz_weights(bands_nm) * light  # weights that give XYZ from a reflectance
+    # The white of the bands replaces that of the standard, so that the reflectances can sum to 1.
     standard = np.linalg.inv(XYZ_TO_SRGB)
     standard = standard / standard.sum(1)[1]
     target_white = standard * (weights.sum(1) / standard.sum(1))[:, None]
@@ -80,9 +83,9 @@ def spectra(
 
     Parameters
     ----------
-    rgb : (3, y, x), 0 or more, of any scale.
-    luminance_cd_m2 : (y, x), which the spectra have.
-    of_primaries : (3, wavelength), the reflectances of the primaries times the illuminant.
+    rgb : (3, y, x) linear sRGB, 0 or more, of any scale.
+    luminance_cd_m2 : (y, x) luminance that the spectra get, cd/m2.
+    of_primaries : (3, wavelength) reflectances of the primaries times the illuminant.
     bands_nm : (wavelength,) middles of the bands, nm.
     """
     spectra_of_rgb = np.tensordot(luminance(of_primaries, bands_nm, axis=1), rgb, 1)

@@ -10,12 +10,13 @@ from .content import Content, Wanted, plain_array, unreadable
 
 
 def read(path: Path, selection: Wanted) -> Content:
-    """Return the content of a TIFF file; planes of colours and an alpha channel are sorted out.
+    """Return the content of a TIFF file. An alpha channel is dropped, and planes of colours are
+    moved to the last axis.
 
     Raises
     ------
     CatalogError : the file cannot be read.
-    UnitError : an array of another form.
+    UnitError : it holds an array of another form.
     """
     try:
         with tifffile.TiffFile(path) as file:

@@ -18,7 +18,7 @@ Unit = Literal[
     "uW/cm2/sr/nm",
     "reflectance",
 ]
-# W m-2 sr-1 nm-1 in one of each unit of spectral radiance
+# factors from units of spectral radiance to W m-2 sr-1 nm-1
 SPECTRAL = {
     "W/m2/sr/nm": 1.0,
     "W/m2/sr/um": 1e-3,
@@ -43,7 +43,7 @@ def checked_unit(spelt: str, path: object) -> str:
 
     Raises
     ------
-    UnitError : nobody knows it.
+    UnitError : the unit is unknown.
     """
     ascii_text = spelt.translate(
         str.maketrans({"µ": "u", "μ": "u", "²": "2", **dict.fromkeys(" .*^")})
