@@ -1,4 +1,4 @@
-"""The sky of an hour: day, twilight and night, as radiance by direction.
+"""The sky of an hour by day, in twilight or by night, as radiance by direction.
 
 | file | holds |
 |---|---|
@@ -9,7 +9,7 @@
 | daylight | sky and sun by day: Mitsuba's `sunsky` |
 | twilight | distribution of the light of twilight over the sky |
 | night_light | luminance of airglow and stars, of moonlit air, and of the glow of towns |
-| illuminance | illuminance of level ground by sun and moon, against their altitude |
+| illuminance | illuminance of level ground by sun and moon, by their altitude |
 | spectra | spectral power of each of these lights |
 | air | air mass, transmission, refraction |
 | grid | rows and columns of the table |

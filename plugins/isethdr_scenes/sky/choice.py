@@ -1,5 +1,6 @@
-"""The fields `sky` and `hour` of a road scene: checked when the scene is composed, used when it is
-built.
+"""The fields `sky` and `hour` of a road scene.
+
+They are checked when the scene is composed and used when it is built.
 """
 
 from __future__ import annotations

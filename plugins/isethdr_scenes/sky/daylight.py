@@ -1,8 +1,9 @@
 """Sky and sun by day: Mitsuba's `sunsky`, sampled once and kept as tables.
 
 The model is that of Hosek and Wilkie (2012, 2013), in absolute radiance, 320 to 720 nm. It is black
-at and below the horizon, where the row of half a degree serves; a sun below half a degree has the
-sky of half a degree. Low suns come out brighter than measured illuminance: `hour` scales them.
+at and below the horizon. There this module uses its values at an elevation of half a degree. A sun
+below half a degree gets the sky of a sun at half a degree. With a low sun the model is brighter
+than measured illuminance; `dome` scales it.
 """
 
 from __future__ import annotations
@@ -21,10 +22,11 @@ from .grid import COLUMNS, ROWS
 if TYPE_CHECKING:
     from mitsuba import Emitter
 
-WAVELENGTH_NM = np.arange(320.0, 721.0, 40.0)  # of Mitsuba's tables, linear between
-LOWEST_DEG = 0.5  # of directions, and of the sun
+# wavelengths of Mitsuba's tables; the model is linear between them
+WAVELENGTH_NM = np.arange(320.0, 721.0, 40.0)
+LOWEST_DEG = 0.5  # least elevation at which the model is used, of directions and of the sun
 SUN_DIAMETER_DEG = 0.5358
-ALBEDO = 0.2  # of the ground all around
+ALBEDO = 0.2  # albedo of the ground all around
 
 
 class Daylight(NamedTuple):
@@ -38,7 +40,13 @@ class Daylight(NamedTuple):
 
 @lru_cache(maxsize=8)
 def daylight(sun_deg: float, turbidity: float) -> Daylight:
-    """Return the clear sky with the sun at an altitude of `sun_deg`; takes 0.1 CPU s."""
+    """Return the clear sky and the sun. The call takes 0.1 s of CPU time.
+
+    Parameters
+    ----------
+    sun_deg : altitude of the sun, degrees.
+    turbidity : turbidity of the air, 1 to 10.
+    """
     with needed("the sky of a day", extra="mitsuba"):
         import mitsuba as mi
     altitude = max(sun_deg, LOWEST_DEG)
@@ -56,7 +64,7 @@ def daylight(sun_deg: float, turbidity: float) -> Daylight:
             sky_direction(altitude, 0.0)[None, None],
         )[0, 0]
     finally:
-        if chosen:  # by a renderer in this process
+        if chosen:  # a renderer in this process has set this variant
             mi.set_variant(chosen)
     above = np.concatenate([half, half[:, -2:0:-1]], 1)
     full_sphere = np.concatenate([np.repeat(above[:1], ROWS // 2, 0), above])
@@ -85,7 +93,7 @@ def _radiance(emitter: Emitter, mi: ModuleType, directions: np.ndarray) -> np.nd
     for place in np.ndindex(directions.shape[:-1]):
         si.wi = mi.Vector3f(*(-directions[place]))
         for first in range(0, len(WAVELENGTH_NM), 4):
-            # at 720 nm itself Mitsuba reads beyond its table
+            # at exactly 720 nm Mitsuba would read beyond its table
             some = np.minimum(WAVELENGTH_NM[first : first + 4], WAVELENGTH_NM[-1] - 0.01)
             si.wavelengths = np.pad(some, (0, 4 - len(some)), mode="edge").tolist()
             out[place][first : first + 4] = np.array(emitter.eval(si))[: len(some)]

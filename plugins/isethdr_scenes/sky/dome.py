@@ -33,28 +33,31 @@ from .spectra import NM, luminance_of, sky_spectrum
 from .state import SkyState
 from .twilight import twilight_patterns
 
-# the sun: by the fit below, by Mitsuba above
-MEASURED_BELOW_DEG = 5.0
-MODEL_ABOVE_DEG = 20.0
-TWILIGHT_DEG = -5.0  # of the sun: below, the shape of the sky is that of `twilight` alone
+MEASURED_BELOW_DEG = 5.0  # altitude of the sun below which the measured illuminance is used
+MODEL_ABOVE_DEG = 20.0  # altitude of the sun above which Mitsuba's values are used unchanged
+TWILIGHT_DEG = -5.0  # altitude of the sun below which `twilight` alone gives the shape of the sky
 MOON_DIAMETER_DEG = 0.518
-MOST_MOONLIT = 0.5  # of the moon's light may come from the air
+MOST_MOONLIT = 0.5  # largest share of the moon's light from the air, unless it is at the horizon
 GROUND = 0.2  # reflectance of the land below the horizon, beyond the scene's own ground
-HAZE_DEG = 3.0  # below the horizon the land has taken the place of the sky
-# terms of the ratio to the mean spectrum: the error of half of the radiances is below 1 % (2 % in
-# deep twilight), of 99 % of them below 7 % (13 %), of the luminance below 2 %
+HAZE_DEG = 3.0  # angle below the horizon over which the sky fades into the land
+# Wavelengths of the hat functions that model the ratio of spectra to the mean spectrum. The error
+# is below 1 % for half of the radiances (2 % in deep twilight), below 7 % (13 %) for 99 % of them,
+# and below 2 % for luminance.
 NODES_NM = np.array([400.0, 470.0, 590.0, 690.0])
 
 
 class _Light(NamedTuple):
-    """Radiance (row, column, NM) from row 0 at the horizon on, and the disc that goes with it."""
+    """Radiance (row, column, NM), W m-2 sr-1 nm-1, of the sky that a light causes, and its disc.
+
+    Row 0 is at the horizon.
+    """
 
     sky: np.ndarray
     disc: SkyDisc | None
 
 
 def dome_of(state: SkyState) -> SkyDome:
-    """Return the sky of `state`; its spectra end at 720 nm where daylight is in it, else at 830."""
+    """Return the sky of `state`. Its spectra end at 720 nm if it has daylight, else at 830 nm."""
     sun = sun_and_sky(state)
     moon = _moonlight(state)
     up = _elevations()
@@ -71,7 +74,7 @@ def dome_of(state: SkyState) -> SkyDome:
     down = _irradiance(above, nm, discs)
     parts = _parts(_with_ground(above, down), nm)
     fitted = SkyDome(parts, discs)
-    # the fit keeps the light of level ground
+    # scale the patterns, so that the fit keeps the illuminance of level ground
     of_discs = luminance_of(_irradiance(np.zeros_like(above), nm, discs), nm)
     target_luminance = luminance_of(down, nm)
     model_luminance = luminance_of(fitted.irradiance(nm), nm)
@@ -82,7 +85,7 @@ def dome_of(state: SkyState) -> SkyDome:
 
 
 def _before_sky(disc: SkyDisc, dome: SkyDome) -> SkyDisc:
-    """Return a disc with the light of the air in front of it."""
+    """Return a disc to which the light of the air in front of it is added."""
     nm = np.asarray(dome.wavelength_nm)
     air_light = np.interp(NM, nm, dome.radiance(disc.direction(), nm), right=0.0)
     return replace(disc, radiance=_table(disc.radiance.at(NM) + air_light))
@@ -103,7 +106,8 @@ def sun_and_sky(state: SkyState) -> _Light:
     radiance = np.zeros(len(NM))
     if altitude > TWILIGHT_DEG:
         day = daylight(max(seen_deg, LOWEST_DEG), state.turbidity)
-        shown = float(np.clip(seen_deg / SUN_DIAMETER_DEG + 0.5, 0, 1))  # of the disc
+        # share of the disc above the horizon
+        shown = float(np.clip(seen_deg / SUN_DIAMETER_DEG + 0.5, 0, 1))
         sky = _on_grid(day.sky[ROWS // 2 :])
         radiance = _on_grid(day.sun) * shown
     disc = SkyDisc(
@@ -127,9 +131,15 @@ def sun_and_sky(state: SkyState) -> _Light:
 
 
 def _towards_twilight(altitude: float, day: np.ndarray, lux: float) -> np.ndarray:
-    """Return the sky between day and night with an illuminance of `lux`.
+    """Return the sky between day and night, scaled to an illuminance.
 
-    It equals `day` for a sun at 0.5 degrees, and twilight at -5 degrees.
+    Its shape is that of `day` for a sun at 0.5 degrees, and that of twilight at -5 degrees.
+
+    Parameters
+    ----------
+    altitude : altitude of the sun, degrees.
+    day : (row, column, NM) sky by day, of any scale.
+    lux : illuminance of level ground by the sky, lx.
     """
     around = _from_sun()
     blue, glow = twilight_patterns(altitude, _elevations()[:, None], around)
@@ -154,7 +164,7 @@ def _moonlight(state: SkyState) -> _Light:
     angle_deg = np.degrees(np.arccos(np.clip(directions @ towards, -1, 1)))
     level = moonlit_cd_m2(_elevations()[:, None], angle_deg, height, state.moon_phase_deg)
     shown = float(np.clip(seen_deg / MOON_DIAMETER_DEG + 0.5, 0, 1))
-    # the air has the rest: all of it where the moon is down
+    # the rest of the light comes from the air; all of it where the moon is below the horizon
     rise = float(np.sin(np.radians(height)))
     direct = max(1 - _horizontal(level) / total, 1 - MOST_MOONLIT) * shown
     direct *= rise / max(rise, np.radians(MOON_DIAMETER_DEG / 2))
@@ -169,14 +179,16 @@ def _moonlight(state: SkyState) -> _Light:
 
 
 def _parts(cube: np.ndarray, nm: np.ndarray) -> tuple[SkyPart, SkyPart, SkyPart, SkyPart]:
-    """Return the parts of radiance (row, column, wavelength): the mean spectrum times hat functions
-    of wavelength, each with the ratio of directions as its pattern. All are 0 or more.
+    """Return the parts of a sky from its radiance (row, column, wavelength).
+
+    The spectrum of a part is the mean spectrum times a hat function of wavelength. Its pattern is
+    the fitted ratio of each direction to the mean. All values are 0 or more.
     """
     mean = cube[ROWS // 2 :].mean((0, 1))
     hats = np.stack([np.interp(nm, NODES_NM, row) for row in np.eye(len(NODES_NM))])
     lit = mean > 1e-12 * mean.max()
     ratio = np.divide(cube, mean, out=np.zeros_like(cube), where=lit)
-    # the fit is of luminance and of energy alike: weights of the mean spectrum
+    # weights from the mean spectrum, so that the fit serves both luminance and energy
     weight = np.sqrt(mean / mean.max())
     solution = np.linalg.lstsq(
         (hats * weight).T, (ratio * weight).reshape(-1, len(nm)).T, rcond=None
@@ -188,7 +200,7 @@ def _parts(cube: np.ndarray, nm: np.ndarray) -> tuple[SkyPart, SkyPart, SkyPart,
 
 
 def _with_ground(above: np.ndarray, down: np.ndarray) -> np.ndarray:
-    """Return the whole sphere: land in the sky's light below the horizon."""
+    """Return the radiance of the sphere. Below the horizon it is land in the light of the sky."""
     land = down * GROUND / np.pi
     depth = -sky_elevations_deg(ROWS)[: ROWS // 2]
     share = np.clip(1 - depth / HAZE_DEG, 0, 1)[:, None, None]
@@ -205,7 +217,9 @@ def _irradiance(above: np.ndarray, nm: np.ndarray, discs: Sequence[Any]) -> np.n
 
 
 def _horizontal(luminance: np.ndarray) -> float:
-    """Return the illuminance, lx, by luminance (row, column) from the horizon on."""
+    """Return the illuminance of level ground, lx, by luminance (row, column), cd/m2, from the
+    horizon upwards.
+    """
     return cosine_integral(np.concatenate([np.zeros((ROWS // 2, COLUMNS)), luminance]))
 
 
@@ -215,7 +229,7 @@ def _extended(dome: SkyDome) -> np.ndarray:
 
 
 def _turned(values: np.ndarray, azimuth_deg: float) -> np.ndarray:
-    """Return values (row, column, ...) of a light at azimuth 0 for one at `azimuth_deg`."""
+    """Return values (row, column, ...) of a light at azimuth 0, turned to `azimuth_deg`."""
     step = azimuth_deg / (360 / COLUMNS)
     columns = int(np.floor(step))
     fraction = step - columns
@@ -233,7 +247,7 @@ def _elevations() -> np.ndarray:
 
 
 def _on_grid(values: np.ndarray) -> np.ndarray:
-    """Return spectra of `daylight` at NM; 0 beyond their data."""
+    """Return spectra of `daylight` at the wavelengths NM; 0 beyond their last wavelength."""
     at = np.clip((NM - WAVELENGTH_NM[0]) / (WAVELENGTH_NM[1] - WAVELENGTH_NM[0]), 0, None)
     low = np.minimum(at.astype(int), len(WAVELENGTH_NM) - 2)
     out = values[..., low] * (1 - (at - low)) + values[..., low + 1] * (at - low)

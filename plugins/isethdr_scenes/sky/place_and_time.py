@@ -1,4 +1,7 @@
-"""Sun and moon of a place and a time, by the library ephem (VSOP87 and ELP2000, as in XEphem)."""
+"""Positions of sun and moon at a place and a time.
+
+The library ephem computes them (VSOP87 and ELP2000, as in XEphem).
+"""
 
 from __future__ import annotations
 
@@ -11,8 +14,10 @@ from isethdr_core.extras import needed
 
 
 def positions(latitude_deg: float, longitude_deg: float, time_utc: str) -> dict[str, float]:
-    """Return altitudes without refraction, azimuths from north clockwise, and the moon's phase
-    angle (0 full), degrees, by the names of the fields of `SkyState`.
+    """Return the positions of sun and moon, degrees, by the names of the fields of `SkyState`.
+
+    Altitudes are without refraction. Azimuths count from north clockwise. The phase angle of the
+    full moon is 0.
 
     Parameters
     ----------
@@ -42,8 +47,8 @@ def positions(latitude_deg: float, longitude_deg: float, time_utc: str) -> dict[
     observer.date = when
     sun = ephem.Sun(observer)
     moon = ephem.Moon(observer)
-    # the moon's elongation from the sun is negative in the morning; its phase angle is about the
-    # rest to 180 degrees, as the sun is far
+    # The elongation of the moon from the sun is negative in the morning. The phase angle is about
+    # 180 degrees less the elongation, because the sun is far away.
     phase = 180 - abs(math.degrees(moon.elong))
     return {
         "sun_elevation_deg": math.degrees(sun.alt),

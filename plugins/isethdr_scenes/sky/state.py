@@ -25,23 +25,23 @@ Longitude = Annotated[float, Range(-180, 360)]
 class SkyState:
     """Sun, moon and site. Azimuths count from ahead (the x axis) clockwise: 90 is to the right."""
 
-    sun_elevation_deg: Altitude = -90.0  # of its middle, without refraction
+    sun_elevation_deg: Altitude = -90.0  # altitude of its middle, without refraction
     sun_azimuth_deg: Azimuth = 0.0
     moon_elevation_deg: Altitude = -90.0
     moon_azimuth_deg: Azimuth = 0.0
     moon_phase_deg: Phase = 0.0  # 0 full, 90 half, 180 new
     bortle: Bortle = 3  # class of the site: 1 dark, 3 country, 9 middle of a city
-    turbidity: Turbidity = 3.0  # of the air by day: 2 very clear, 3 clear, 6 hazy
+    turbidity: Turbidity = 3.0  # turbidity of the air by day: 2 very clear, 3 clear, 6 hazy
 
 
 @dataclass(frozen=True)
 class PlaceAndTime:
-    """A place on earth, a time, and where the road leads."""
+    """A place on earth, a time, and the direction of the road."""
 
     latitude_deg: Latitude
     longitude_deg: Longitude  # east is positive
     time_utc: str  # such as 2026-06-21T11:15
-    heading_deg: Azimuth = 0.0  # of the road ahead, from north clockwise
+    heading_deg: Azimuth = 0.0  # direction of the road ahead, from north clockwise
 
 
 PRESETS = {
@@ -61,8 +61,8 @@ def sky_state(preset: str, hour: Mapping[str, Any]) -> SkyState:
 
     Raises
     ------
-    ConfigError : an unknown key, an impossible value, an incomplete place, or a place together with
-        positions.
+    ConfigError : `hour` has an unknown key, an impossible value, an incomplete place, or a place
+        together with positions.
     """
     for key in hour:
         if key not in (*STATE_KEYS, *PLACE_KEYS):
