@@ -17,7 +17,7 @@ def lens_commands() -> None:
     """Import lens files of other programs."""
 
 
-@lens_app.command("import")
+@lens_app.command("import", short_help="Write a lens file as a prescription.")
 def import_command(
     file: str = typer.Argument(help="Zemax .zmx, CODE V .seq, or PBRT .dat."),
     glass: list[str] = typer.Option(

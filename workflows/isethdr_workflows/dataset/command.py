@@ -25,7 +25,11 @@ def _actions() -> ModuleType:
     return actions
 
 
-@app.command("generate", help="Render the missing scenes of a dataset; type it again to continue.")
+@app.command(
+    "generate",
+    short_help="Render the missing scenes of a dataset.",
+    help="Render the missing scenes of a dataset; type it again to continue.",
+)
 def generate(
     name: Name,
     settings: Annotated[

@@ -21,7 +21,7 @@ def list_command() -> None:
         typer.echo(name)
 
 
-@roads_command.command("sheet")
+@roads_command.command("sheet", short_help="Draw kinds of base road from above.")
 def sheet_command(
     what: Path = typer.Argument(help="folder for pictures of kinds; or a road file (.xodr)"),
     out: Path = typer.Argument(None, help="picture of a road file; beside it without"),
@@ -51,7 +51,7 @@ def write_command(
     typer.echo(str(file))
 
 
-@roads_command.command("check")
+@roads_command.command("check", short_help="Check an OpenDRIVE file.")
 def check_command(
     file: Path = typer.Argument(help="OpenDRIVE file (.xodr)"),
 ) -> None:
@@ -60,7 +60,7 @@ def check_command(
         typer.echo(line)
 
 
-@roads_command.command("import-osm")
+@roads_command.command("import-osm", short_help="Convert an OpenStreetMap file to OpenDRIVE.")
 def import_osm_command(
     osm: Path = typer.Argument(help="OpenStreetMap file (.osm)"),
     out: Path = typer.Argument(help="OpenDRIVE file to write (.xodr)"),
@@ -71,7 +71,7 @@ def import_osm_command(
         typer.echo(line)
 
 
-@roads_command.command("net")
+@roads_command.command("net", short_help="Write the SUMO net of a road, for routes.")
 def net_command(
     road: str = typer.Argument(help="name of a kind of road, or OpenDRIVE file (.xodr)"),
     file: Path = typer.Argument(help="net of SUMO to write (.net.xml)"),
