@@ -32,8 +32,9 @@ def camera_field(
 
     Parameters
     ----------
-    horizontal_field_deg : full angle.
+    horizontal_field_deg : full horizontal angle of the field, degrees.
     aspect : width / height of the field, in the projection's unit.
+    projection : tangent or equidistant.
     """
     half = math.radians(horizontal_field_deg) / 2
     width = 2 * (math.tan(half) if projection == "tangent" else half)

@@ -43,7 +43,7 @@ if TYPE_CHECKING:
 class LightBudget:
     """The part of the light on the image plane that is needed, and the error allowed."""
 
-    error_allowed: float = 0.0  # relative, of every tile; 0: exact computation
+    error_allowed: float = 0.0  # relative error allowed in every tile; 0: exact computation
     window_m: tuple[float, float] | None = None  # (width, height) that sensors cover; None: all
     sensed_nm: tuple[float, ...] | None = None  # bands to which sensors respond; None: all
 
@@ -52,7 +52,7 @@ class LightBudget:
 class FieldAhead:
     """Properties of a field before its light is computed; None: not known."""
 
-    size: tuple[float, float, str] | None = None  # (width, height, projection) of the camera's
+    size: tuple[float, float, str] | None = None  # (width, height, projection) of the field
     bands_nm: tuple[float, ...] | None = None  # centres of all bands that the light will have
 
 
@@ -60,7 +60,7 @@ class FieldAhead:
 class ImagingOutline:
     """The inputs and omissions of a plan, known before any light is computed."""
 
-    margin: bool = True  # light of tiles beyond the camera's field, which may get into it
+    margin: bool = True  # whether light of tiles beyond the camera's field may get into it
     left_out: tuple[LeftOut, ...] = ()
 
 
@@ -162,7 +162,7 @@ def labelled(lens: Any, mixed: xr.DataArray, scene: xr.Dataset) -> xr.DataArray:
 
 
 def in_focus(lens: Any) -> Any:
-    """Return the lens that has all depths in focus: what is imaged needs no depth."""
+    """Return the lens with all depths in focus, so that imaging needs no depth."""
     return lens.in_focus() if isinstance(lens, FocusesAtDepth) else lens
 
 

@@ -26,7 +26,7 @@ from ..plugins.protocols import (
 )
 
 FLOAT32_BYTES = 4
-STEP = 0.9  # ratio of one size of frame that is tried to the size before
+STEP = 0.9  # ratio between the sizes of frames that are tried one after the other
 CUBES = 2  # spectral cubes in memory at a time: scene radiance, and the light from it
 CONTROL_GROUPS = (
     Path("/sys/fs/cgroup/memory.max"),
@@ -40,11 +40,11 @@ class Frame:
 
     rows: int
     columns: int
-    pitch: tuple[float, float]  # (y, x) of a tile, in the projection's unit
+    pitch: tuple[float, float]  # (y, x) size of a tile, in the projection's unit
     wavelength_nm: tuple[float, ...]  # band centres
     # whether sensors state their noise, so that a lens may leave out light below it
     sensed: bool
-    # whether there may be lamps, much brighter than all else: in scenes that are rendered
+    # whether there may be lamps, much brighter than the rest, as in scenes that are rendered
     lamps: bool = False
 
 
@@ -79,7 +79,8 @@ def check_run(
 
     Raises
     ------
-    ConfigError : with the bytes needed, the bytes available, and what to type.
+    ConfigError : the memory is too small. The message states the bytes needed, the bytes available,
+        and what to type.
     """
     light = _light_needs(source, lens, flares, frame) if frame is not None else []
     check_fits(light)
@@ -119,8 +120,8 @@ def frame_of(
 
 
 def check_fits(needs: Sequence[Need]) -> None:
-    """Refuse arrays that are held at the same time where they exceed the machine's memory; the
-    largest of them is named.
+    """Refuse arrays that are held at the same time if together they exceed the machine's memory.
+    The message names the largest of them.
     """
     most = machine_bytes()
     total = sum(need.size_bytes for need in needs)

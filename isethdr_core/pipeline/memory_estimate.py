@@ -1,8 +1,8 @@
 """Memory estimate: the peak memory of a run, before it starts.
 
 The estimate is the sum of what the program, the light, the lens, the renderer and the pixels of all
-cameras take, as components state it (`memory`). What the most similar stored run took beyond its
-own statements is added.
+cameras take, as components state it (`memory`). To this is added the memory that the most similar
+stored run took beyond the sum that its components stated.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ class Expected(NamedTuple):
     """The peak memory that is expected of a run."""
 
     parts: dict[str, float]  # {what: bytes}, as stated
-    more_bytes: float  # than a similar stored run stated, it took; 0 without one
+    more_bytes: float  # peak of a similar stored run minus the sum that it stated; 0 without one
 
     @property
     def total_bytes(self) -> float:
@@ -43,9 +43,9 @@ def stated_parts(
 
     Parameters
     ----------
-    chain : the chain.
+    chain : components of the run.
     frame : tiles and bands of the light; None if they are not known.
-    rendered : whether the run renders, rather than reads stored radiance.
+    rendered : whether the run renders radiance instead of reading stored radiance.
     """
     if frame is None:
         return None

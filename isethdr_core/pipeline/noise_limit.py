@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 REACH = 1  # noisy light is replaced by the mean over tiles up to this distance
-# a capture is taken to saturate at the light that this share of its saturated pixels stay below
+# share of the saturated pixels with less light than that at which a capture counts as saturated
 SATURATED = 0.05
 CHANGED = 0.2  # relative change of light with which an automatic exposure is tested
 # relative limit for a sensor whose captures do not state its noise: that of renderers without
@@ -135,6 +135,7 @@ def limit_of(captures: xr.Dataset, light: xr.DataArray, mixed: xr.DataArray) -> 
     ----------
     captures : captures of the camera.
     light : light on its sensor plane, constant over time, computed from `mixed`.
+    mixed : (wavelength, y, x) mixed radiance, W m-2 sr-1 nm-1, constant over time.
     """
     wavelength_nm = mixed.wavelength.values
     f_m = light.attrs["focal_length_mm"] * 1e-3
@@ -159,7 +160,8 @@ def limit_of(captures: xr.Dataset, light: xr.DataArray, mixed: xr.DataArray) -> 
         for row, total in zip(counting, planes):
             image = scale * gain * on_light(propagation.band_sum(row, mixed.values), mixed, light)
             nearest = nearest_xyz(row, wavelength_nm)
-            # of light that is noisy: a tile that happens to be dark has no less noise than around
+            # this light is noisy itself: a tile that is dark by chance has no less noise than the
+            # tiles around it
             noise = np.sqrt(np.maximum(total, _around(total)) + constant)
             per_electron = _around(xyz[nearest]) / np.maximum(_around(image), np.finfo(float).tiny)
             limit = np.where((total < end_e) & (image > 0), noise * per_electron, np.inf)
@@ -171,8 +173,8 @@ def limit_of(captures: xr.Dataset, light: xr.DataArray, mixed: xr.DataArray) -> 
 
 
 def _around(values: np.ndarray) -> np.ndarray:
-    """Return the mean (y, x) of the tiles around each; no running sum, which would carry the
-    rounding error of a lamp along its row.
+    """Return the mean (y, x) over the tiles around each tile. It is not computed by a running sum,
+    which would carry the rounding error of a lamp along its row.
     """
     equal = np.full(2 * REACH + 1, 1 / (2 * REACH + 1))
     rows = correlate1d(values, equal, axis=0, mode="nearest")

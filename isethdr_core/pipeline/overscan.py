@@ -20,7 +20,7 @@ from .imaging_plan import ImagingOutline
 def left_out_where_unseen(
     demand: Demand, renderer: Any, outline: ImagingOutline, lightings: Sequence[Any]
 ) -> Demand:
-    """Return the demand without the renderer's margin, if no light of the margin can reach the
+    """Return the demand without overscan, if no light from the renderer's overscan can reach the
     camera's field.
 
     Parameters

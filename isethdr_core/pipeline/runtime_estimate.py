@@ -1,12 +1,12 @@
 """Run time estimate: the time of each stage, from the ledgers of stored runs.
 
 The estimate is the time of the same stage in the most similar stored run, times the ratio of the
-sizes. Up to the lens the size is the number of tiles, from the sensor on the memory of its pixels.
-What does not grow with the size is not multiplied: the plan, and the loading of libraries by the
-first stage that needs them, which is most of the time of a tiny run.
-The time of a stored stage is at most its CPU time: the rest was waiting for other programs. Records
-of earlier versions hold no CPU time; they are used only for stages that have no other record. A
-stage without a stored run gets no estimate.
+sizes. Up to the lens, the size is the number of tiles. From the sensor on, it is the memory of the
+pixels. Two times do not grow with the size and are not multiplied: that of the plan, and that of
+loading libraries in the first stage that needs them, which is most of the time of a tiny run. The
+time of a stored stage is at most its CPU time: the rest was waiting for other programs. Records of
+earlier versions hold no CPU time; they are used only for stages that have no other record. A stage
+without a stored run gets no estimate.
 
 A lens may estimate its own time (`EstimatesImaging`): this estimate is corrected by the ratio of
 measured to estimated time in stored runs. A renderer may estimate its time, too
@@ -67,11 +67,12 @@ SETTINGS = {
 }
 # {stage: ((whether its record lacks CPU time, distance), seconds)}
 Nearest = dict[str, tuple[tuple[bool, float], float]]
-# a stored stage with other settings is as unlike as one of this many times the size
+# a stored stage with other settings counts as less similar by as much as one of this many times
+# the size
 OTHER_SETTINGS = 4.0
-# CPU seconds, at most, that loading one module takes: colour takes 1.6 s for 743 of them
+# largest CPU time for loading one module: colour takes 1.6 s for 743 modules
 LOADING_S = 3e-3
-SIDES = ("height", "width")  # settings of a renderer
+SIDES = ("height", "width")  # settings that state the number of tiles
 
 
 def expected_s(
@@ -81,11 +82,12 @@ def expected_s(
     frame: Frame | None = None,
     moving: SubFrameWork | None = None,
 ) -> dict[str, float]:
-    """Return {stage: seconds} for the stages with a stored run or an estimate of the lens.
+    """Return {stage: seconds} for the stages with a stored run, or an estimate of the lens or
+    renderer.
 
     Parameters
     ----------
-    chain : the chain.
+    chain : components of the run.
     config : plain data from which the chain was built.
     missing : the demand for radiance that has to be rendered; None if all is stored, or known
         without a renderer.
@@ -146,8 +148,8 @@ def elapsed_s(expected: Mapping[str, float | None], threads: int) -> float:
 
     Parameters
     ----------
-    expected : {stage: seconds}; stages that are not known, None, are left out.
-    threads : that work on the cameras; all other stages run one after the other.
+    expected : {stage: seconds}; a stage with None, which is not known, is left out of the sum.
+    threads : number of threads that compute the cameras; all other stages run one after the other.
     """
     known = {stage: seconds for stage, seconds in expected.items() if seconds is not None}
     cameras_s = sum(s for stage, s in known.items() if stage.split()[0] in OF_CAMERA)
@@ -227,7 +229,7 @@ def _estimated_ratio(
     attributes: Mapping[str, Any],
 ) -> float | None:
     """Return the work of rendering a frame relative to that of a stored scene, by the renderer's
-    own estimate: it knows what does not grow with the tiles.
+    own estimate, which includes work that does not grow with the tiles.
 
     None where the renderer has no estimate, or where the stored scene is not one whole rendering of
     the same kind.
@@ -307,7 +309,8 @@ def stages(chain: Chain, config: dict, missing: Demand | None) -> list[str]:
 def work_ratio(now: dict, stored: dict, stage: str) -> float | None:
     """Return the work of a stage in a run to come, relative to that in a stored run.
 
-    None where only one of the two states its number of tiles; that of a picture is in its file.
+    It is None if only one of the two states its number of tiles. A scene that is read from a
+    picture has this number in its file, not in its settings.
 
     Parameters
     ----------
@@ -383,7 +386,7 @@ def _rendering(
     renderer: Renderer | None, settings: dict, missing: Demand, attributes: dict[str, float | str]
 ) -> float:
     """Return the work of rendering the `missing` radiance, relative to that of a stored scene:
-    tiles x bands x paths of all light groups.
+    tiles x bands x samples of all light groups.
     """
     bands = (len(missing.wavelength_nm or ()) or _bands(settings)) / len(
         attributes["wavelength_nm"]
@@ -397,7 +400,7 @@ def _rendering(
         group: _expected_paths(renderer, paths * finer, attributes.get("noise", {}).get(group))
         for group, paths in stored_paths.items()
     }
-    typical = sum(expected_paths.values()) / len(expected_paths)  # of a group that this store lacks
+    typical = sum(expected_paths.values()) / len(expected_paths)  # for groups that the store lacks
     taken_over = attributes.get("groups_from", {})  # groups that another rendering took time for
     return (
         sum(expected_paths.get(g, typical) for g in groups)
@@ -409,8 +412,8 @@ def _rendering(
 
 
 def _finer(renderer: Renderer | None, stored_share: float | None) -> float:
-    """Return the ratio of samples that a smaller share of the cameras' noise takes, relative to
-    `stored_share`; 1 if either rendering goes by something else.
+    """Return the ratio of the samples that the renderer's share of the cameras' noise needs, to
+    those that `stored_share` needed; 1 if either rendering stops by another criterion.
     """
     share = renderer.limit_share() if isinstance(renderer, MeetsNoiseLimit) else None
     return (stored_share / share) ** 2 if stored_share and share else 1.0
@@ -429,14 +432,15 @@ def _expected_paths(renderer: Renderer | None, paths: float, noise: float | None
 def _nearer(
     nearest: Nearest, row: dict[str, float | str], ratio: float, unlike: float = 1.0
 ) -> None:
-    """Take the estimate from a row of a ledger if it is more like than those before. A row with
-    CPU time is always more like than one without: what that one took may be mostly waiting.
+    """Take the estimate from a ledger row if this row is more similar than the rows before. A row
+    with CPU time is preferred to any row without it, which may have waited most of its time.
 
     Parameters
     ----------
     nearest : changed in place.
+    row : row of a stored ledger, as plain data.
     ratio : work relative to that of the row.
-    unlike : ratio of settings, which adds to the distance.
+    unlike : factor above 1 if settings differ; its logarithm adds to the distance.
     """
     unlikeness = row.get("cpu_s") is None, abs(math.log(ratio)) + math.log(unlike)
     if row["stage"] not in nearest or unlikeness < nearest[row["stage"]][0]:

@@ -37,9 +37,9 @@ class Shot:
     """The light on all cameras of a run, and the key of its noise."""
 
     light: Any  # irradiance or photocurrent on the sensor plane
-    mixed: Any  # mixed radiance that the light was made of
+    mixed: Any  # mixed radiance from which the light was computed
     scene: Any  # scene radiance with its labels
-    generator: Generator  # of the first noise realisation
+    generator: Generator  # key of the first noise realisation
     imaging: Imaging  # how the light was made
     reuse: Reuse = NOTHING_KEPT
     names: LightNames = LightNames()
@@ -134,7 +134,7 @@ class CameraShot:
         return Kept(self.shot.reuse, self._scores_name(metric))
 
     def values_of(self, draw: int, metrics: Any, scored: Callable[[Any, Any], list[Score]]) -> list:
-        """Return the scores of all metrics in one further realisation; only their values count.
+        """Return the scores of all metrics in one further realisation. Only their values are used.
 
         Parameters
         ----------
@@ -168,7 +168,8 @@ class CameraShot:
         """Return the picture of other light on the same grid, with the noise of the first
         realisation.
 
-        Its captures are kept by the values of the light, for the next isp.
+        The captures are cached under a name made from the values of the light, so that another isp
+        can use them.
         """
         name = None
         if self._light is not None:

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 Size: TypeAlias = tuple[float, float]  # (width, height)
 
-SLIVER = 1e-10  # of a tile: a smaller overlap is a rounding error of coordinates
+SLIVER = 1e-10  # share of a tile; a smaller overlap is a rounding error of coordinates
 
 
 def wider(first: Size | None, second: Size | None) -> Size | None:

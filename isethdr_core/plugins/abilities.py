@@ -17,7 +17,9 @@ from .accuracy_knobs import check_knobs, check_shares
 from .protocols import NamesItsEffort
 from .protocols.by_kind import OPTIONAL, abilities_of, required_of
 
-NEAR = 0.8  # difflib ratio: two letters swapped in a word of five; bundled methods reach 0.76
+# difflib ratio from which two names resemble each other: that of two swapped letters in a word of
+# five; bundled methods reach 0.76
+NEAR = 0.8
 CALL = "__call__"
 
 
@@ -35,7 +37,7 @@ class Vocabulary(NamedTuple):
 
     callables: dict[str, type]
     constants: dict[str, type]
-    any_kind: frozenset[str]  # every name that it uses of any kind: none of them is misspelt
+    any_kind: frozenset[str]  # every name that the core uses of any kind; these are not misspelt
 
 
 def check(kind: str, name: str, cls: type) -> None:
@@ -261,7 +263,9 @@ def _problem(raw: Any, protocol: type, name: str) -> str:
 
 @cache
 def _problem_of(function: Any, bound: bool, protocol: type, name: str) -> str:
-    """Return the same of a function, which gets the component or its class first if `bound`."""
+    """Return the reason as `_problem` does. A function that is `bound` gets the component or its
+    class as the first argument.
+    """
     try:
         signature = inspect.signature(function)
     except (ValueError, TypeError):  # a compiled function without a readable signature

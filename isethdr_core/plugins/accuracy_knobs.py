@@ -22,8 +22,8 @@ from ..errors import PluginError
 from ..uncertainty.error_terms import LIGHT, Quantity
 from .protocols import DeclaresAccuracy, DividesErrorAllowed
 
-LEAST_VALUES = 2  # of a knob: one value cannot be compared with another
-LIGHT_KINDS = ("lighting", "lens", "flare", "sensor")  # whose errors reach the electrons
+LEAST_VALUES = 2  # smallest number of values of a knob, which a study compares
+LIGHT_KINDS = ("lighting", "lens", "flare", "sensor")  # kinds with errors that reach the electrons
 BUDGETED_KINDS = ("renderer", *LIGHT_KINDS)
 
 
@@ -32,7 +32,7 @@ CostModel: TypeAlias = Cost | Callable[[Any], float]
 
 @dataclass(frozen=True)
 class Spaced:
-    """Values a constant factor apart, whole numbers where both ends are.
+    """Values with a constant ratio, as whole numbers if both ends are whole numbers.
 
     Parameters
     ----------
@@ -71,8 +71,8 @@ class AccuracyKnob:
     values : values for a study, from the cheapest to the finest.
     error_of : the quantity in which the knob causes an error; the study compares this quantity.
     cost : cost of a value: a `Cost`, or a function(value) -> seconds. None: not known. A budget
-        adds up the seconds of its knobs. For other knobs only ratios count, so that any unit
-        serves.
+        adds up the seconds of its knobs. For other knobs only ratios count, so the unit does not
+        matter.
     part : the part of that quantity with the error, by its declared name; None: all.
     reference : a value finer than `values`, for the reference of the study only; None: the finest.
     independent : {field: value} of further fields of the reference, so that it does not share the
@@ -144,7 +144,7 @@ def shares_of(component: object) -> tuple[ErrorShare, ...]:
 
 
 def _declared(declared: Any) -> tuple[Any, ...]:
-    return tuple(declared or ())  # None: withdrawn by a subclass
+    return tuple(declared or ())  # a subclass withdraws the declaration with None
 
 
 def check_knobs(subject: str, kind: str, declared: object, defaults: Mapping[str, Any]) -> None:

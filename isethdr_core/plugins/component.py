@@ -8,7 +8,7 @@ from functools import cached_property
 from importlib import import_module
 from typing import Any
 
-# of hooks and Protocols; raised when something is added that a plugin may rely on
+# version of hooks and Protocols; increased when something is added that a plugin may rely on
 PLUGIN_API = 4
 KINDS = ("scene", "renderer", "lighting", "lens", "flare", "sensor", "isp", "metric")
 KEYED = ("flare", "metric")  # kinds with several members in a run, under names that users choose
@@ -37,7 +37,7 @@ class Component:
 
     @cached_property
     def cls(self) -> type:
-        """The class; imported where only its place was given."""
+        """The class; it is imported if only its location was given."""
         if not isinstance(self.target, str):
             return self.target
         module, _, name = self.target.partition(":")

@@ -1,7 +1,7 @@
 """Descriptions: what `isethdr plugins` prints of each component.
 
-To describe a component its class has to be imported, and with it NumPy, xarray and SciPy. So
-descriptions are kept in a file of the user's cache folder; they serve until a Python file of the
+To describe a component, its class has to be imported, and with it NumPy, xarray and SciPy. So
+descriptions are kept in a file of the user's cache folder. They are used until a Python file of the
 core or of the component's package changes.
 """
 
@@ -60,7 +60,7 @@ def descriptions(
     stored = _read(path)
     is_new = False
     for comp in members:
-        # a class that is here already needs no import
+        # only classes given by location are cached: any other is imported already
         key = f"{comp.kind}/{comp.name} {comp.target} {_state(comp.package)}{_state(CORE)}"
         if isinstance(comp.target, str) and key in stored:
             by_component[comp] = stored[key]
@@ -79,7 +79,7 @@ def descriptions(
 
 
 def cache_file() -> Path:
-    """Return where descriptions are kept.
+    """Return the path of the file with the descriptions.
 
     This is `components.json` in the folder ISETHDR_CACHE, or in `isethdr` of the user's cache
     folder, XDG_CACHE_HOME or ~/.cache.
@@ -92,7 +92,7 @@ def cache_file() -> Path:
 
 @cache
 def _state(package: str) -> str:
-    """Return a name of the Python files of a package, by their paths, sizes and times of change."""
+    """Return a digest of the paths, sizes and times of change of a package's Python files."""
     digest = hashlib.sha256()
     spec = util.find_spec(package)
     places = [] if spec is None else list(spec.submodule_search_locations or [spec.origin or ""])

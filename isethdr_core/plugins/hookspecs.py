@@ -57,8 +57,8 @@ def isethdr_commands(app: typer.Typer) -> None:
 
 @hookspec
 def isethdr_before_stage(stage: Stage) -> None:
-    """Called before a stage runs. `stage` has `kind`, `name`, `component`; more may be added, never
-    less.
+    """Called before a stage runs. `stage` has `kind`, `name` and `component`. Later versions may
+    add attributes, and never remove any.
     """
 
 

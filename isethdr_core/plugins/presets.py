@@ -32,7 +32,7 @@ class Preset:
     name: str
     summary: str
     based_on: str  # the component or preset that its `defaults` name first, "" for none
-    fields: tuple[tuple[str, str], ...]  # of a kind's preset: field and value, as typed
+    fields: tuple[tuple[str, str], ...]  # (field, value as typed); none for an experiment
     path: Path
 
 
@@ -47,7 +47,7 @@ def presets(group: str) -> dict[str, Preset]:
 
 
 def component_of(preset: Preset) -> str:
-    """Return the name of the component that a preset is based on, through other presets."""
+    """Return the name of the component that a preset is based on, directly or by other presets."""
     return [preset, *_bases(preset)][-1].based_on
 
 
@@ -97,7 +97,7 @@ def preset_folders() -> Iterator[Path]:
                 yield from map(Path, (spec and spec.submodule_search_locations) or [])
             elif place.startswith("file://"):
                 yield Path(place.removeprefix("file://"))
-    yield Path(__file__).parents[1] / "config" / "conf"  # of the core: lightings
+    yield Path(__file__).parents[1] / "config" / "conf"  # presets of the core: lightings
     yield Path.cwd() / "conf"
 
 

@@ -156,7 +156,7 @@ def _complaint(cls: type, values: Mapping[str, Any], err: Any, to_type: str) -> 
     name = every[0]["loc"][0]
     problems = [p for p in every if p["loc"][0] == name]
     depth = max(len(p["loc"]) for p in problems)
-    deepest = [p for p in problems if len(p["loc"]) == depth]  # the best fit among a union
+    deepest = [p for p in problems if len(p["loc"]) == depth]  # of the union's best fitting type
     value = deepest[0]["input"]
     field_value = values[name]
     wrong = SHORT.repr(field_value)
@@ -189,8 +189,8 @@ def _nearest_choice(annotation: Any, value: Any) -> str:
 
 
 def _other_choice(cls: type, name: str) -> str:
-    """Return a value of a `Literal` that is not the default: nobody has to type that one. "" for
-    other fields.
+    """Return a value of a `Literal` other than the default, which nobody has to type; "" for other
+    fields.
     """
     annotation = field_types(cls)[name]
     choices = get_args(annotation) if get_origin(annotation) is Literal else ()

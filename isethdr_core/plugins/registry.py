@@ -47,7 +47,7 @@ _broken: list[BrokenPlugin] = []
 
 @cache
 def plugin_manager() -> pluggy.PluginManager:
-    """Load every installed plugin once; one that fails is reported in one loud line and skipped."""
+    """Load every installed plugin once. A plugin that fails is logged as an error and skipped."""
     pm = pluggy.PluginManager(hookspecs.PROJECT)
     pm.add_hookspecs(hookspecs)
     enabled = os.environ.get("ISETHDR_PLUGINS", "all")
@@ -62,10 +62,10 @@ def plugin_manager() -> pluggy.PluginManager:
             _refuse_newer(getattr(plugin, API_ASKED, 1))
             pm.register(plugin, name=name)
             _refuse_unknown_hooks(pm, name, plugin)
-        except Exception as err:  # a third party's code: anything may happen
+        except Exception as err:  # the code of a third party may raise anything
             if pm.has_plugin(name):
                 pm.unregister(name=name)
-            # in one line: pluggy's own errors have several
+            # in one line, because errors of pluggy have several
             said = " ".join(str(err).split())
             reason = _newer_by_source(entry) or f"{type(err).__name__}: {said}"
             _broken.append(BrokenPlugin(entry.name, package_of(entry), reason))
@@ -171,7 +171,7 @@ def class_of(comp: Component) -> type:
     """
     try:
         cls = comp.cls
-    except Exception as err:  # a third party's code: anything may happen
+    except Exception as err:  # the code of a third party may raise anything
         raise PluginError(
             f"{comp.kind}/{comp.name} of package {comp.package!r} did not load "
             f"({comp.target}: {type(err).__name__}: {err})"
@@ -249,7 +249,7 @@ def _check_class(comp: Component, cls: type) -> None:
 
 
 def _is_frozen(cls: type) -> bool:
-    """Return whether a dataclass is frozen; dataclasses keeps this where no public name leads."""
+    """Return whether a dataclass is frozen. The module dataclasses has no public name for this."""
     dataclass_type: Any = cls
     return bool(dataclass_type.__dataclass_params__.frozen)
 
@@ -268,8 +268,8 @@ def _refuse_newer(version: object) -> None:
 
 
 def _newer_by_source(entry: metadata.EntryPoint) -> str:
-    """Return a message if the source of a plugin declares that it needs a newer core; otherwise
-    None.
+    """Return a message if the source of a plugin declares that it needs a newer core; otherwise an
+    empty text.
 
     Such a plugin often fails on a missing import before its declaration can be read.
     """
@@ -287,7 +287,7 @@ def _newer_by_source(entry: metadata.EntryPoint) -> str:
 
 
 def _refuse_unknown_hooks(pm: pluggy.PluginManager, name: str, plugin: object) -> None:
-    """A misspelled hook would silently never be called: name it, with the nearest valid one."""
+    """Refuse a misspelt hook, which would never be called. The error names the nearest hook."""
     hook_names = {n for n in vars(hookspecs) if n.startswith("isethdr_")}
     for attribute in dir(plugin):
         if (

@@ -1,4 +1,4 @@
-"""YAML of installed packages, read by libyaml where PyYAML has it: in an eighth of the time."""
+"""YAML of installed packages, read by libyaml if PyYAML has it, in an eighth of the time."""
 
 from __future__ import annotations
 

@@ -16,7 +16,7 @@ from ..display import display_view
 if TYPE_CHECKING:
     from ..runs.run import Result
 
-WIDEST = 480  # pixels of a picture in a notebook
+WIDEST = 480  # largest width and height of a picture in a notebook, pixels
 
 
 def html_of(result: Result) -> str:
@@ -40,7 +40,7 @@ def html_of(result: Result) -> str:
 
 
 def pictures(result: Result) -> Markup:
-    """Return the picture of each camera, all with the white of the first reference."""
+    """Return the picture of each camera, with the white of the camera's reference picture."""
     shown = Markup("")
     for camera in result.cameras:
         white = display_view.white_cd_m2(result.open(f"truth/{camera}"))
@@ -68,7 +68,7 @@ def table(head: Sequence[str], rows: Iterable[Sequence[Any]]) -> Markup:
 
 
 def value_text(score: Mapping[str, Any]) -> str:
-    """Return a value with half of its 95 % interval where it has one."""
+    """Return a value, with half the width of its 95 % interval if it has one."""
     low = score["low"]
     high = score["high"]
     has_interval = low is not None and high is not None and 0 < high - low < math.inf

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 PICTURE = "picture"
 LUMINANCE = "luminance"
-LEAST_SHARE = 1e-6  # of the largest luminance: the lower end of the scale
+LEAST_SHARE = 1e-6  # lower end of the scale, as a share of the largest luminance
 
 
 def plotted(result: Result, of: str = PICTURE) -> Any:

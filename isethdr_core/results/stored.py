@@ -27,7 +27,8 @@ def open_run(
 
     Raises
     ------
-    CatalogError : no run is called so, several are, the store is damaged, or there is no such home.
+    CatalogError : no run or several runs have this name, the store is damaged, or a home does not
+        exist.
     """
     path = _path_of(name, home)
     attributes = store.read_attrs(path)

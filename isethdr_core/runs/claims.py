@@ -30,9 +30,9 @@ from typing import Any
 class Rhythm:
     """Intervals of the heartbeat, and of the checks by waiting processes."""
 
-    beat_s: float = 5.0
+    beat_s: float = 5.0  # time between two heartbeats
     dead_after_s: float = 60.0  # a process that is merely slow must not lose its claim
-    look_s: float = 0.5
+    look_s: float = 0.5  # time between two checks by a waiting process
 
 
 @dataclass(frozen=True)
@@ -219,7 +219,7 @@ def _machine() -> dict[str, str]:
     number.
     """
     try:
-        # containers of one host have numbers of their own
+        # containers of one host have their own process numbers
         namespace = os.readlink("/proc/self/ns/pid")
     except OSError:
         namespace = ""

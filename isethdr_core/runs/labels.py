@@ -19,8 +19,8 @@ from ..storage.object_home.calls import share_labels
 
 SUFFIX = ".labels.json"
 ALLOWED = re.compile(r"[\w.-]+")
-SETTINGS = ("name", "tags")  # of a config
-MOST = 100  # characters; a sweep's name is a folder
+SETTINGS = ("name", "tags")  # settings of a config that are labels
+MOST = 100  # largest number of characters, because a sweep's name becomes a folder
 
 
 @dataclass(frozen=True)
@@ -32,7 +32,7 @@ class Labels:
     sweeps: tuple[str, ...] = ()  # names of the sweeps that it is a job of
 
     def __or__(self, other: Labels) -> Labels:
-        """Return the labels of both; the later name counts."""
+        """Return the labels of both; the name of `other` replaces that of this one."""
         return Labels(
             other.name or self.name,
             tuple(dict.fromkeys([*self.tags, *other.tags])),
@@ -41,7 +41,7 @@ class Labels:
 
 
 def labels_of(config: Mapping[str, Any]) -> Labels:
-    """Return the name and the tags that a config asks for.
+    """Return the name and the tags that a config sets.
 
     Raises
     ------
@@ -62,11 +62,12 @@ def checked(kind: str, text: object) -> str:
     Parameters
     ----------
     kind : `name` or `tag`, for the message.
+    text : the name or the tag.
 
     Raises
     ------
-    ConfigError : it holds another character than letters, digits, `_`, `-` and `.`, only dots, or
-        more than 100 characters.
+    ConfigError : the text holds a character other than letters, digits, `_`, `-` and `.`, or only
+        dots, or more than 100 characters.
     """
     shown = str(text)
     if shown == "":
@@ -82,7 +83,7 @@ def checked(kind: str, text: object) -> str:
 
 
 def read_labels(store: Path) -> Labels:
-    """Return the labels of the run in `store`; none where there is no file, or a damaged one."""
+    """Return the labels of the run in `store`; none if their file is missing or damaged."""
     try:
         return _decoded(path_of(store).read_text(encoding="utf-8"))
     except OSError:
@@ -90,7 +91,7 @@ def read_labels(store: Path) -> Labels:
 
 
 def add_labels(store: Path, labels: Labels) -> None:
-    """Add labels to those of a stored run; nothing is written where they are there already.
+    """Add labels to those of a stored run. Nothing is written if the run has them already.
 
     Raises
     ------
@@ -109,7 +110,7 @@ def _encoded(labels: Labels) -> str:
 
 
 def _decoded(text: str) -> Labels:
-    """Return the labels that a file holds; none where it is empty or damaged."""
+    """Return the labels that a file holds; none if it is empty or damaged."""
     try:
         stored = json.loads(text)
         return Labels(

@@ -8,8 +8,9 @@ from collections.abc import Iterable
 
 from ..errors import CatalogError, ConfigError
 
-LONGEST_BYTES = 100  # in UTF-8; file systems allow 255, and temporary names are longer
-FORBIDDEN = frozenset('/\\:*?"<>|')  # separators, drive letters, and what Windows refuses
+# largest length in UTF-8; file systems allow 255, and temporary names are longer than final ones
+LONGEST_BYTES = 100
+FORBIDDEN = frozenset('/\\:*?"<>|')  # separators, and characters that Windows refuses
 RESERVED = frozenset(  # zarr's own file, and devices of Windows
     ["ZARR.JSON", "CON", "PRN", "AUX", "NUL"]
     + [f"{device}{number}" for device in ("COM", "LPT") for number in range(1, 10)]
@@ -41,7 +42,7 @@ def check_path(path: str, single: bool = False) -> None:
     Parameters
     ----------
     path : names with `/` between them; "" is the store itself.
-    single : one name is expected, neither several nor none.
+    single : whether exactly one name is expected.
 
     Raises
     ------

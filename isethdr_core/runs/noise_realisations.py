@@ -1,4 +1,4 @@
-"""Draws: the same shot in several noise realisations, so that every score comes with a 95 %
+"""Noise realisations: the same shot with several draws of the noise, so that every score has a 95 %
 interval.
 """
 
@@ -16,8 +16,8 @@ from ..uncertainty.score_intervals import UNKNOWN, RendererError, ScoreKey, inte
 def over_draws(
     draws: list[list[Score]], renderer: Mapping[ScoreKey, RendererError] | None = None
 ) -> list[Score]:
-    """Return the scores of the first draw, replaced by means over all draws with the interval of
-    that mean.
+    """Return each score of the first draw as its mean over all draws, with the interval of this
+    mean.
 
     Parameters
     ----------

@@ -1,8 +1,7 @@
 """Workers of a sweep end when the process that started them is gone, also when it was killed.
 
-A killed process cannot stop its workers: joblib's would compute their jobs to the end, and the next
-ones that they
-hold already. Each worker therefore looks whether it still has its parent.
+A killed process cannot stop its workers. Workers of joblib would finish their jobs, and the next
+jobs that they have already received. Each worker therefore checks whether its parent still exists.
 """
 
 from __future__ import annotations
@@ -15,12 +14,12 @@ import threading
 import time
 
 TERMINATED = 128 + signal.SIGTERM  # exit code
-LOOK_S = 1.0
-UNWIND_S = 10.0  # to remove what is half-written
+LOOK_S = 1.0  # time between two checks for the parent
+UNWIND_S = 10.0  # time for removing half-written files
 
 
 def exit_on_sigterm() -> None:
-    """Turn SIGTERM into SystemExit, which unwinds, so that what is half-written is removed."""
+    """Turn SIGTERM into SystemExit, which unwinds the stack: half-written files are removed."""
     signal.signal(signal.SIGTERM, lambda number, _: sys.exit(128 + number))
 
 

@@ -1,8 +1,8 @@
-"""Processor: which one computed a result, and the code that libraries selected for it.
+"""Processor: the processor that computed a result, and the code that libraries selected for it.
 
 NumPy, BLAS and just-in-time compilers select instructions by processor. Sums are then rounded in
 another order, and the last bits of a result may differ between two machines under one key. The
-selection is recorded beside each result. It is not part of the key, because all such results are
+selection is recorded with each result. It is not part of the key, because all such results are
 equally valid.
 """
 
@@ -18,7 +18,7 @@ from threadpoolctl import threadpool_info
 
 from ..plugins.protocols import ChoosesKernels
 
-# of x86 and of ARM, as Linux names them
+# lines of /proc/cpuinfo that identify the processor, on x86 and on ARM
 CPUINFO = ("vendor_id", "cpu family", "model", "model name", "CPU implementer", "CPU part")
 
 

@@ -14,7 +14,7 @@ from ..identity.code_digest import Code, code_of, frame_code, keep
 from ..plugins import registry
 from ..plugins.protocols import ReadsFiles, RunsPrograms
 
-CORE = "core"  # the frame's name beside `kind/name` of components
+CORE = "core"  # name of the frame, as `kind/name` is that of a component
 LIBRARIES = (
     "isethdr",
     "numpy",
@@ -54,11 +54,11 @@ def described(component: object, without: Collection[str] = ()) -> dict[str, Any
 
 
 def fingerprint(*components: object, frame: bool = False) -> dict[str, str]:
-    """Return the digest of the code of each component by its identity; None is no component.
+    """Return the digest of the code of each component by its identity; None is left out.
 
     Parameters
     ----------
-    frame : add the part of the core that runs the chain, as `core`.
+    frame : whether the part of the core that runs the chain is added, as `core`.
     """
     return {name: code.digest for name, code in _codes(components, frame).items()}
 
@@ -90,7 +90,7 @@ def _codes(components: tuple[object, ...], frame: bool) -> dict[str, Code]:
 
 
 def versions() -> dict[str, str]:
-    """Return the versions that are written beside results, for people; absent ones are left out."""
+    """Return the versions that are stored with results, for people; absent ones are left out."""
     return dict(_versions())
 
 

@@ -46,13 +46,13 @@ def render(config: DictConfig, by_noise: bool = False) -> Rendered:
 
     Parameters
     ----------
-    config : composed.
-    by_noise : store each tile with as many mantissa bits as its noise leaves meaning
-        (`storage.radiance_rounding`): two thirds of the bytes.
+    config : composed config.
+    by_noise : whether each tile is stored with only those mantissa bits that are significant above
+        its noise (`storage.radiance_rounding`). This takes two thirds of the bytes.
 
     Raises
     ------
-    ConfigError : the config has no renderer, or bad input.
+    ConfigError : the config has no renderer, or a wrong name, key or value.
     CatalogError : the store cannot be written, or a stored one is damaged.
     """
     config = checked_config(config)

@@ -21,11 +21,11 @@ from ..pipeline.demand import Demand, Response
 from ..storage.store import content_hash
 from .provenance import CORE, described, fingerprint, have_source, input_digests, libraries
 
-STEP_NM = 1.0  # at which the answer of a sensor is part of the name of its light
+STEP_NM = 1.0  # step of the wavelengths at which a sensor's response enters the name of its light
 
 
 def named(result: str, *made_of: Any) -> str | None:
-    """Return the name of a result; None where something that made it has none.
+    """Return the name of a result; None if one of its inputs has no name.
 
     Parameters
     ----------
@@ -42,8 +42,8 @@ def named(result: str, *made_of: Any) -> str | None:
 
 
 def record(component: object) -> dict[str, Any] | None:
-    """Return everything that a component's results depend on beside its input; None if it cannot be
-    identified.
+    """Return everything except its input on which a component's results depend; None if it cannot
+    be identified.
     """
     if not have_source(component):
         return None
@@ -87,7 +87,7 @@ def of_light(name: str | None, chain: Any, demand: Demand, mixed: Any) -> str | 
     Parameters
     ----------
     name : name of the mixed radiance.
-    chain : the chain. Only the demands of its sensors count.
+    chain : components of the run. Of its sensors, only code and demands enter the name.
     demand : demand of the run for light.
     mixed : mixed radiance, for its bands.
     """
@@ -113,7 +113,7 @@ def _all(records: Iterable[Any]) -> list[Any] | None:
 
 
 def _answer(response: Response | None, wavelength_nm: np.ndarray) -> list[Any]:
-    """Return the response of sensors as plain data; None if they need irradiance."""
+    """Return the response of sensors as plain data; empty if they need irradiance."""
     if response is None:
         return []
     every_nm = np.arange(wavelength_nm[0], wavelength_nm[-1], STEP_NM)

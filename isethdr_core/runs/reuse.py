@@ -1,10 +1,10 @@
 """Reuse: intermediate results of earlier runs, with all that their stages stated.
 
-A stage whose result is kept is not computed again. Its row of the ledger is that of the run that
+A stage is not computed again if its result is kept. Its row of the ledger is that of the run that
 computed it: the same errors, the same omissions, the seconds that it took then (`Row.reused`). The
-stage states them as if it had run, so nothing downstream can tell the difference.
+stage states them as if it had run, so later stages see no difference.
 
-What takes longer to write and read than to compute is not kept: see `WORTH_BYTES_PER_S`.
+A result that takes longer to write and read than to compute is not kept: see `WORTH_BYTES_PER_S`.
 """
 
 from __future__ import annotations
@@ -35,12 +35,12 @@ from ..uncertainty.score_intervals import RendererError
 T = TypeVar("T")
 
 VALUE = "value-"  # before the name of a result without a row of its own
-FOLDER = "intermediate"  # below the home folder
+FOLDER = "intermediate"  # name of the folder within the home folder
 # Results that are computed at more bytes per second are computed again and not kept: see
 # docs/how-to/catalog.md.
 WORTH_BYTES_PER_S = 100e6
-DEFAULT_GB = 4.0  # of a config that does not say
-SMALL_BYTES = 1e6  # worth keeping however fast it was
+DEFAULT_GB = 4.0  # size for a config that states none
+SMALL_BYTES = 1e6  # a result up to this size is kept, however quickly it was computed
 
 
 @dataclass(frozen=True)
@@ -61,11 +61,11 @@ TYPES = Types.of(
 
 @dataclass(frozen=True)
 class Reuse:
-    """Looks intermediate results up by name, and keeps what is new.
+    """Looks up intermediate results by name, and keeps new ones.
 
     Parameters
     ----------
-    cache : None: everything is computed, and nothing is kept.
+    cache : cache of the results; None: everything is computed, and nothing is kept.
     """
 
     cache: BoundedCache | None = None
@@ -77,7 +77,7 @@ class Reuse:
 
     @classmethod
     def below(cls, most_bytes: int) -> Reuse:
-        """Return what keeps results in the home folder, `most_bytes` of them; 0: none at all."""
+        """Return a `Reuse` that keeps up to `most_bytes` in the home folder; 0: nothing is kept."""
         if not most_bytes:
             return cls()
         return cls(BoundedCache(home() / FOLDER, most_bytes, TYPES))
@@ -97,7 +97,7 @@ class Reuse:
     def values(
         self, names: Sequence[str | None], compute: Callable[[list[int]], Sequence[T]]
     ) -> list[T]:
-        """Return several results, each kept by itself and computed together with all that lack.
+        """Return several results. Each is kept separately; all missing ones are computed together.
 
         Parameters
         ----------

@@ -70,7 +70,7 @@ if TYPE_CHECKING:
     import xarray as xr
     from omegaconf import DictConfig
 
-# of a config: Hydra's own, names of presets, and what changes no result
+# keys of a config that do not name a run: Hydra's own, names of presets, settings without effect
 BESIDE = ("hydra", "experiment", "choices", "cache_gb", *SETTINGS)
 
 
@@ -143,7 +143,7 @@ def run(config: DictConfig) -> Result:
     labels = labels_of(config)
     reuse = Reuse.below(cache_bytes(config))
     run_chain = chain(config)
-    settings = whole(config)  # once: OmegaConf takes longer for it than some stages
+    settings = whole(config)  # called once: OmegaConf takes longer for it than some stages take
     key = run_key(settings, run_chain)
     folder = store.home() / "runs"
     follow_home(store.home())
@@ -154,7 +154,8 @@ def run(config: DictConfig) -> Result:
     check_writable(folder)
     failed = store.home() / "failed" / f"{key}.txt"
     try:
-        # threads of its own would spin beside those of the stages, longer than they work
+        # one thread for BLAS: more would compete with the threads of the stages, and wait actively
+        # for longer than they work
         with threadpool_limits(1, "blas"):
             path = _compute(config, plain(settings), run_chain, key, reuse)
     except Exception as err:
@@ -185,8 +186,9 @@ def announced(result: Result, chain: Chain, labels: Labels) -> Result:
 
 
 def check_writable(folder: Path) -> None:
-    """Raise CatalogError where no store could be written later: found out in a moment, before the
-    work of hours. In an object home, stores whose publication was interrupted are published.
+    """Raise CatalogError if no store could be written later. The check takes a moment, and the work
+    before the writing may take hours. In an object home, stores are published whose publication was
+    interrupted.
     """
     prepare_writing(folder)
     try:
@@ -249,7 +251,7 @@ def plain(config: Mapping[str, Any] | DictConfig) -> dict[str, Any]:
 
 
 def whole(config: Mapping[str, Any] | DictConfig) -> dict[str, Any]:
-    """Return all of a composed config that is not about how a run is carried out."""
+    """Return a composed config as plain data, without the keys that change no result."""
     settings = (
         OmegaConf.to_container(config, resolve=True) if OmegaConf.is_config(config) else config
     )
@@ -341,8 +343,10 @@ def shot_name(name: str, chain: Chain, ids: list[str]) -> str:
     chain : components of the run.
     ids : stores of the scene radiance; empty for radiance that the scene itself makes.
     """
-    if ids:  # the recipe, not the store: neither which groups were rendered when, nor another frame
-        return recipe_hash(chain)  # with the same light, must change the noise
+    # the recipe, not the store: the noise must depend neither on which groups were rendered when,
+    # nor on another frame with the same light
+    if ids:
+        return recipe_hash(chain)
     scene = chain.scene
     if isinstance(scene, MovesInTime) and scene.time_s:
         return f"{name} at {scene.time_s!r} s"

@@ -97,7 +97,8 @@ def lamp_pixels(truth: xr.Dataset, labels: xr.Dataset) -> np.ndarray:
 
     y = luminance(truth)
     lamps = lamp_mask(y)
-    # a chart's table calls the instance `object`; a renderer's has both, and `object` is a name
+    # a chart's table has the instance under `object`; a renderer's table has both keys, and
+    # `object` is a name
     table = labels.attrs.get("lamps", [])
     carriers = [lamp.get("instance", lamp.get("object")) for lamp in table]
     carriers = [number for number in carriers if isinstance(number, int)]

@@ -1,9 +1,10 @@
 """Sample accumulation: several renderings of the same light are pooled.
 
-A renderer that continues from stored radiance numbers its paths. For each light group it states the
-range of paths that it followed: the attribute `path_span` {group: [first, end]} of scene radiance.
-Renderings with different paths are independent. Their mean, weighted by the number of paths, is as
-good as one rendering of all paths. Stores never change: they are pooled when they are read.
+A renderer that continues from stored radiance numbers its samples per tile, the paths. For each
+light group it states the range of paths that it followed: the attribute `path_span` {group: [first,
+end]} of scene radiance. Renderings with different paths are independent. Their mean, weighted by
+the number of paths, is as good as one rendering of all paths. Stores never change: they are pooled
+when they are read.
 """
 
 from __future__ import annotations
@@ -19,8 +20,8 @@ ALL_BANDS = (None,)  # a demand without bands asks for all bands of the renderer
 class Known:
     """The stored paths of one light group."""
 
-    paths: int = 0  # per tile, that can be pooled
-    noise: float | None = None  # relative, of their mean; None where no light was found
+    paths: int = 0  # number of paths per tile that can be pooled
+    noise: float | None = None  # relative noise of their mean; None if they found no light
     next: int = 0  # the first path that no rendering has followed
 
 
@@ -35,7 +36,8 @@ def pooled(spans: Sequence[tuple[int, int] | None]) -> list[int]:
     if not known:
         return [0]
     known = [k for k in known if spans[k][1] - spans[k][0] > 1] or known[:1]
-    best: list[tuple[int, list[int]]] = [(0, [])]  # of the spans up to each, by their ends
+    # (paths, spans) of the best choice among the first n spans, in the order of their ends
+    best: list[tuple[int, list[int]]] = [(0, [])]
     order = sorted(known, key=lambda k: (spans[k][1], k))
     for position, k in enumerate(order):
         first, end = spans[k]
@@ -47,9 +49,9 @@ def pooled(spans: Sequence[tuple[int, int] | None]) -> list[int]:
 
 def pooled_noise(paths: Sequence[int], noises: Sequence[float]) -> float | None:
     """Return the relative noise of the mean of independent renderings, each with the weight of its
-    `paths`; None where all are dark.
+    `paths`; None if all are dark.
 
-    One in which no light was found counts as noisy as the noisiest other.
+    A rendering that found no light is assumed to be as noisy as the noisiest of the others.
     """
     lit_noises = [n for n in noises if n is not None]
     if not lit_noises:

@@ -1,10 +1,10 @@
 """Equal content: digests of a scene description, by which equal light is recognised.
 
 Nothing moves while a car waits, and the frames of that time show the same light. The digest of the
-whole covers everything that a renderer is given: equal digests give equal radiance from the same
-renderer. Where only a lamp has changed, the light of the other groups is the same: the digest of a
-group covers all surfaces, camera and sky, and the lamps of that group alone.
-Objects without parts are not seen, so their poses do not count.
+whole covers everything that a renderer receives: equal digests give equal radiance from the same
+renderer. If only a lamp has changed, the light of the other groups is the same: the digest of a
+group covers all surfaces, camera and sky, and only the lamps of that group. Objects without parts
+are not visible, so their poses do not count.
 """
 
 from __future__ import annotations
@@ -19,15 +19,15 @@ import numpy as np
 from ..data.scene_description import Model, Part, SceneDescription
 
 DIGEST_BYTES = 16
-FLAT = 1e-6  # 1 - cosine from a vertex normal to that of its face: less is rounding
+FLAT = 1e-6  # 1 - cosine between a vertex normal and its face normal; less is rounding
 
 
 class Contents(NamedTuple):
     """Digests of a scene description."""
 
-    whole: str  # of everything, labels and the next frame included
-    surfaces: str  # of everything that is lit: without lamps, and without the next frame
-    groups: dict[str, str]  # by light group: of `surfaces` and the lamps of that group
+    whole: str  # digest of everything, labels and the next frame included
+    surfaces: str  # digest of everything that is lit: without lamps, without the next frame
+    groups: dict[str, str]  # {light group: digest of `surfaces` and the lamps of that group}
 
 
 def contents_of(description: SceneDescription) -> Contents | None:
@@ -35,8 +35,8 @@ def contents_of(description: SceneDescription) -> Contents | None:
 
     Notes
     -----
-    A lamp of another group is the surface that it is built from. Renderers give lamps flat faces.
-    A part with smooth normals therefore counts as another surface while it is a lamp.
+    A lamp of another group counts only as a surface. Renderers give lamps flat faces. A part with
+    smooth normals therefore counts as another surface while it is a lamp.
     """
     try:
         return _Digest(description).contents()
@@ -68,7 +68,7 @@ class _Digest:
         ]
 
     def whole(self) -> str:
-        """Return the digest of everything that radiance and labels follow from."""
+        """Return the digest of everything from which radiance and labels follow."""
         scene = self.description
         models = {placed.model: model for _, placed, model in self.seen}
         names = {name: k for k, name in enumerate(models)}  # numbered in their order
@@ -122,7 +122,7 @@ class _Digest:
         return made.hexdigest()
 
     def next_frame(self) -> Any:
-        """Return where all that is seen will be in the next frame."""
+        """Return time, camera and poses of all visible objects in the next frame, or None."""
         following = self.description.next_frame
         if following is None:
             return None

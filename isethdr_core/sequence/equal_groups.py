@@ -29,11 +29,12 @@ if TYPE_CHECKING:
 
 GROUP = "light_group"
 SOURCES = "groups_from"  # key of the attributes of a store: {light group: the store it is from}
-KEPT_BITS = "keepbits"  # of stored radiance
-# of the tiles that a camera judges: in a rendering of all groups together, 3 % of them are above
+KEPT_BITS = "keepbits"  # attribute of stored radiance: its mantissa bits
+# largest share of the tiles seen by a camera that may exceed the allowed variance; in a rendering
+# of all groups together, 3 % of them do
 MOST_ABOVE = 0.05
-WORTH = 1.15  # times the allowed variance: for less a renderer adds no paths either
-# of the allowed variance: what is rendered is never asked to be more precise than this share
+WORTH = 1.15  # times the allowed variance; up to this a renderer adds no samples either
+# smallest share of the allowed variance that is left for the rendered groups
 LEAST_LEFT = 0.25
 
 
@@ -44,7 +45,7 @@ class TooNoisy(Exception):
 class Taken(NamedTuple):
     """Light groups that are taken over from one store."""
 
-    attributes: dict[str, Any]  # of the store
+    attributes: dict[str, Any]  # root attributes of the store
     groups: list[str]
 
 
@@ -76,8 +77,8 @@ class Wanted:
 def find_groups(
     folder: Path, wanted: Wanted, precise: Callable[[dict[str, Any], str], bool]
 ) -> list[Taken]:
-    """Return the light groups that need not be rendered. At least one group always is: labels come
-    with its light.
+    """Return the light groups that need not be rendered. At least one group is always rendered,
+    because labels come with its light.
 
     Parameters
     ----------
@@ -94,7 +95,7 @@ def find_groups(
             left = [g for g in left if g not in groups]
         if not left:
             break
-    if not left:  # the first group is the sky, which takes least
+    if not left:  # render the first group: it is the sky, which takes the least time
         first = next(iter(wanted.contents))
         found = [Taken(t.attributes, [g for g in t.groups if g != first]) for t in found]
     return [taken for taken in found if taken.groups]
@@ -110,7 +111,7 @@ def beside(scene: xr.Dataset, others: Iterable[xr.Dataset], order: Iterable[str]
 
     Parameters
     ----------
-    scene : gives the labels, grid and attributes.
+    scene : scene radiance from which labels, grid and attributes are taken.
     others : scene radiance on the same grid and bands, with all variables of light groups that
         `scene` has.
     order : names of the light groups, all of them and maybe more.
@@ -184,10 +185,10 @@ def _state(taken: Taken) -> None:
 
 @dataclass(frozen=True, eq=False)
 class LimitBeside:
-    """The noise limit of groups that are rendered beside groups that are taken over.
+    """The noise limit of groups that are rendered together with groups that are taken over.
 
-    The cameras see the light of all groups, and the noise of all of them together. What is rendered
-    may have the noise that is left.
+    The cameras see the light of all groups, and the noise of all of them together. The rendered
+    groups may have the part of the allowed noise that the other groups leave.
 
     Attributes
     ----------

@@ -1,9 +1,9 @@
 """Equal radiance: stored radiance of another scene that shows the same light.
 
-Every frame of a sequence has a name of its own, because its time is part of it. Where nothing has
-changed since an earlier frame, the renderer would repeat the same work. The radiance of a frame is
-therefore looked for among the newest stores by the content of its description. The recipe of the
-store is noted beside the stores, so that the scene need not be built to find it again.
+Every frame of a sequence has its own name, because its time is part of the name. If nothing has
+changed since an earlier frame, the renderer would repeat the same work. The newest stores are
+therefore searched for radiance with the same content of the scene description. The recipe that is
+found is noted in a file next to the stores, so that the scene need not be built to find it again.
 """
 
 from __future__ import annotations
@@ -21,14 +21,14 @@ from ..storage import store
 from ..storage.atomic_write import write_text
 from .equal_content import Contents
 
-NEWEST = 64  # stores that are looked at: each takes a millisecond
+NEWEST = 64  # number of stores that are searched; each takes a millisecond
 NOTE = ".equal.json"  # end of the name of a note
 CONTENT = "content"  # keys of the attributes of a store
 GROUP_CONTENTS = "group_contents"
 
 
 class ContentNames(NamedTuple):
-    """Names of everything that radiance follows from: equal names, equal light."""
+    """Names of everything that determines radiance: equal names mean equal light."""
 
     whole: str
     groups: dict[str, str]  # by light group
@@ -40,8 +40,8 @@ def content_names(contents: Contents, renderer: Any, effort: Sequence[str]) -> C
     Parameters
     ----------
     contents : digests of the scene's description.
-    renderer : renderer as it renders, with its seed.
-    effort : fields of the renderer that buy accuracy only.
+    renderer : renderer with the seed of the frame.
+    effort : fields of the renderer that change only the accuracy.
     """
     made_by = {
         "fields": described(renderer, without=effort),

@@ -17,7 +17,7 @@ EXAMPLE = "exposures={bayer: {exposure_s: 0.004}}"
 class Exposure:
     """Exposure time and gain of one frame."""
 
-    exposure_s: float  # of the longest capture
+    exposure_s: float  # exposure time of the longest capture
     gain: float = 1.0  # factor on the analog gain that the sensor is configured with
     # exposure times of all captures / exposure_s, where they are solved one by one; empty: as
     # configured
@@ -48,7 +48,7 @@ class ExposureLimits:
 
     shortest_s: float
     longest_s: float
-    most_gain: float = 1.0  # which comes on top where the exposure is at its longest
+    most_gain: float = 1.0  # largest gain, used in addition when the exposure is at its longest
     period_s: float = 0.0  # the exposure takes whole periods of flickering lamps; 0: any time
 
 
@@ -60,8 +60,8 @@ class SettledExposure:
     limits: ExposureLimits
 
     def nearest(self, product_s: float) -> Exposure:
-        """Return the exposure and gain with a given product, within the limits: the exposure first,
-        the gain on top; captures keep their ratios.
+        """Return the exposure and gain with a given product, within the limits. The gain is 1 as
+        long as the exposure time suffices. Captures keep their ratios.
 
         Parameters
         ----------
@@ -85,7 +85,7 @@ def exposures_of(config: Mapping[str, Any], cameras: Iterable[str]) -> dict[str,
 
     Parameters
     ----------
-    config : composed.
+    config : composed config.
     cameras : names of the cameras of the run.
 
     Raises

@@ -1,8 +1,8 @@
 """Exposure control: automatic exposure that settles over the frames of a sequence.
 
-A camera meters a frame, and the new exposure takes effect some frames later. It moves by a share of
-the way, so that the picture neither flickers nor pumps. A car that leaves a tunnel is therefore
-overexposed for some frames.
+A camera meters a frame, and the new exposure takes effect some frames later. The exposure moves by
+a share of the way to its goal, so that the brightness of the picture neither flickers nor
+oscillates. Some frames are therefore overexposed when a car leaves a tunnel.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ class ExposureControl:
     exposure itself, and larger within 20 % of the goal).
     """
 
-    share_per_frame: float = 0.2  # of the way to the settled exposure, in its logarithm
+    share_per_frame: float = 0.2  # share of the way to the settled exposure, in logarithms
     delay_frames: int = 2  # from the metered frame to the first one at the exposure that follows
     most_stops_per_frame: float = inf  # largest change from frame to frame, factors of two
 
@@ -62,7 +62,7 @@ class ExposureControl:
 
         Parameters
         ----------
-        settled : what each frame so far would settle to by itself, from frame 0; one at least.
+        settled : settled exposure for the light of each frame so far, from frame 0; at least one.
         """
         goal = settled[0]
         stops = _Stops.of(goal)

@@ -27,14 +27,14 @@ class FrameExposures(NamedTuple):
 def at_carried_exposures(chain: Chain, rows: Ledger, light: Any) -> FrameExposures:
     """Return the chain of a frame of a sequence, after its light is known.
 
-    A camera without a carried exposure takes the frame at the exposure that it solves for it. The
-    ledger states how far each carried exposure is from that.
+    A camera without a carried exposure uses the exposure to which it would settle for this frame.
+    The ledger states how far each carried exposure is from this settled exposure.
 
     Parameters
     ----------
     chain : components of the run.
     rows : ledger of the run.
-    light : on the sensor plane.
+    light : light on the sensor plane.
     """
     if chain.exposures is None:
         return FrameExposures(chain, {})

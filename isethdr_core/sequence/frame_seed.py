@@ -4,8 +4,8 @@ With one seed for all frames, the render noise would be a pattern that stands st
 scene that moves. The seed of a frame therefore follows from the seed of the sequence, which is the
 renderer's own, and from surfaces, camera and sky of the frame. Any motion gives another seed. If
 nothing moves, frames keep their seed. This has two consequences. Frames with equal light stay
-equal, so that they are rendered once. If only a lamp changes, the light of the other groups is that
-of a new rendering, bit for bit.
+equal, so that they are rendered once. If only a lamp changes, a new rendering would give the light
+of the other groups again, bit for bit.
 """
 
 from __future__ import annotations
@@ -16,8 +16,8 @@ from typing import Any
 
 from ..storage.store import content_hash
 
-SEED = "seed"  # the field of a renderer
-MARK = {"seed": "of the frame"}  # in the name of radiance whose seed follows from the frame
+SEED = "seed"  # name of a renderer's field
+MARK = {"seed": "of the frame"}  # part of the name of radiance with a seed that is the frame's
 
 
 def has_frame_seed(renderer: Any, exposures: Mapping[str, Any] | None) -> bool:
@@ -26,7 +26,8 @@ def has_frame_seed(renderer: Any, exposures: Mapping[str, Any] | None) -> bool:
 
     Parameters
     ----------
-    exposures : carried into the frame; None: the run is no frame of a sequence.
+    renderer : renderer of the run, or None.
+    exposures : exposures carried into the frame; None: the run is no frame of a sequence.
     """
     if exposures is None or not is_dataclass(renderer):
         return False

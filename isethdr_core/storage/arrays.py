@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 
 BYTES = {"name": "bytes", "configuration": {"endian": "little"}}
 CHECKSUM = {"name": "crc32c"}
-# by kind of number; a hole in light is then visible
+# fill value by kind of number; a missing part of light is NaN, and so is visible
 FILL = {
     "b": False,
     "i": 0,
@@ -87,7 +87,7 @@ def write_dataset(root: Path, key: str, ds: xr.Dataset) -> dict[str, FileRecord]
     """
     for name in ds.variables:
         check_path(str(name), single=True)
-    # as CF has it: which variables are coordinates although no dimension is called so
+    # convention of CF: the coordinates that do not have the name of a dimension
     other_coordinates = sorted(str(name) for name in ds.coords if name not in ds.dims)
     written = write_group(
         root,
@@ -103,8 +103,8 @@ def write_dataset(root: Path, key: str, ds: xr.Dataset) -> dict[str, FileRecord]
 def consolidate(root: Path) -> dict[str, FileRecord]:
     """Repeat in the root, and in each group of arrays, the metadata of all that is below it.
 
-    Plain xarray looks for it in the group that it opens, and warns where it is missing. A group
-    that holds groups alone, such as `captures`, is opened through the root.
+    Plain xarray looks for these metadata in the group that it opens, and warns if they are missing.
+    A group that only holds groups, such as `captures`, is opened through the root.
 
     Returns
     -------
@@ -170,7 +170,7 @@ def _write_array(
             }
         ]
         encoded = _sharded(chunk, encoded, pool)
-    # light is always written, so that a shard that is lost is seen
+    # light is always written, so that a lost shard is detected
     may_be_left_out = not sharded or values.dtype.kind in "biu"
     alike = may_be_left_out and _all_alike(values)
     folder.mkdir()
@@ -197,7 +197,7 @@ def _write_array(
 
 
 def _all_alike(values: np.ndarray) -> bool:
-    """Return whether there is a value and all others are the same, bit by bit: 0 is not -0."""
+    """Return whether all values are the same, bit by bit (0 is not -0); False if there are none."""
     if values.size == 0:
         return False
     if values.dtype == object:
@@ -209,8 +209,8 @@ def _all_alike(values: np.ndarray) -> bool:
 def _parts(
     values: np.ndarray, shape: Sequence[int]
 ) -> Iterator[tuple[tuple[int, ...], np.ndarray]]:
-    """Yield (place, part) of a regular grid of parts of `shape`, in the order of the format; those
-    at the end may be smaller.
+    """Yield (place, part) of a regular grid of parts of `shape`, in the order of the format. The
+    last parts along an axis may be smaller.
     """
     for position in np.ndindex(
         *(-(-size // part) for size, part in zip(values.shape, shape, strict=True))
@@ -230,7 +230,7 @@ def _parts(
 
 
 def _text(values: np.ndarray) -> list[bytes]:
-    """Return texts in the codec vlen-utf8: how many, then each with its length before it."""
+    """Return texts in the codec vlen-utf8: their number, then each text after its length."""
     texts = [value.encode() for value in values.flat]
     return _checked(b"".join([_size(len(texts)), *(_size(len(text)) + text for text in texts)]))
 
@@ -241,7 +241,7 @@ def _blosc(configuration: dict[str, int | str]) -> Callable[..., Any]:
     """
     from numcodecs import blosc
 
-    # as zarr sets it: the bytes would depend on which thread was the faster
+    # as zarr sets it; with threads, the bytes would depend on which thread was faster
     blosc.use_threads = False
     codec = blosc.Blosc(
         configuration["cname"],

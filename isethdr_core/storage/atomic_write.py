@@ -1,5 +1,5 @@
-"""Temporary names of files that are being written, and removal of those that interrupted writers
-left.
+"""Temporary names of files that are being written, and removal of the temporary files of
+interrupted writers.
 
 A store or a file is written under a hidden name that identifies its writer, and then renamed. The
 next writer in a folder removes the temporary files of writers that have ended.

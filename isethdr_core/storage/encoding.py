@@ -5,8 +5,8 @@ the cube 2.9 times smaller than raw float32. Lossless codecs reach 1.3 at any le
 bit takes 6 % more. One shard per light group keeps a scene at a handful of files. Chunks of 8 bands
 x 135 x 240 tiles inside a shard serve reads of spectra, bands and tiles alike.
 
-Pictures are float32 with as many mantissa bits as their own noise leaves meaning
-(`picture_rounding`). X, Y and Z lie in chunks of their own: a chunk of like numbers is a tenth
+Pictures are float32 with only those mantissa bits that are significant above their own noise
+(`picture_rounding`). X, Y and Z lie in separate chunks: a chunk of similar numbers is a tenth
 smaller. Other float64 arrays keep all their bits; lz4 packs them in an eighth of the time of zstd.
 """
 
@@ -24,26 +24,26 @@ from .picture_rounding import ROUNDING, rounded_picture
 if TYPE_CHECKING:
     import xarray as xr
 
-KEEPBITS = 12
-MANTISSA_BITS = 23  # of float32
+KEEPBITS = 12  # mantissa bits of stored light; also the smallest number for a stated error
+MANTISSA_BITS = 23  # mantissa bits of float32
 # rounded quantities: absolute light, with noise above half a part per thousand
 LIGHT = (
     "radiance",
     "irradiance",
 )
 TILE = {"wavelength": 8, "y": 135, "x": 240}
-# without bands: a chunk of a few bytes a pixel takes as long as one of many
+# largest chunk without bands: a chunk with few bytes per pixel takes as long as one with many
 PLANE = {
     "y": 540,
     "x": 960,
 }
-# read one at a time, so never chunked across
+# dims with entries that are read one at a time, so that no chunk holds several of them
 ONE_SHARD_EACH = (
     "light_group",
     "component",
     "capture",
 )
-ONE_CHUNK_EACH = ("xyz_channel",)  # a chunk of like numbers compresses better
+ONE_CHUNK_EACH = ("xyz_channel",)  # a chunk of similar numbers compresses better
 # blosc shuffles the bits of a block only if its number of values is a multiple of this number.
 # Other blocks are copied as they are: rounded pictures then take 1.5 times the disk
 SHUFFLED_TOGETHER = 8
@@ -89,17 +89,15 @@ def keep_mantissa_bits(values: np.ndarray, bits: int = KEEPBITS) -> np.ndarray:
 
 
 def rounding(keepbits: int | None) -> float:
-    """Return the largest relative error of `keep_mantissa_bits`, 0 where all bits are kept
-    (None).
-    """
+    """Return the largest relative error of `keep_mantissa_bits`; 0 if all bits are kept (None)."""
     return 2.0 ** -(keepbits + 1) if keepbits is not None and keepbits < MANTISSA_BITS else 0.0
 
 
 def bits_for(error_allowed: float) -> int | None:
-    """Return the fewest mantissa bits, `KEEPBITS` at least, whose `rounding` is at most
-    `error_allowed`; all (None) where none is few enough.
+    """Return the fewest mantissa bits, at least `KEEPBITS`, with a `rounding` of at most
+    `error_allowed`; None, for all bits, if fewer do not suffice.
 
-    0 is no wish: `KEEPBITS`.
+    An `error_allowed` of 0 sets no requirement: the result is `KEEPBITS`.
     """
     if error_allowed <= 0:
         return KEEPBITS
@@ -131,7 +129,7 @@ def portable(ds: xr.Dataset, keepbits: int | None) -> xr.Dataset:
             variable = variable.copy(deep=False, data=light)
             variable.attrs["keepbits"] = keepbits
         changed[name] = variable
-    return ds.assign(changed)  # all at once: xarray aligns everything at every single one
+    return ds.assign(changed)  # in one call: xarray aligns everything at each call
 
 
 def compression(variable: xr.Variable) -> dict:
@@ -140,7 +138,7 @@ def compression(variable: xr.Variable) -> dict:
     if variable.dtype == np.float64:
         how = {"cname": "lz4", "clevel": 5, "blocksize": 0}
     elif ROUNDING in variable.attrs:
-        # 2 % smaller for 0.06 CPU s per million pixels, and by as much in blocks as large as chunks
+        # 2 % smaller for 0.06 CPU s per million pixels; another 2 % by blocks as large as chunks
         how = {"cname": "zstd", "clevel": 5, "blocksize": 2**21}
     return {
         "typesize": variable.dtype.itemsize,

@@ -17,8 +17,8 @@ import numpy as np
 import xarray as xr
 from xarray.core.indexes import PandasIndex
 
-ALIGNED = 64  # bytes; each array begins at a multiple of them
-HEAD = 8  # bytes that state the length of the JSON text behind them
+ALIGNED = 64  # bytes; each array begins at a multiple of this number
+HEAD = 8  # number of bytes that state the length of the JSON text after them
 NUMBERS = "biufcSU"  # kinds of arrays whose bytes are the values
 MOST_GAPS = 2  # largest memory of an array with gaps, over the memory of its values
 TAG = "is"  # key of a JSON object for the type that it encodes
@@ -30,7 +30,7 @@ class NotExact(Exception):
 
 @dataclass(frozen=True)
 class Types:
-    """The classes that may be written beside those of Python, NumPy and xarray.
+    """The classes that may be written in addition to those of Python, NumPy and xarray.
 
     Attributes
     ----------
@@ -83,7 +83,7 @@ def _memory(values: np.ndarray) -> np.ndarray:
 
     Raises
     ------
-    NotExact : it counts backwards, is mostly gaps, or values do not lie one item apart.
+    NotExact : a stride is negative or no multiple of the item size, or the array is mostly gaps.
     """
     if not values.size:
         return np.empty(0, np.uint8)
@@ -99,7 +99,7 @@ def _memory(values: np.ndarray) -> np.ndarray:
 
 
 class _Writing:
-    """A value on its way into JSON, its arrays beside it."""
+    """Encodes a value as JSON, and collects its arrays."""
 
     def __init__(self, types: Types) -> None:
         self.types = types
@@ -176,7 +176,7 @@ class _Writing:
 
 
 class _Reading:
-    """A value on its way out of JSON."""
+    """Decodes a value from JSON and its arrays."""
 
     def __init__(self, types: Types, arrays: list[np.ndarray]) -> None:
         self.types = types

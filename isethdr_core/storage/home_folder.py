@@ -13,7 +13,7 @@ from .object_home.calls import follow_home
 
 HOME = "ISETHDR_HOME"
 OTHER_HOMES = "ISETHDR_OTHER_HOMES"  # further homes that queries read, one on each line
-# one of them marks a folder as a home
+# folders of a home; any one of them marks the folder around it as a home
 PARTS = (
     *("scenes", "runs", "studies", "sweeps", "intermediate", "kernels", "failed"),
     *("datasets", "training", "experiments"),
@@ -22,7 +22,7 @@ PARTS = (
 
 @dataclass(frozen=True)
 class StoredHome:
-    """A home that is there, for those who read."""
+    """An existing home, from which stores are read."""
 
     name: str  # its folder or address, as it is typed
     folder: Path
@@ -52,8 +52,8 @@ def is_home(folder: Path) -> bool:
 
 
 def existing_home() -> Path:
-    """Return the folder that holds what is stored, for those who only read one home. The scratch
-    folder of an object home is brought up to date with its bucket first.
+    """Return the home folder, for commands that only read one home. The scratch folder of an object
+    home is brought up to date with its bucket first.
 
     Raises
     ------
@@ -113,7 +113,7 @@ def _existing(folder: Path) -> Path:
 
 
 def _homes_near(folder: Path, places: list[Path]) -> str:
-    """Return which homes are in `places`, as a part of a message; "" where there is none."""
+    """Return the homes in `places` as a part of a message; "" if there are none."""
     found = [
         path
         for place in places

@@ -140,7 +140,7 @@ def _ways(
     scenes: Sequence[xr.Dataset],
     group: str,
 ) -> list[tuple]:
-    """Return the different ways in which bands of a group are put together, each as ((scene,
+    """Return the different combinations of scenes for the bands of a group, each as ((scene,
     position of the group, weight), ...).
     """
     return list(
@@ -151,9 +151,7 @@ def _ways(
 def _noise(
     scenes: Sequence[xr.Dataset], combinations: Sequence[tuple[tuple[Any, ...], ...]], group: str
 ) -> str | None:
-    """Return the noise that is stated of a group: of the bands that are known worst. None where
-    none is.
-    """
+    """Return the stated noise of a group, that of its noisiest bands; None if none is stated."""
     noises = []
     for combination in combinations:
         noise_by_part = [(scenes[k].attrs.get("noise") or {}).get(group) for k, _, _ in combination]
@@ -215,7 +213,7 @@ class _Joined(BackendArray):
             (len(groups), len(bands), *map(len, inside)), float if several else self.dtype
         )
         for row, group in zip(values_read, groups, strict=True):
-            # (part, position of the group, weight): (where it goes, position of the band)
+            # {(part, position of the group, weight): [(index in the result, position of the band)]}
             bands_of_plane: dict[tuple, list] = {}
             for target, band in enumerate(bands):
                 for part, first, second, weight in self.planes[group][band]:
@@ -232,8 +230,8 @@ class _Joined(BackendArray):
 
 
 def _run(positions: np.ndarray) -> Any:
-    """Return positions that follow each other as a slice, which a store reads as one piece; others
-    as they are.
+    """Return consecutive positions as a slice, which a store reads as one piece; other positions
+    unchanged.
     """
     first = int(positions[0])
     last = int(positions[-1])

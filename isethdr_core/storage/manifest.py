@@ -73,7 +73,7 @@ class FileRecord:
 
 @dataclass(frozen=True)
 class Manifest:
-    """All files of a store but the manifest itself, by their paths below the store."""
+    """All files of a store except the manifest itself, by their paths below the store."""
 
     store: str
     files: dict[str, FileRecord]
@@ -84,7 +84,8 @@ def file_record(buffers: list[bytes], sharded: bool = False) -> FileRecord:
 
     Parameters
     ----------
-    buffers : bytes in the order of the file. Of a shard: data, CRC-32C, data, CRC-32C, ...
+    buffers : bytes in the order of the file. For a shard: data, CRC-32C, data, CRC-32C, ...
+    sharded : whether the file is a shard.
     """
     digest = hashlib.sha256()
     for buffer in buffers:
@@ -121,7 +122,7 @@ def write_manifest(root: Path, manifest: Manifest) -> None:
 
 
 def read_manifest(root: Path) -> Manifest | None:
-    """Return the manifest of a store, None where there is none.
+    """Return the manifest of a store; None if it has none.
 
     Raises
     ------
@@ -174,7 +175,8 @@ def check_sizes(manifest: Manifest, sizes: dict[str, int]) -> list[tuple[str, st
 
     Parameters
     ----------
-    sizes : bytes of each file that is there.
+    manifest : manifest of the store.
+    sizes : {path of a file below the store: its size in bytes}, of all files that exist.
     """
     wrong = [
         (key, _other_size(sizes[key], record.size) if key in sizes else "is missing")
@@ -305,7 +307,7 @@ def damaged(root: Path, key: str, problem: str) -> CatalogError:
 
 
 def _covered(record: FileRecord, start: int, end: int) -> tuple[Part, ...] | None:
-    """Return the parts from byte `start` to `end`; None where these are not borders of parts."""
+    """Return the parts from byte `start` to `end`; None if these are not borders of parts."""
     first = bisect_left(record.borders, start)
     last = bisect_left(record.borders, end)
     borders = record.borders[first : first + 1] + record.borders[last : last + 1]

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 @runtime_checkable
 class NarrowsDemand(Protocol):
-    """A component that does not need all that later stages would let it have."""
+    """A component that needs less from earlier stages than the later stages request."""
 
     def narrow(self, demand: Demand, /) -> Demand:
         """Return a smaller demand. The dropped part must not matter to the component.
@@ -53,14 +53,16 @@ class ChoosesKernels(Protocol):
 class DeclaresAccuracy(Protocol):
     """A component with fields that trade accuracy for time."""
 
-    accuracy_knobs: ClassVar[Sequence[AccuracyKnob]]  # a study varies them, a budget may set them
+    # fields that a study varies and that a budget may set
+    accuracy_knobs: ClassVar[Sequence[AccuracyKnob]]
 
 
 @runtime_checkable
 class DividesErrorAllowed(Protocol):
     """A lens that itself divides the error allowed among its approximations."""
 
-    error_shares: ClassVar[Sequence[ErrorShare]]  # their costs; the lens receives the sum
+    # shares of the error allowed, with their costs; the lens receives the sum of the shares
+    error_shares: ClassVar[Sequence[ErrorShare]]
 
 
 @runtime_checkable
@@ -71,7 +73,8 @@ class ThreadSafe(Protocol):
     another call reads. A plugin with hooks around stages may declare the same.
     """
 
-    THREAD_SAFE: ClassVar[bool]  # True: they may; holds for subclasses, too, unless they say False
+    # True: several threads may call it; also valid for subclasses, unless they set False
+    THREAD_SAFE: ClassVar[bool]
 
 
 ABILITIES: tuple[type, ...] = (
@@ -80,6 +83,6 @@ ABILITIES: tuple[type, ...] = (
     RunsPrograms,
     ChoosesKernels,
     DeclaresAccuracy,
-    DividesErrorAllowed,  # refused where the kind is no lens
+    DividesErrorAllowed,  # refused for kinds other than lens
     ThreadSafe,
 )

@@ -36,7 +36,7 @@ OPTIONAL: dict[str, tuple[type, ...]] = {
     "isp": isps.ABILITIES,
     "metric": metrics.ABILITIES,
 }
-# forms of earlier versions, until version 1.0
+# abilities in the form of earlier versions, accepted until version 1.0
 EARLIER: tuple[type, ...] = (lenses.CountsKernels, lens_plans.StatesSpreadErrors)
 
 

@@ -23,7 +23,7 @@ class TransmitsPupil(Protocol):
 
         Parameters
         ----------
-        x_mm, y_mm : places in the pupil, mm, 0 on the axis, arrays of one shape.
+        x_mm, y_mm : positions in the pupil, mm, 0 on the axis, arrays of one shape.
         wavelength_nm : wavelength of the light, nm.
 
         Returns
@@ -44,7 +44,7 @@ class ScattersLight(Protocol):
         Parameters
         ----------
         wavelength_nm : wavelength of the light, nm.
-        angle_rad : between the scattered ray and the straight one, rad.
+        angle_rad : angle between the scattered ray and the unscattered ray, rad.
 
         Returns
         -------
@@ -57,7 +57,7 @@ class AddsLight(Protocol):
     """A flare that adds light to the image, such as ghosts."""
 
     def irradiance(self, lens: Lens, mixed: xr.DataArray, /) -> xr.DataArray:
-        """Return the irradiance that comes on top of the image, linear in `mixed`.
+        """Return the irradiance that is added to the image, linear in `mixed`.
 
         Parameters
         ----------
@@ -66,18 +66,18 @@ class AddsLight(Protocol):
 
         Returns
         -------
-        DataArray `(wavelength, y, x)`, W m-2 nm-1, on the grid of the lens's own answer.
+        DataArray `(wavelength, y, x)`, W m-2 nm-1, on the grid of the lens's own irradiance.
         """
 
 
 @runtime_checkable
 class RedirectsLight(Protocol):
-    """A flare in front of the lens that turns light elsewhere, such as drops on a windscreen."""
+    """A flare in front of the lens that redirects light, such as drops on a windscreen."""
 
     def redirected(self, lens: Lens, mixed: xr.DataArray, /) -> xr.DataArray:
         """Return the mixed radiance that reaches the lens, linear in `mixed`.
 
-        Even light of the whole field becomes no brighter.
+        A uniform scene becomes no brighter.
 
         Parameters
         ----------

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
 @runtime_checkable
 class Isp(Protocol):
-    """Image signal processing: makes a picture of captures."""
+    """Image signal processing: computes a picture from captures."""
 
     def __call__(self, captures: xr.Dataset, /) -> xr.Dataset:
         """Return the picture.

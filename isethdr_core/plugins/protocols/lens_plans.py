@@ -40,11 +40,12 @@ class ImagingPlan(Protocol):
 
         Parameters
         ----------
+        mixed : (wavelength, y, x) mixed radiance, W m-2 sr-1 nm-1.
         weights : (channel, band), weights of the irradiance of each band of `mixed`.
 
         Returns
         -------
-        One tile per tile of the light that `image` makes; None if the errors are not known.
+        Errors on the tiles of the light that `image` returns; None if the errors are not known.
         """
         ...
 
@@ -76,7 +77,7 @@ class PlansImaging(Protocol):
 
 @runtime_checkable
 class OutlinesImaging(Protocol):
-    """A lens whose plan is partly known before there is any light."""
+    """A lens with a plan that is partly known before any light is computed."""
 
     def outline(
         self, flares: Sequence[Flare], ahead: FieldAhead, budget: LightBudget, /
@@ -97,12 +98,12 @@ class OutlinesImaging(Protocol):
 
 @runtime_checkable
 class MakesPhotocurrent(Protocol):
-    """A lens that can answer with the photocurrent of one sensor instead of irradiance."""
+    """A lens that can compute the photocurrent of the sensors instead of irradiance."""
 
     def photocurrent(
         self, mixed: xr.DataArray, flares: Sequence[Flare], response: Response, /
     ) -> xr.DataArray:
-        """Return photocurrent in the window of the sensor, or irradiance where that is cheaper.
+        """Return photocurrent in the window of the sensors, or irradiance if that is cheaper.
 
         Parameters
         ----------

@@ -34,7 +34,7 @@ class Lens(Protocol):
         ----------
         mixed : `([component,] wavelength, y, x)` in W m-2 sr-1 nm-1; x and y as the attribute
             `projection` states: tangents of the field angle, or radians.
-        flares : any number, in any order.
+        flares : flare models in the lens, any number, in any order.
 
         Returns
         -------
@@ -47,7 +47,7 @@ class KnowsImageSize(Protocol):
     """A lens that knows the size of its image."""
 
     def image_size_m(self, width: float, height: float, projection: str, /) -> tuple[float, float]:
-        """Return (width, height) in metres of the image of a field, the largest rectangle in it.
+        """Return (width, height) of the largest rectangle in the image of a field, m.
 
         Parameters
         ----------
@@ -73,10 +73,10 @@ class StatesFieldBorder(Protocol):
 
 @runtime_checkable
 class FocusesAtDepth(Protocol):
-    """A lens that may blur what is out of focus, by the label `depth` of the radiance."""
+    """A lens that may blur objects out of focus, by the label `depth` of the radiance."""
 
     def in_focus(self) -> Lens:
-        """Return the lens that has all depths in focus; the lens itself where it always has."""
+        """Return the lens with all depths in focus; the lens itself if it has no depth blur."""
         ...
 
 
@@ -111,7 +111,7 @@ class CountsKernels(Protocol):
     """Earlier form of `CountsMemory`, one number; accepted until version 1.0."""
 
     def kernel_bytes(self, frame: Frame, flares: Sequence[Flare], /) -> float:
-        """Return the bytes that the lens holds for a frame beside the light."""
+        """Return the bytes that the lens holds for a frame in addition to the light."""
         ...
 
 
@@ -128,7 +128,7 @@ class EstimatesImaging(Protocol):
 class HasPointSpread(Protocol):
     """A lens that shows its point spread function on the axis.
 
-    For people and the conformance kit: no stage of a run asks for it.
+    It is for people and the conformance kit; no stage of a run calls it.
     """
 
     def psf(self, wavelength_nm: Sequence[float], pitch_um: float, size: int) -> xr.DataArray:
@@ -137,7 +137,7 @@ class HasPointSpread(Protocol):
         Parameters
         ----------
         wavelength_nm : wavelengths, nm.
-        pitch_um : between samples, um.
+        pitch_um : distance between samples, um.
         size : samples along each side; the axis is at index size // 2.
         """
         ...

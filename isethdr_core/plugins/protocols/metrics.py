@@ -22,7 +22,8 @@ class Metric(Protocol):
 
         Parameters
         ----------
-        picture, truth : with and without the camera's errors, on one grid of pixels.
+        picture : picture of the camera.
+        truth : reference picture, without the camera's errors, on the same grid of pixels.
         labels : the labels that `narrow` asks for, per pixel; None without labels.
         """
 
@@ -31,7 +32,7 @@ class Metric(Protocol):
 class HasMeanOfParts(Protocol):
     """A metric that states whether its score is nearly the mean of the scores of parts."""
 
-    MEAN_OF_PARTS: ClassVar[bool]  # True: it is, and needs no labels
+    MEAN_OF_PARTS: ClassVar[bool]  # True: it is this mean, and needs no labels
 
 
 @runtime_checkable
@@ -64,7 +65,7 @@ class ScoresFurther(Protocol):
         labels: xr.Dataset | None,
         /,
     ) -> list[Score]:
-        """Return the scores of a further noise realisation; only their values count.
+        """Return the scores of a further noise realisation. Only their values are used.
 
         Parameters
         ----------
@@ -82,11 +83,12 @@ class ScoresParts(Protocol):
     def of_parts(
         self, picture: xr.Dataset, truth: xr.Dataset, part: np.ndarray, /
     ) -> list[list[Score]]:
-        """Return the scores of the frame for each of its parts; only their values count.
+        """Return the scores of the frame for each of its parts. Only their values are used.
 
         Parameters
         ----------
-        picture, truth : with and without the camera's errors, on one grid of pixels.
+        picture : picture of the camera.
+        truth : reference picture, without the camera's errors, on the same grid of pixels.
         part : (y, x), number of the part of each pixel, from 0.
         """
 

@@ -60,16 +60,17 @@ class RendersMargin(Protocol):
 
 @runtime_checkable
 class RendersFog(Protocol):
-    """A renderer that states whether it can render a scene with fog. Others are refused there."""
+    """A renderer that states whether it renders fog. Others are refused for scenes with fog."""
 
     RENDERS_FOG: ClassVar[bool]  # True: `SceneDescription.fog` is rendered
 
 
 @runtime_checkable
 class NamesItsEffort(Protocol):
-    """A renderer with fields that buy accuracy and do not change the answer."""
+    """A renderer with fields that change only the accuracy of the radiance and the time for it."""
 
-    effort_fields: ClassVar[Sequence[str]]  # their names; a store that spent more serves as well
+    # names of these fields; stored radiance with larger values is also used
+    effort_fields: ClassVar[Sequence[str]]
 
 
 @runtime_checkable
@@ -156,7 +157,7 @@ class EstimatesRendering(Protocol):
 
 @runtime_checkable
 class CountsRenderMemory(Protocol):
-    """A renderer that knows about how much memory it takes."""
+    """A renderer that knows approximately how much memory it takes."""
 
     def memory_bytes(self, frame: Frame, /) -> float:
         """Return the bytes that rendering a frame takes, the scene included.

@@ -73,14 +73,14 @@ class ChecksFiles(Protocol):
 
 @runtime_checkable
 class MovesInTime(Protocol):
-    """A scene whose things may move: fields of the dataclass say when it is seen.
+    """A scene with objects that may move. Fields of the dataclass state the time of the view.
 
     The core makes the scene of another moment with `dataclasses.replace`.
     """
 
     @property
     def time_s(self) -> float:
-        """Time for which everything has moved on, s."""
+        """Time for which everything has moved, s."""
         ...
 
     @property

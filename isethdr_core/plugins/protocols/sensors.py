@@ -1,4 +1,4 @@
-"""Protocols of sensors: how they are called, and abilities: pixels, shots, exposure, memory."""
+"""Sensors: their call, and abilities that concern pixels, shots, exposure and memory."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ class Sensor(Protocol):
 
 @runtime_checkable
 class DeclaresNoise(Protocol):
-    """A sensor that states whether its shots differ."""
+    """A sensor that states whether its shots of the same light differ."""
 
     @property
     def noise(self) -> bool:
@@ -109,7 +109,9 @@ class TimesItsShot(Protocol):
 
 @runtime_checkable
 class CarriesExposure(Protocol):
-    """A sensor whose automatic exposure may follow the light late, in a sequence of frames."""
+    """A sensor with automatic exposure that may follow the light with a delay, over the frames of a
+    sequence.
+    """
 
     @property
     def longest_exposure_s(self) -> float | None:

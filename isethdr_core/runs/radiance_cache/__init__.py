@@ -1,10 +1,10 @@
 """Scene radiance by recipe: read stored radiance, and render only the missing part.
 
 A recipe is the scene, the renderer and their code, without demand and weights. A renderer lists in
-`effort_fields` the fields that only buy accuracy (for example `samples`): a store made with at
-least the requested effort serves a run. A renderer with a method `enough(paths, noise)` continues
-from stored radiance instead. Its stores are pooled (`sample_accumulation`), and the renderer
-receives `{group: Known}` with the stored paths of each light group.
+`effort_fields` the fields that change only the accuracy (for example `samples`): a store made with
+at least the requested effort serves a run. A renderer with a method `enough(paths, noise)`
+continues from stored radiance instead. Its stores are pooled (`sample_accumulation`), and the
+renderer receives `{group: Known}` with the stored samples of each light group.
 
 | module             | content                                                                 |
 |--------------------|-------------------------------------------------------------------------|

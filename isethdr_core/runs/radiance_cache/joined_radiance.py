@@ -30,8 +30,8 @@ def opened(
     rows: Ledger,
     earlier_ids: Sequence[str] = (),
 ) -> xr.Dataset:
-    """Return the radiance of all stores as one lazy Dataset. Restate the errors of those that an
-    earlier run rendered.
+    """Return the radiance of all stores as one lazy Dataset, and restate the errors of stores that
+    an earlier run rendered.
 
     Parameters
     ----------
@@ -54,7 +54,7 @@ def opened(
         for term in row.errors
     ]
     all_groups = join_scenes(scenes, demand.groups)
-    pooled = "paths" in all_groups.attrs  # then their noise together is stated
+    pooled = "paths" in all_groups.attrs  # the noise of pooled stores is stated for all together
     record(*(t for t in terms if t not in stated and not (pooled and t.how == "statistical")))
     _record_pooled(all_groups, stores, earlier_ids, stated)
     rendered_s = sum(
@@ -64,9 +64,7 @@ def opened(
 
 
 def rounding_term(largest: float) -> ErrorTerm:
-    """Return the term of stored radiance whose mantissa is rounded by at most `largest`,
-    relative.
-    """
+    """Return the error term of stored radiance that is rounded by at most `largest`, relative."""
     label = "radiance as stored, rounded in its mantissa"
     source = Source("radiance", key=ROUNDING)
     return ErrorTerm(source, Quantity.RADIANCE, None, largest, RELATIVE, "bound", label)
@@ -78,8 +76,8 @@ def _record_pooled(
     earlier_ids: Sequence[str],
     terms: Sequence[ErrorTerm],
 ) -> None:
-    """State the noise of each light group of pooled stores, and how many of their paths were there
-    before this run.
+    """State the noise of each light group of pooled stores, and how many of their samples an
+    earlier run stored.
 
     Parameters
     ----------

@@ -62,14 +62,15 @@ def completed(
     description : description of the scene.
     rows : ledger that gets the rows of the stages.
     config : composed config of the run.
-    by_noise : store each tile with the bits that its noise leaves meaning.
+    by_noise : whether each tile is stored with only those bits that are significant above its
+        noise.
     """
     folder = scenes_folder()
     recipe = recipe_hash(chain)
     with _rendering_alone(folder, recipe):
         serving, missing = held_and_missing(chain, demand)
         for path in folder.glob(f"{recipe}-*.zarr"):
-            # a damaged one is named now, not when the new one cannot take its place
+            # a damaged store is reported now, not later when the new store cannot replace it
             store.read_attrs(path)
         if missing is None:
             return Completed(serving, _ids(serving))
@@ -142,7 +143,7 @@ def render_and_store(
 
 
 def content_of_store(chain: Chain, request: Request, radiance: xr.Dataset) -> str:
-    """Return eight digits that name what a store holds of the radiance of its recipe.
+    """Return eight digits that identify the part of the recipe's radiance that a store holds.
 
     Parameters
     ----------

@@ -37,7 +37,7 @@ def scene_radiance(
     demand : light groups, bands and labels that the run needs.
     rows : ledger that gets the rows of the stages.
     config : composed config of the run.
-    by_noise : whether radiance is stored with as many bits as its noise leaves meaning.
+    by_noise : whether radiance is stored with only those bits that are significant above its noise.
     """
     if chain.renderer is None:
         scene = made_by_scene(chain, rows, config)

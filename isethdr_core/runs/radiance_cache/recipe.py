@@ -23,7 +23,7 @@ def scenes_folder() -> Path:
 def recipe_hash(chain: Chain) -> str:
     """Return the name of the radiance that the scene and the renderer describe together.
 
-    An earlier name of the same radiance is returned where only that one is stored.
+    An earlier name of the same radiance is returned if radiance is stored under that name only.
     """
     content = {
         "scene": described(chain.scene),
@@ -31,7 +31,7 @@ def recipe_hash(chain: Chain) -> str:
         "code": fingerprint(chain.scene, chain.renderer),
         "versions": libraries(chain.scene, chain.renderer),
     }
-    # files that a scene is made of; without any, the name is that of earlier versions
+    # files that the scene reads; without any, the name is the same as in earlier versions
     inputs = input_digests(chain.scene)
     if inputs:
         content["inputs"] = inputs
@@ -51,11 +51,11 @@ def _is_stored(folder: Path, recipe: str) -> bool:
 
 
 def effort(chain: Chain) -> tuple[str, ...]:
-    """Return the renderer's fields that buy accuracy only."""
+    """Return the renderer's fields that change only the accuracy."""
     renderer = chain.renderer
     return tuple(renderer.effort_fields) if isinstance(renderer, NamesItsEffort) else ()
 
 
 def effort_spent(chain: Chain) -> dict[str, Any]:
-    """Return the values of the renderer's fields that buy accuracy only."""
+    """Return the values of the renderer's fields that change only the accuracy."""
     return {f: getattr(chain.renderer, f) for f in effort(chain)}

@@ -1,6 +1,6 @@
 """Render request: what a renderer is asked for, and what is taken over from other frames instead.
 
-In a sequence, light groups that show the same as in a stored frame are not rendered again.
+In a sequence, light groups with the same light as in a stored frame are not rendered again.
 """
 
 from __future__ import annotations
@@ -37,14 +37,14 @@ if TYPE_CHECKING:
 
 
 class Rendering(NamedTuple):
-    """A renderer and what it is given."""
+    """A renderer, and the names of the content that it renders."""
 
-    renderer: Any  # as it renders: in a sequence with the seed of the frame
+    renderer: Any  # renderer of the run; in a sequence with the seed of the frame
     content: ContentNames | None  # None if a plugin's part of the description is no plain data
 
 
 def rendering_of(chain: Chain, description: SceneDescription, recipe: str) -> Rendering:
-    """Return the rendering of a description, by whose names equal light is recognised.
+    """Return the renderer of a description, and the names by which equal light is recognised.
 
     Parameters
     ----------
@@ -66,11 +66,11 @@ class Request:
 
     description: SceneDescription
     demand: Demand  # groups and bands that are missing
-    renderer: Any  # with its seed
-    # by light group; None: the renderer cannot continue from stored paths
+    renderer: Any  # renderer with the seed of the frame
+    # stored samples by light group; None: the renderer cannot continue from stored samples
     known: dict[str, Known] | None
-    by_noise: bool = False  # store each tile with the bits that its noise leaves meaning
-    content: ContentNames | None = None  # by which frames that show the same are recognised
+    by_noise: bool = False  # store only bits that are significant above a tile's noise
+    content: ContentNames | None = None  # names by which frames with equal light are recognised
     # light groups of other frames, which are not rendered
     taken: list[Taken] = field(default_factory=list)
 
@@ -105,8 +105,10 @@ class Request:
 
 
 def equal_groups(chain: Chain, request: Request) -> list[Taken]:
-    """Return the light groups of a request whose light is that of stores of other frames; none
-    outside sequences, where light by need would depend on what is stored.
+    """Return the light groups of a request that stores of other frames hold with the same light.
+
+    Outside sequences there are none: the number of samples that the renderer takes for the other
+    groups would depend on what is stored.
     """
     demand = request.demand
     content = request.content

@@ -29,7 +29,7 @@ class Held(NamedTuple):
 def held_and_missing(chain: Chain, demand: Demand) -> Held:
     """Return the stores that serve `demand`, and what is missing.
 
-    Stores of another recipe with equal content serve where they hold everything.
+    Stores of another recipe with equal content are used if they hold everything.
     """
     if chain.renderer is None:
         return Held([], None)
@@ -96,7 +96,7 @@ def serves(attributes: dict[str, Any], demand: Demand, effort_asked: dict[str, A
     ----------
     attributes : attributes of the store.
     demand : demand whose labels the store must hold.
-    effort_asked : {field of the renderer that buys accuracy: value requested}.
+    effort_asked : {field of the renderer that changes only the accuracy: value requested}.
     """
     return set(demand.labels) <= set(attributes["labels"]) and all(
         attributes["effort"].get(key, 0) >= value for key, value in effort_asked.items()
@@ -118,11 +118,12 @@ def what_is_missing(
     ----------
     stores : root attributes of the stores.
     demand : demand of the run for scene radiance.
-    enough : function(paths, noise) -> whether stored paths of a group suffice; None: they always
-        do.
+    enough : function(paths, noise) -> whether the stored samples of a group suffice; None: they
+        always do.
     share : share of the cameras' noise at which the renderer stops; None: another setting decides.
-    effort : {field of the renderer that buys accuracy: value}, beside `share`. Fields may end a
-        rendering before it has reached the share; the same fields would end it there again.
+    effort : {field of the renderer that changes only the accuracy: value}, in addition to `share`.
+        Fields may end a rendering before it has reached the share; the same fields would end it
+        there again.
     """
     if demand.groups is None and not stores:
         return demand
@@ -155,7 +156,8 @@ def _groups_have(
     stores : root attributes of the stores.
     group : name of the light group.
     band : band centre, nm; None for all bands of the renderer.
-    enough : as for `what_is_missing`. `by_noise` : its share and effort.
+    enough : as for `what_is_missing`.
+    by_noise : share and effort, as for `what_is_missing`.
     """
     holding = [s for s in stores if holds(s, group, band)]
     if enough is None or not holding or any(group in s["absent_groups"] for s in holding):
@@ -187,8 +189,8 @@ def limit_share(chain: Chain, demand: Demand) -> float | None:
 def known_of(
     chain: Chain, stores: list[dict[str, Any]], missing: Demand, groups: tuple[str, ...]
 ) -> dict[str, Known] | None:
-    """Return the stored paths of each light group at the missing bands; None if the renderer cannot
-    continue from them.
+    """Return the stored samples of each light group at the missing bands; None if the renderer
+    cannot continue from them.
 
     Parameters
     ----------
@@ -201,5 +203,5 @@ def known_of(
         return None
     bands = ALL_BANDS if missing.wavelength_nm is None else missing.wavelength_nm
     stored = {group: known(stores, group, bands) for group in missing.groups or groups}
-    # one path alone is not pooled
+    # a single sample is not pooled
     return {group: k if k.paths > 1 else Known(next=k.next) for group, k in stored.items()}

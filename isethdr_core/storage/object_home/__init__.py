@@ -20,12 +20,12 @@ Objects below the prefix of a home:
     catalog/<part>/<name>.json           published store: where its files are, and its manifest
     <part>/<name>-<upload>.zarr/<file>   files of one upload; never changed
     labels/<name>.json                   labels of a run; changed by compare-and-swap
-    index/1/<random>.zst                 contents of many of these two; changed by compare-and-swap
+    index/1/<random>.zst                 contents of many of the two above; compare-and-swap
 
 The name of an upload has a random part, so that two writers never mix their files. The object in
 `catalog/` is written last, and only if no object has that name. A store without such an object does
 not exist for readers. The catalog of a home is the listing of `catalog/`. The index only saves
-requests: what it holds counts if the listing names the same version of that object.
+requests: its content of an object is used only if the listing names the same version of the object.
 
 Each machine has a scratch folder for each object home. It is an ordinary home folder, where runs
 are computed. If only the bucket holds a store, the scratch folder has a stub of it: its root

@@ -14,8 +14,8 @@ from ..atomic_write import write_text
 
 SCHEME = "s3://"
 SCRATCH = "ISETHDR_SCRATCH"
-MARK = "object_home.json"  # in a scratch folder: the address
-STUB = ".stub"  # in a store of a scratch folder whose other files are in the bucket only
+MARK = "object_home.json"  # file of a scratch folder that holds the address
+STUB = ".stub"  # file that marks a local store with its other files in the bucket only
 ENDPOINTS = ("AWS_ENDPOINT_URL_S3", "AWS_ENDPOINT_URL", "AWS_ENDPOINT")
 
 
@@ -89,7 +89,7 @@ def address_of(folder: Path) -> Address | None:
     try:
         return Address.parsed(json.loads((folder / MARK).read_text(encoding="utf-8"))["url"])
     except (FileNotFoundError, NotADirectoryError, PermissionError):
-        # no folder, or one that cannot be read: who writes into it says so
+        # no folder, or one that cannot be read: a later write into it reports the error
         return None
     except (OSError, ValueError, KeyError, TypeError) as error:
         raise CatalogError(

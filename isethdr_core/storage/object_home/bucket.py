@@ -33,10 +33,10 @@ with needed("a home in an object store", extra="s3"):
 if TYPE_CHECKING:
     from obstore.store import ObjectStore
 
-AT_ONCE = 16  # requests in flight
-GROUP = 8 * AT_ONCE  # objects whose contents are in memory at once
-PATIENCE = timedelta(seconds=30)  # for repeats of a request
-REPEATS = 4
+AT_ONCE = 16  # number of requests in flight
+GROUP = 8 * AT_ONCE  # number of objects with contents in memory at once
+PATIENCE = timedelta(seconds=30)  # longest time for repeats of a request
+REPEATS = 4  # largest number of repeats of a request
 PROBE = "probe"
 STREAMED = 1_000_000  # bytes of an object that are in memory at once while its digest is computed
 
@@ -62,7 +62,7 @@ class Bucket:
 
     Raises
     ------
-    CatalogError : any request that is refused or does not arrive, in every method.
+    CatalogError : in every method, if a request is refused or does not arrive.
     """
 
     def __init__(self, address: Address, objects: ObjectStore) -> None:
@@ -71,7 +71,7 @@ class Bucket:
         self._writable = False
 
     def get(self, key: str) -> Content | None:
-        """Return an object, or None where there is none."""
+        """Return an object; None if it does not exist."""
         with self.asked("read"):
             try:
                 answer = obstore.get(self.objects, key)
@@ -83,7 +83,7 @@ class Bucket:
         """Yield objects in the order of their keys, several requests at once."""
         rest = iter(keys)
         with ThreadPoolExecutor(AT_ONCE) as pool:
-            # in groups: the pool would keep all contents in memory that nobody has taken yet
+            # in groups, because the pool would keep all contents in memory until they are taken
             while group := list(islice(rest, GROUP)):
                 yield from pool.map(self.get, group)
 
@@ -130,7 +130,8 @@ class Bucket:
             try:
                 found = obstore.list(self.objects, prefix).collect()
             except GenericError:
-                # a listing tells no reason, a read of one object does: no permission or no bucket
+                # the error of a listing states no reason; that of a read does: no permission or no
+                # bucket
                 obstore.get(self.objects, PROBE)
                 raise
         return [Entry(m["path"], m["size"], m["e_tag"] or "", m["last_modified"]) for m in found]
@@ -143,8 +144,8 @@ class Bucket:
                 obstore.delete(self.objects, listed)
 
     def check_writable(self) -> None:
-        """Raise CatalogError where this process may not write, or where the server ignores the
-        condition of a write. Three small requests, once per process.
+        """Raise CatalogError if this process may not write, or if the server ignores the condition
+        of a write. The check takes three small requests, once per process.
         """
         if self._writable:
             return
@@ -201,8 +202,8 @@ def bucket_of(address: Address) -> Bucket:
 
     Credentials, region and server are read from the variables AWS_ACCESS_KEY_ID,
     AWS_SECRET_ACCESS_KEY, AWS_SESSION_TOKEN, AWS_REGION, AWS_ENDPOINT_URL, AWS_ALLOW_HTTP and
-    AWS_SKIP_SIGNATURE, as obstore names them. Without a key the services of a cloud machine are
-    asked.
+    AWS_SKIP_SIGNATURE, as obstore names them. Without a key, obstore asks the services of the cloud
+    machine for credentials.
     """
     settings = tuple(sorted(item for item in os.environ.items() if item[0].startswith("AWS_")))
     return _bucket(address, os.getpid(), settings)

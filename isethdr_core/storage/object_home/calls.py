@@ -29,8 +29,8 @@ def follow_home(folder: Path) -> None:
 
 
 def prepare_writing(folder: Path) -> None:
-    """Check that stores can be published later, publish those whose publication was interrupted,
-    and add to the index of the bucket what it lacks of those that are new here.
+    """Check that stores can be published later, publish stores whose publication was interrupted,
+    and add to the index of the bucket the entries that are new on this machine and missing there.
 
     Parameters
     ----------
@@ -186,12 +186,13 @@ def tidy_index(folder: Path, dry_run: bool = False) -> IndexUpkeep | None:
 
 
 def is_copy(path: Path) -> bool:
-    """Return whether a store lies in a bucket, and all of its files here as well."""
+    """Return whether a store is published, and all of its files are on this machine as well."""
     return address_of(path.parent.parent) is not None and bool(_operations().is_copy(path))
 
 
 def release_copy(path: Path) -> None:
-    """Replace the files of a published store here by a stub, after a look at those in the bucket.
+    """Replace the files of a published store on this machine by a stub, after checking that the
+    bucket has all of them.
 
     Raises
     ------
@@ -203,11 +204,11 @@ def release_copy(path: Path) -> None:
 
 
 def kept_here(label: str, path: Path) -> str:
-    """Return the label of a page, with the remark that no other machine has it where the home is
-    an object home.
+    """Return the label of a page. In an object home, it states that only this machine has the page.
 
     Parameters
     ----------
+    label : label of the page.
     path : path of the page, at most three folders below the home.
     """
     for folder in list(path.parents)[:3]:
@@ -218,7 +219,7 @@ def kept_here(label: str, path: Path) -> str:
 
 
 def home_of_stub(path: Path) -> Address | None:
-    """Return the object home that holds the files of a store; None where they are here."""
+    """Return the object home with the files of a stub; None for a store with its files here."""
     if not (path / STUB).exists():
         return None
     return address_of(path.parent.parent)

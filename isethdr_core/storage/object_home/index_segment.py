@@ -11,10 +11,10 @@ from typing import NamedTuple
 from numcodecs.zstd import compress, decompress
 
 MARK = b"isethdr index segment\n"  # first bytes of a segment; a SHA-256 of the rest follows
-LEVEL = 3  # of zstd: 70 runs with 56 kB each take 0.26 MB
+LEVEL = 3  # level of zstd; 70 runs with 56 kB each take 0.26 MB
 DIGEST_BYTES = 32
-PACK_BYTES = 8_000_000  # of contents that are compressed together: 140 runs
-ANY_BYTES = "surrogateescape"  # a damaged object is no UTF-8; the index repeats it as it is
+PACK_BYTES = 8_000_000  # size of the contents that are compressed together: 140 runs
+ANY_BYTES = "surrogateescape"  # a damaged object may not be UTF-8; its bytes are kept unchanged
 
 
 class Version(NamedTuple):
@@ -50,7 +50,7 @@ class Segment:
 
     @classmethod
     def decoded(cls, content: bytes) -> Segment | None:
-        """Return the segment that an object holds; None where it is damaged, or holds none."""
+        """Return the segment that an object holds; None if it is damaged, or is no segment."""
         packed = content[len(MARK) + DIGEST_BYTES :]
         if content[: -len(packed)] != MARK + hashlib.sha256(packed).digest():
             return None

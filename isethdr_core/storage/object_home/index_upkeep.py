@@ -22,17 +22,17 @@ from .shared_labels import LABELS
 class IndexUpkeep(NamedTuple):
     """Work on the index of a bucket."""
 
-    added: int  # versions that it lacks
-    removed: int  # stale versions in it
-    merged: int  # segments that are written anew
+    added: int  # number of versions that the index lacks
+    removed: int  # number of stale versions in the index
+    merged: int  # number of segments that are written anew
 
 
 @dataclass(frozen=True)
 class _Plan:
     current: dict[str, str]  # tags of all objects that the index shall hold
-    lacking: list[str]  # keys of those that it does not hold
-    stale: int
-    staying: set[str]  # keys of those in segments that stay as they are
+    lacking: list[str]  # keys of objects that the index does not hold
+    stale: int  # number of stale versions
+    staying: set[str]  # keys of objects in segments that stay unchanged
     replaced: list[Entry]  # segments that are written anew
 
 
@@ -69,7 +69,7 @@ def _planned(bucket: Bucket) -> _Plan:
     held: set[str] = set()
     staying: set[str] = set()
     small = []
-    wasteful = []  # with stale versions, or damaged
+    wasteful = []  # segments with stale versions, and damaged ones
     stale = 0
     for segment, versions, size in summaries:
         fresh = {key for key, etag in versions if current.get(key) == etag} - staying

@@ -1,4 +1,4 @@
-"""All that `calls` asks of an object home. Importing it loads obstore and zarr."""
+"""The functions that `calls` uses on an object home. The import loads obstore and zarr."""
 
 from .index_upkeep import tidy_index as tidy_index
 from .publication import is_copy as is_copy

@@ -1,8 +1,8 @@
 """Publication: a complete store is uploaded, and made visible by one conditional write.
 
-Whatever happens before that write leaves objects that no catalog names. They are removed at once
-if this process can do so, else by `isethdr catalog gc`. The store stays whole in the scratch
-folder, and the next command that writes to the home publishes it.
+If the upload fails before that write, it leaves objects that no catalog names. They are removed at
+once if this process can do so, otherwise by `isethdr catalog gc`. The store stays complete in the
+scratch folder, and the next command that writes to the home publishes it.
 """
 
 from __future__ import annotations
@@ -26,16 +26,16 @@ from .index_segment import Version
 from .shared_index import add
 from .shared_labels import labels_key
 
-CATALOG = "catalog"  # of a bucket: one object for each published store
-PUBLISHED = ".published"  # of a scratch folder: one file for each of these objects
+CATALOG = "catalog"  # prefix in a bucket, with one object for each published store
+PUBLISHED = ".published"  # folder in a scratch folder, with one file for each of these objects
 PARTS = ("scenes", "runs", "studies")
 
 
 @dataclass(frozen=True)
 class Published:
-    """A published store: what its object in the catalog says."""
+    """A published store, as its object in the catalog states it."""
 
-    location: str  # key before its files
+    location: str  # start of the keys of its files
     size: int  # bytes of all files
     root: str  # text of the root metadata
     manifest: str  # text of the manifest
@@ -46,7 +46,7 @@ class Published:
 
     @classmethod
     def decoded(cls, text: bytes, name: str) -> Published:
-        """Return what an object of the catalog says.
+        """Return the content of an object of the catalog.
 
         Raises
         ------
@@ -70,7 +70,7 @@ def catalog_key(path: Path) -> str:
 
 
 def published(path: Path) -> Published | None:
-    """Return what this machine knows of a published store; None where it is not published."""
+    """Return what this machine has recorded of a published store; None if it is not published."""
     for file in _records(path):
         with suppress(FileNotFoundError):  # another process has just replaced it
             return Published.decoded(file.read_bytes(), path.stem)
@@ -80,8 +80,8 @@ def published(path: Path) -> Published | None:
 def publish(path: Path, address: Address) -> None:
     """Upload a complete store of the scratch folder of `address`, unless it is published.
 
-    If another writer has published a store of that name, that one counts, and takes the place of
-    this one. Both have the same inputs.
+    If another writer has published a store of that name, the published store replaces this one.
+    Both have the same inputs.
 
     Raises
     ------
@@ -101,13 +101,13 @@ def publish(path: Path, address: Address) -> None:
     texts = {key: (path / key).read_text(encoding="utf-8") for key in (METADATA, MANIFEST_FILE)}
     size = sum(record.size for record in manifest.files.values()) + len(texts[MANIFEST_FILE])
     ours = Published(location, size, texts[METADATA], texts[MANIFEST_FILE])
-    settled = True  # whether the files are certainly not in the catalog
+    settled = True  # whether it is certain that the catalog does not name the files in `keys`
     try:
         bucket.put_files((f"{location}/{key}", path / key) for key in keys)
         settled = False
         bucket.create(catalog_key(path), ours.encoded())
-        # A request whose answer was lost is sent again. It is then refused, because its own first
-        # try made the entry. So read whose entry it is.
+        # A request is sent again if its answer was lost. It is then refused, because its own first
+        # try made the entry. Reading the entry shows who wrote it.
         entry = bucket.get(catalog_key(path))
         settled = True
         if entry is not None and Published.decoded(entry.content, path.stem) == ours:
@@ -126,7 +126,8 @@ def publish(path: Path, address: Address) -> None:
             f"{address.url} lost the entry of {path.stem} right after it was written; another"
             " process may have removed it; the store is kept in {path}"
         )
-    # before the note of this machine: one that is killed here reads the entry anew, and adds it
+    # before the record of this machine: if the process is killed in between, the next one reads the
+    # entry again and adds it
     add(bucket, [Version(catalog_key(path), entry.etag, entry.content)])
     remember(path, entry, _records(path))
 
@@ -154,14 +155,14 @@ def withdraw(path: Path, labels: Path, address: Address) -> None:
 
 
 def remember(path: Path, entry: Content | Version, earlier: Iterable[Path]) -> None:
-    """Note in the scratch folder that a store is published; a stub takes the place of a store
-    with other files, and is made where there is none.
+    """Record in the scratch folder that a store is published. If this machine has no store of this
+    name, or one with other files, a stub is made in its place.
 
     Parameters
     ----------
     path : path of the store in the scratch folder.
     entry : the object of the catalog.
-    earlier : notes of other versions of this store, which are removed.
+    earlier : records of other versions of this store, which are removed.
     """
     found = Published.decoded(entry.content, path.stem)
     if not _holds(path, found):

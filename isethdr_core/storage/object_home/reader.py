@@ -92,7 +92,8 @@ def published_store(root: Path, manifest: Manifest, address: Address, group: str
 
 
 def check_published(root: Path, manifest: Manifest, address: Address) -> None:
-    """Raise CatalogError unless every file is in the bucket with its size; one listing request.
+    """Raise CatalogError unless every file is in the bucket with its size. The check takes one
+    listing request.
 
     Parameters
     ----------
@@ -118,8 +119,8 @@ def release_copy(root: Path, address: Address) -> None:
 
 
 def published_problems(root: Path, manifest: Manifest, address: Address) -> list[str] | None:
-    """Read every file of a published store and return its problems, one line per file; None where
-    it is not published.
+    """Read every file of a published store and return its problems, one line per file; None if the
+    store is not published.
 
     Parameters
     ----------

@@ -24,17 +24,18 @@ from .shared_labels import LABELS, FollowedLabels
 
 
 def follow(folder: Path, address: Address, complete: bool = False) -> None:
-    """Make stubs of the stores that other machines have published, and remove those that are gone;
-    the labels follow as well.
+    """Make stubs of the stores that other machines have published, remove stores that are gone in
+    the bucket, and update the labels.
 
-    One listing request for each 1000 stores. What is new here is read from the index of the bucket,
-    and object by object where the index lacks it.
+    This takes one listing request for each 1000 stores. Entries that are new on this machine are
+    read from the index of the bucket, or object by object if the index lacks them.
 
     Parameters
     ----------
     folder : scratch folder.
     address : bucket and prefix of the object home.
-    complete : whether to add to the index what it lacks, for those who may write.
+    complete : whether entries that the index lacks are added to it, which needs the permission to
+        write.
 
     Raises
     ------
@@ -100,7 +101,7 @@ def publish_pending(folder: Path, address: Address) -> list[Path]:
 
 
 def check_writable(address: Address) -> None:
-    """Raise CatalogError where a store could not be published later."""
+    """Raise CatalogError if a store could not be published later."""
     bucket_of(address).check_writable()
 
 

@@ -2,12 +2,13 @@
 
 A new machine reads these segments instead of one object for each store and each label. The objects
 stay authoritative: a version counts only if the listing of the objects names its tag and its size.
-Removed stores and changed labels are therefore never read from the index, and what the index lacks
-is read from the objects. The index may be incomplete, damaged or missing; this costs requests only.
+Removed stores and changed labels are therefore never read from the index, and versions that the
+index lacks are read from the objects. The index may be incomplete, damaged or missing; this only
+costs more requests.
 
 Segments are changed by compare-and-swap. A writer adds to one of the segments that are not full,
-chosen at random. A writer who loses several times begins a segment of its own, so that there are as
-many open segments as writers at once.
+chosen at random. If another writer is faster several times, the writer begins its own segment, so
+that there are as many open segments as simultaneous writers.
 """
 
 from __future__ import annotations
@@ -25,11 +26,11 @@ from ...errors import CatalogError
 from .bucket import AT_ONCE, Bucket, Content, Entry
 from .index_segment import Segment, Version, packs
 
-INDEX = "index/1"  # of a bucket; the number is the format of the segments
-# of a compressed segment to which nothing is added any more: 70 runs, 0.1 CPU s to change it
+INDEX = "index/1"  # prefix in a bucket; the number is the format of the segments
+# size of a compressed segment from which nothing more is added: 70 runs, 0.1 CPU s for a change
 FULL_BYTES = 256_000
-FEW = AT_ONCE  # so few objects are read in one step, and an index would not be faster
-TRIES = 4  # of a writer, before it begins a segment of its own
+FEW = AT_ONCE  # up to this number, objects are read in one step, and an index would not be faster
+TRIES = 4  # number of tries of a writer before it begins its own segment
 PAUSE_S = 0.05  # longest pause after the first lost try; doubled with each
 # a server may run on several machines, whose clocks differ by less than this
 CLOCKS = timedelta(minutes=1)
@@ -45,7 +46,8 @@ def contents(bucket: Bucket, wanted: Sequence[Entry], complete: bool = False) ->
     ----------
     bucket : objects of the home.
     wanted : objects of a listing, which tells their current versions.
-    complete : whether to add to the index what it lacks, for those who may write.
+    complete : whether versions that the index lacks are added to it, which needs the permission to
+        write.
 
     Raises
     ------
@@ -66,8 +68,8 @@ def contents(bucket: Bucket, wanted: Sequence[Entry], complete: bool = False) ->
 
 
 def add(bucket: Bucket, versions: Iterable[Version]) -> None:
-    """Add versions of objects to the index. A failure is one line, because it costs readers a
-    request only.
+    """Add versions of objects to the index. A failure is only logged, because it costs readers no
+    more than one request.
     """
     try:
         for pack in packs(versions):
@@ -88,7 +90,7 @@ def read_versions(bucket: Bucket, keys: list[str]) -> Iterator[Version]:
 
 
 def segments(bucket: Bucket) -> list[Entry]:
-    """Return the objects that hold the index; others beside them are named in one line."""
+    """Return the objects that hold the index. Other objects below its prefix are logged."""
     found = []
     for entry in bucket.listing(f"{INDEX}/"):
         if re.fullmatch(r"[0-9a-f]{32}\.zst", entry.key.removeprefix(f"{INDEX}/")):
@@ -99,19 +101,19 @@ def segments(bucket: Bucket) -> list[Entry]:
 
 
 def begin_segment(bucket: Bucket, versions: Iterable[Version]) -> None:
-    """Write a new segment, whose name nobody else has."""
+    """Write a new segment under a unique name."""
     key = f"{INDEX}/{uuid.uuid4().hex}.zst"
     bucket.create(key, Segment(tuple(versions)).encoded())
 
 
 def decoded(bucket: Bucket, key: str, stored: Content | None) -> Segment:
-    """Return a segment that was read; a damaged one is empty, and named in one line.
+    """Return a segment that was read. A damaged segment is logged and returned empty.
 
     Parameters
     ----------
     bucket : objects of the home, for the message.
     key : name of the segment's object.
-    stored : the object; None where it is gone, which counts as a closed segment.
+    stored : the object; None if it is gone, which counts as a closed segment.
     """
     if stored is None:
         return Segment(closed=True)
@@ -138,7 +140,7 @@ def _add(bucket: Bucket, pack: list[Version]) -> None:
 
 
 def _useful(bucket: Bucket, wanted: Sequence[Entry], complete: bool) -> list[str]:
-    """Return the segments that may hold current versions of objects; none where reading the objects
+    """Return the segments that may hold current versions of objects; none if reading the objects
     takes fewer requests.
     """
     # A version is added to a segment after its object was written.
@@ -159,5 +161,5 @@ def _is_current(version: Version, entry: Entry) -> bool:
 
 @lru_cache
 def _say_ignored(url: str, key: str, why: str) -> None:
-    """Warn of an object, once in a process."""
+    """Log a warning about an object, once per process."""
     log.warning("ignored %s in %s: %s", key, url, why)

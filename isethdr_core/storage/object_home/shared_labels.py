@@ -14,9 +14,9 @@ from .bucket import Entry, bucket_of
 from .index_segment import Version
 from .shared_index import add
 
-LABELS = "labels"  # of a bucket
-KNOWN = ".labels"  # of a scratch folder: the version of each object that was read
-MOST_TRIES = 50
+LABELS = "labels"  # prefix in a bucket
+KNOWN = ".labels"  # file of a scratch folder with the version of each object that was read
+MOST_TRIES = 50  # largest number of tries of one change
 
 
 def labels_key(path: Path) -> str:
@@ -58,7 +58,7 @@ def merge_labels(path: Path, address: Address, merged: Callable[[str], str]) -> 
 
 
 class FollowedLabels:
-    """The labels of a scratch folder, which follow those of the bucket.
+    """Brings the labels of a scratch folder up to date with those of the bucket.
 
     Parameters
     ----------
@@ -72,7 +72,7 @@ class FollowedLabels:
         self._current = {entry.key: entry for entry in listed}
 
     def changed(self) -> list[Entry]:
-        """Return the labels whose version in the bucket this machine has not read."""
+        """Return the labels with a version in the bucket that this machine has not read."""
         return [e for key, e in self._current.items() if self._known.get(key) != e.etag]
 
     def take(self, version: Version) -> None:

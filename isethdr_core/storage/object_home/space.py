@@ -23,7 +23,7 @@ class PartUse(NamedTuple):
 class Upload(NamedTuple):
     """Files of an upload that no catalog names."""
 
-    location: str  # key before its files
+    location: str  # start of the keys of its files
     size: int  # bytes
 
 
@@ -33,8 +33,9 @@ def interrupted_uploads(address: Address, older_than: timedelta) -> list[Upload]
 
     Parameters
     ----------
-    older_than : the time; far longer than one file takes. Clocks of this machine and of the server
-        are compared, so an hour is too short.
+    address : bucket and prefix of the object home.
+    older_than : least time since the last file arrived. It must be far longer than the upload of
+        one file. Clocks of this machine and of the server are compared, so an hour is too short.
     """
     bucket = bucket_of(address)
     files = _files(bucket)  # before the catalog: an upload that is finished meanwhile is named
@@ -59,7 +60,7 @@ def remove_uploads(address: Address, uploads: Iterable[Upload]) -> None:
 
 
 def bucket_use(address: Address) -> list[PartUse]:
-    """Return what each part takes in the bucket; unfinished uploads come last."""
+    """Return the space of each part in the bucket; unfinished uploads come last."""
     bucket = bucket_of(address)
     named = _named(bucket)
     files = _files(bucket)
