@@ -1,12 +1,13 @@
 """Amplitude over the exit pupil of a prescription for a uniform incoming beam, as Zernike
 coefficients.
 
-The point spread is the transform of the amplitude over direction cosines at the image. The power
-per area of direction cosines is a product: power per area of the incoming beam, times the area of
-that beam per area of direction cosines (a Jacobian), times the transmittance of surfaces and
-coatings along the ray. The amplitude is its square root. A lens that keeps the sine condition off
-the axis too, which means a lens without coma, has a uniform amplitude here (Abbe; Born and Wolf
-1999, section 4.5), even if the beam fills its stop unevenly.
+The point spread is the Fourier transform of the amplitude over direction cosines at the image. The
+power per area of direction cosines is the product of three factors: the power per area of the
+incoming beam, the area of that beam per area of direction cosines (a Jacobian), and the
+transmittance of surfaces and coatings along the ray. The amplitude is the square root of this
+product. A lens that obeys the sine condition also off the axis, which means a lens without coma,
+has a uniform amplitude here (Abbe; Born and Wolf 1999, section 4.5), even if the beam does not fill
+its stop uniformly.
 """
 
 from __future__ import annotations
@@ -27,11 +28,11 @@ from .rays import HIGHEST, entering, fitted
 if TYPE_CHECKING:
     from .prescription import Prescription
 
-# of the places in the exit pupil where the amplitude is evaluated
+# numbers of radii and azimuths in the exit pupil at which the amplitude is evaluated
 RADII = 24
 AZIMUTHS = 48
-STEP = 1e-4  # radii of the exit pupil, for derivatives
-LEAST = 1e-7  # coefficients below are rounding
+STEP = 1e-4  # step of numerical derivatives, radii of the exit pupil
+LEAST = 1e-7  # least coefficient that is kept; smaller ones are rounding errors
 
 
 @lru_cache(maxsize=256)
@@ -43,16 +44,17 @@ def amplitude(
     Parameters
     ----------
     lens : `Prescription`, scaled and stopped. Vignetting is not included.
-    tangent : of the field angle, along +x. `wavelength_nm` : nm.
-
-    Notes
-    -----
-    The mean square over the exit pupil is 1. Terms odd in y, which a lens of revolution cannot
-    have, are not fitted. Light is unpolarised.
+    tangent : tangent of the field angle, along +x.
+    wavelength_nm : wavelength, nm.
 
     Raises
     ------
-    ConfigError : where too few rays of that direction reach the sensor.
+    ConfigError : too few rays of that direction reach the sensor.
+
+    Notes
+    -----
+    The mean square over the exit pupil is 1. Terms odd in y, which a rotationally symmetric lens
+    cannot have, are not fitted. Light is unpolarised.
     """
     (_, _, within), pupil, *_ = pupil_rays(lens, tangent, wavelength_nm)
     start = entering(lens, lens.indices(wavelength_nm), tangent)
@@ -71,7 +73,7 @@ def amplitude(
     enters_x = _fit(even, places, start.position_mm[0][within])
     enters_y = _fit(odd, places, start.position_mm[1][within])
     transmits = _fit(even, places, passed.weight[within])
-    # of equal areas
+    # points that represent equal areas
     radius, turn = np.meshgrid(
         np.sqrt((np.arange(RADII) + 0.5) / RADII), 2 * np.pi * np.arange(AZIMUTHS) / AZIMUTHS
     )
@@ -110,7 +112,7 @@ def _at(terms: dict[int, float], x: np.ndarray, y: np.ndarray) -> np.ndarray:
 def _area(
     first: dict[int, float], second: dict[int, float], x: np.ndarray, y: np.ndarray
 ) -> np.ndarray:
-    """Return the Jacobian of two functions of places in the exit pupil."""
+    """Return the Jacobian of two functions of the position in the exit pupil."""
     (xx, xy), (yx, yy) = (_slopes(terms, x, y) for terms in (first, second))
     return np.abs(xx * yy - xy * yx)
 

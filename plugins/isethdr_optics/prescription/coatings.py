@@ -3,8 +3,9 @@
 - `none`: bare glass.
 - `mgf2`: a quarter wave of MgF2 at 550 nm.
 - `multilayer`: a quarter wave of index 1.38, a half wave of 2.05 and a quarter wave of 1.70, at 520
-  nm. It reflects less than 0.6 % from 420 to 680 nm, and 0.1 % in the middle. The design is of the
-  kind of J. T. Cox, G. Hass and A. Thelen, J. Opt. Soc. Am. 52, 965 (1962), with other numbers.
+  nm. It reflects less than 0.6 % from 420 to 680 nm, and 0.1 % in the middle. The design has the
+  form of those by J. T. Cox, G. Hass and A. Thelen, J. Opt. Soc. Am. 52, 965 (1962), with other
+  numbers.
 - `broadband`: layers of index 1.38, 2.05, 1.38, 2.05 and 1.38, which are 94.9, 136.7, 41.0, 20.8
   and 43.7 nm thick. It reflects less than 0.55 % from 400 to 700 nm, up to 20 degrees, on glass of
   1.5 to 1.63. The thicknesses minimise the squared reflectance on glass of 1.52 and 1.62.
@@ -26,8 +27,8 @@ if TYPE_CHECKING:
 
     from .prescription import Prescription
 
-# entries of the tables; linear interpolation has a measured error of 1e-5, except near the critical
-# angle
+# number of cosines in the tables; linear interpolation has a measured error of 1e-5, except near
+# the critical angle
 COSINES = 513
 
 
@@ -63,7 +64,7 @@ COATINGS = {
 
 
 def layers(coating: str, wavelength_nm: np.ndarray) -> list[Any]:
-    """Return [(index, thickness_nm), ...] from the air to the glass."""
+    """Return [(index, thickness_nm), ...] of the layers, from the air to the glass."""
     return COATINGS[coating](wavelength_nm)
 
 
@@ -115,7 +116,7 @@ class Powers:
 
     @staticmethod
     def _transmittance(_k: int, reflectance: np.ndarray) -> np.ndarray:
-        return 1 - reflectance  # all layers here are lossless
+        return 1 - reflectance  # all layers are lossless
 
     def _reflectance(self, k: int, forward: bool, cosine: np.ndarray) -> np.ndarray:
         if (k, forward) not in self._tables:
@@ -136,7 +137,7 @@ class Powers:
             for n, d in layers(lens.coatings[k], self.wavelength_nm)
         ]
         if "air" not in lens.media[k : k + 2]:
-            stack = []  # cemented
+            stack = []  # cemented surfaces have no coating
         n_from, n_to = (
             (self.indices[k], self.indices[k + 1])
             if forward

@@ -1,13 +1,11 @@
 """Exit pupil of a prescription: its stop as seen from an image point, in direction cosines.
 
 Rays cross a sphere around the chief ray's image that passes through the middle of the exit pupil.
-Every point of the sphere sends
-a wave to the sensor (Born and Wolf 1999, Principles of Optics, section 9.1). Near the image that
-wave is a plane one along
-the line from the point to the image. The point spread is therefore a Fourier transform over the
-direction cosines of these
-lines. Off the axis the stop fills fewer of them than on the axis, above all in the meridional
-plane.
+Every point of the sphere sends a wave to the sensor (Born and Wolf 1999, Principles of Optics,
+section 9.1). Near the image this is a plane wave along the line from the point to the image. The
+point spread is therefore a Fourier transform over the direction cosines of these lines. The range
+of direction cosines that the stop fills is smaller off the axis than on the axis, above all in the
+meridional plane.
 """
 
 from __future__ import annotations
@@ -27,46 +25,47 @@ from .rays import HIGHEST, FilledStop, filling, fitted
 if TYPE_CHECKING:
     from .prescription import Prescription
 
-AZIMUTHS = 180  # of the places on the border of the stop
+AZIMUTHS = 180  # number of points on the border of the stop
 
 
 class ExitPupil(NamedTuple):
-    """The image of the stop in direction cosines: an ellipse, and how far the true border is from
-    it.
+    """The image of the stop in direction cosines: an ellipse, and the distance of the true border
+    from it.
     """
 
-    # direction cosine along x, towards the image, per radius of the stop; below 0 where the pupil
-    # is upright
+    # direction cosine along x, towards the image, per radius of the stop; negative for an upright
+    # pupil
     meridional: float
     sagittal: float  # the same along y
-    centre: float  # direction cosine along x of its middle
-    off_ellipse: float  # largest distance of the border from the ellipse, radii of the stop
+    centre: float  # direction cosine along x of the middle of the ellipse
+    off_ellipse: float  # largest distance of the border from the ellipse, radii of the ellipse
 
 
 class PupilRays(NamedTuple):
     """Rays of one field point that fill the stop, and where they cross its exit pupil."""
 
     filled: FilledStop
-    places: np.ndarray  # (2, ...): x and y, 1 on the border of the ellipse
-    # path from the foot of the image on the ray to the sphere less that of a ray through the image
+    places: np.ndarray  # (2, ...) x and y of the crossings; 1 on the border of the ellipse
+    # difference between two paths to the sphere: from the foot of the perpendicular from the image
+    # to the ray, and along a ray through the image
     lag_mm: np.ndarray
-    image_mm: float  # of the chief ray on the sensor, along x
+    image_mm: float  # position of the chief ray on the sensor, along x
     scale: float  # size of the ellipse over that at the reference wavelength
 
 
 @lru_cache(maxsize=2048)
 def exit_pupil(lens: Prescription, tangent: float, wavelength_nm: float) -> ExitPupil:
-    """Return the exit pupil seen from the image of a field tangent along +x.
+    """Return the exit pupil as seen from the image of a field point on +x.
 
     Parameters
     ----------
+    lens : `Prescription`, scaled and stopped.
+    tangent : tangent of the field angle, 0 or more.
     wavelength_nm : wavelength, nm.
-    lens : scaled and stopped.
-    tangent : of the field angle, 0 or above.
 
     Raises
     ------
-    ConfigError : where too few rays of that direction fill the stop.
+    ConfigError : too few rays of that direction fill the stop.
     """
     filled = filling(lens, tangent, wavelength_nm)
     image_mm = float(chief_mm(lens, tangent, wavelength_nm)[0])
@@ -76,22 +75,22 @@ def exit_pupil(lens: Prescription, tangent: float, wavelength_nm: float) -> Exit
 def pupil_rays(
     lens: Prescription, tangent: float, wavelength_nm: float, reach: float = 1.0
 ) -> PupilRays:
-    """Return rays from a field tangent along +x and where they cross the exit pupil, in units of
-    its radii.
+    """Return rays from a field point on +x, and where they cross the exit pupil, in units of its
+    radii.
 
-    The unit is the exit pupil at the reference wavelength times a scale of the same area at this
-    wavelength. One shape of the pupil therefore serves all wavelengths.
+    The unit is the exit pupil at the reference wavelength, scaled to the area of the exit pupil at
+    this wavelength. One shape of the pupil therefore serves all wavelengths.
 
     Parameters
     ----------
     lens : `Prescription`, scaled and stopped.
-    tangent : tangent of the field angle, 0 or above.
+    tangent : tangent of the field angle, 0 or more.
     wavelength_nm : wavelength, nm.
     reach : radii of the stop within which rays count. Rims do not stop them.
 
     Raises
     ------
-    ConfigError : where too few rays of that direction fill the stop.
+    ConfigError : too few rays of that direction fill the stop.
     """
     filled = filling(lens, tangent, wavelength_nm, reach)
     image_mm = float(chief_mm(lens, tangent, wavelength_nm)[0])
@@ -107,8 +106,16 @@ def pupil_rays(
 def _directions_of_stop(
     lens: Prescription, image_mm: float, wavelength_nm: float, filled: FilledStop
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return direction cosines (x, y) from the exit sphere to the image, and `PupilRays.lag_mm`;
-    finite for a pupil at infinity too.
+    """Return direction cosines (x, y) from the exit sphere to the image, and `PupilRays.lag_mm`.
+
+    Both are finite also for a pupil at infinity.
+
+    Parameters
+    ----------
+    lens : `Prescription`, scaled and stopped.
+    image_mm : position of the chief ray on the sensor, along x, mm.
+    wavelength_nm : wavelength, nm.
+    filled : rays that fill the stop.
     """
     position = filled.rays.position_mm
     direction = filled.rays.direction
@@ -123,8 +130,8 @@ def _directions_of_stop(
 def _sphere_curvature_per_mm(
     lens: Prescription, image_mm: float, indices: Sequence[float | np.ndarray]
 ) -> float:
-    """Return 1 / the radius of the sphere around an image point through the paraxial exit pupil;
-    below 0 for one behind the sensor.
+    """Return the curvature, 1/mm, of the sphere around an image point through the paraxial exit
+    pupil; it is negative for a pupil behind the sensor.
     """
     behind = [(k, False) for k in range(lens.stop + 1, len(lens.surfaces) - 1)]
     stop_z = lens.surfaces[lens.stop].z_mm
@@ -133,14 +140,14 @@ def _sphere_curvature_per_mm(
     if not behind:
         return 1 / np.hypot(sensor_z - stop_z, image_mm)
     matrix = paraxial.matrices(lens.surfaces, indices, behind, stop_z)[-1]
-    # from the exit pupil to the sensor, times the element below
+    # distance from the exit pupil to the sensor, times matrix[1, 1]
     depth = (sensor_z - last_z) * matrix[1, 1] + matrix[0, 1]
     return float(matrix[1, 1] * np.sign(depth) / np.hypot(depth, matrix[1, 1] * image_mm))
 
 
 def _ellipse(filled: FilledStop, cosines: np.ndarray) -> ExitPupil:
-    """Return the ellipse nearest to the border of the stop in direction cosines, from polynomials
-    fitted over the stop.
+    """Return the ellipse that fits the border of the stop in direction cosines. The border follows
+    from polynomials that are fitted to the rays over the stop.
     """
     terms = range((HIGHEST + 1) * (HIGHEST + 2) // 2)
     turn = 2 * np.pi * np.arange(AZIMUTHS) / AZIMUTHS

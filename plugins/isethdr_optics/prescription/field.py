@@ -1,4 +1,4 @@
-"""Field of a prescription: whether its beam gets to the corners of the camera's field, told before
+"""Field of a prescription: checks that its beam reaches the corners of the camera's field, before
 anything is computed.
 """
 
@@ -15,18 +15,24 @@ if TYPE_CHECKING:
     from ..abilities import PupilOptics
     from ..lenses.prescription_lens import PrescribedLens
 
-DARK = 0.01  # of the area of the beam on the axis
-MARGIN = 1.2  # times the camera's field: what renderers add around it has to be traced too
+DARK = 0.01  # least area of the beam in the corners, over that on the axis
+# extent of the field that must be traced, over the camera's field: renderers add overscan around it
+MARGIN = 1.2
 
 
 def check(lens: PrescribedLens, width: float, height: float, projection: str) -> None:
-    """Raise ConfigError where rims leave next to nothing of the beam towards a corner of the field,
-    or where rays miss a surface just beyond.
+    """Refuse a field with corners that the lens cannot image.
 
     Parameters
     ----------
-    lens : `PrescribedLens`. `width`, `height` : of the camera's field, tangents, or radians where
-        `projection` is equidistant.
+    lens : lens `prescription`.
+    width, height : size of the camera's field, tangents; radians if `projection` is equidistant.
+    projection : as in `isethdr_core.physics.optics.projection`.
+
+    Raises
+    ------
+    ConfigError : rims stop nearly the whole beam towards a corner of the field, or rays just beyond
+        the corner miss a surface.
     """
     corner = _corner(width, height, projection)
     if _remaining_share(lens, corner) < DARK:
@@ -48,7 +54,8 @@ def state(lens: PupilOptics, width: float, height: float, projection: str) -> No
 
     Parameters
     ----------
-    lens : `Prescription`. `width`, `height` : of the field, in the units of `projection`.
+    lens : lens `prescription`.
+    width, height : size of the camera's field, tangents; radians if `projection` is equidistant.
     projection : as in `isethdr_core.physics.optics.projection`.
     """
     corner = _corner(width, height, projection)
@@ -69,13 +76,13 @@ def _corner(width: float, height: float, projection: str) -> float:
 
 
 def _remaining_share(lens: PrescribedLens, angle: float) -> float:
-    """Return the area of the beam from an angle off the axis over that on it."""
+    """Return the area of the beam from a field angle, rad, over that on the axis."""
     return lens.beam(math.tan(angle)) if angle < math.pi / 2 else 0.0
 
 
 def _fits(lens: PrescribedLens, width: float, height: float, projection: str) -> float:
-    """Return the horizontal field, degrees, of the same aspect whose corners are at the border of
-    the design field.
+    """Return the horizontal field, degrees, of a field with the same aspect ratio and with corners
+    at the border of the design field.
     """
     made_for = math.radians(lens.real().half_field_deg)
     half = math.hypot(width, height) / 2

@@ -2,8 +2,8 @@
 illumination, focal length.
 
 Directions are tangents in the orientation of the image: light from +x is traced towards +x. A lamp
-at the tangent t is imaged near + focal length x t. This is the lens turned by 180 degrees, which
-has no other effect.
+at the tangent t is imaged near + focal length x t. This is the image of a real lens rotated by 180
+degrees.
 """
 
 from __future__ import annotations
@@ -25,16 +25,15 @@ if TYPE_CHECKING:
 
     from .prescription import Prescription
 
-AIM_MM = 1e-12  # of the stop's radius: how well chief rays are aimed
-GRID = 160  # rays across the front, for areas
-SPOT_GRID = 200  # rays across a beam: rms spots are right to 5e-4
-REACH = 1.5  # radii of the entrance pupil around its middle, in which rays count as the beam's
-SEARCH_GRID = 40  # rays across it that find the beam
+AIM_MM = 1e-12  # largest error of the aim of chief rays, radii of the stop
+GRID = 160  # number of rays along each side of a square, for areas
+SPOT_GRID = 200  # number of rays across a beam; rms spots are accurate to 5e-4
+REACH = 1.5  # half side of that square around the entrance pupil, radii of the pupil
+SEARCH_GRID = 40  # number of rays along each side of that square, to find the beam
 
 
 def chief_mm(lens: Prescription, tangent: float | np.ndarray, wavelength_nm: float) -> np.ndarray:
-    """Return where rays through the middle of the stop meet the sensor, mm, for field tangents;
-    aimed by the secant method.
+    """Return the heights at which chief rays, through the middle of the stop, meet the sensor, mm.
 
     Parameters
     ----------
@@ -44,17 +43,17 @@ def chief_mm(lens: Prescription, tangent: float | np.ndarray, wavelength_nm: flo
 
     Raises
     ------
-    ConfigError : where no ray of that direction gets through the middle of the stop.
+    ConfigError : no ray of some direction passes through the middle of the stop.
     """
     tangent = np.atleast_1d(np.asarray(tangent, float))
     return _aimed(lens, tangent, wavelength_nm, 0.0).position_mm[0]
 
 
 class ChiefRays(NamedTuple):
-    """Rays through the middle of the stop, where they meet the sensor."""
+    """Chief rays, through the middle of the stop, where they meet the sensor."""
 
-    height_mm: np.ndarray  # above the axis
-    angle_deg: np.ndarray  # to the sensor's normal; above 0 where the ray leads away from the axis
+    height_mm: np.ndarray  # distance from the axis
+    angle_deg: np.ndarray  # angle to the sensor's normal; positive if the ray leaves the axis
 
 
 def chief_rays(lens: Prescription, tangent: np.ndarray) -> ChiefRays:
@@ -67,7 +66,7 @@ def chief_rays(lens: Prescription, tangent: np.ndarray) -> ChiefRays:
 
     Raises
     ------
-    ConfigError : as `chief_mm`.
+    ConfigError : as in `chief_mm`.
     """
     rays = _aimed(lens, tangent, lens.reference_nm, 0.0)
     angle_deg = np.degrees(np.arctan2(rays.direction[0], rays.direction[2]))
@@ -80,7 +79,16 @@ def _aimed(
     wavelength_nm: float,
     relative_height: float,
 ) -> Rays:
-    """Return rays (meridional, along x) that meet the stop at `relative_height` of its radius."""
+    """Return meridional rays, along x, that meet the stop at `relative_height` times its radius.
+    They are aimed by the secant method.
+
+    Parameters
+    ----------
+    lens : `Prescription`, scaled and stopped.
+    tangent : tangents of field angles along +x.
+    wavelength_nm : wavelength, nm.
+    relative_height : height on the stop, radii of the stop.
+    """
     indices = lens.indices(wavelength_nm)
     front = lens.surfaces[0].z_mm
     optics = lens.surfaces[:-1]
@@ -95,7 +103,7 @@ def _aimed(
 
     upright = np.sign(paraxial.matrices(optics, indices, to_stop, front)[-1][0, 0])
     x0 = (front - pupil_z) * tangent + upright * relative_height * pupil_radius
-    # off the axis the pupil wanders: first guesses that miss a surface are moved towards the axis
+    # the pupil moves off the axis: first guesses that miss a surface are shifted towards the axis
     for shrink in (1.0, 0.8, 0.6, 0.4, 0.2, 0.0):
         x0 = np.where(np.isfinite(miss(x0)), x0, shrink * (front - pupil_z) * tangent)
     x1 = x0 + 1e-4 * scale
@@ -126,7 +134,7 @@ def _aimed(
 def distortion(
     lens: Prescription, tangent: ArrayLike, wavelength_nm: float | None = None
 ) -> np.ndarray:
-    """Return (chief ray's height - f tan) / (f tan) at field tangents; 0 on the axis.
+    """Return the distortion (chief ray's height - f tan) / (f tan); 0 on the axis.
 
     Parameters
     ----------
@@ -142,8 +150,8 @@ def distortion(
 
 
 def _sensor_scale_mm(lens: Prescription, wavelength_nm: float) -> float:
-    """Return height / tangent of the paraxial chief ray: the focal length where the sensor is in
-    focus.
+    """Return height / tangent of the paraxial chief ray, mm. If the sensor is in focus, it is the
+    focal length.
     """
     indices = lens.indices(wavelength_nm)
     front = lens.surfaces[0].z_mm
@@ -155,31 +163,33 @@ def _sensor_scale_mm(lens: Prescription, wavelength_nm: float) -> float:
 
 @lru_cache(maxsize=64)
 def working_f_number(lens: Prescription, wavelength_nm: float | None = None) -> float:
-    """Return 1 / (2 sin u') of the traced marginal ray."""
+    """Return the working f-number 1 / (2 sin u') of the traced marginal ray; u' is its angle to the
+    axis at the sensor.
+    """
     rays = _aimed(lens, np.zeros(1), wavelength_nm or lens.reference_nm, 1 - 1e-9)
     return float(1 / (2 * np.abs(rays.direction[0, 0])))
 
 
 class Spot(NamedTuple):
-    """The rays of one field point on the sensor; 0 and NaN where none gets through."""
+    """The spot of one field point on the sensor; 0 and NaN if no ray passes the lens."""
 
     radius_mm: float  # rms distance of the rays from their centroid
     centroid_mm: float  # distance of the centroid from the axis, towards the field point's image
 
 
 def spot(lens: Prescription, tangent: float) -> Spot:
-    """Return the spot of a field point at the reference wavelength: parallel light that fills the
-    entrance beam evenly.
+    """Return the spot of a field point at the reference wavelength. Its parallel light fills the
+    entrance beam uniformly.
 
     Parameters
     ----------
     lens : `Prescription`.
-    tangent : of the angle between the field point and the axis.
+    tangent : tangent of the field angle.
 
     Notes
     -----
-    A first, coarse grid finds the beam: off the axis it wanders and is cut by rims. Cells that the
-    border of the beam crosses count by the part inside, as in `pupil_area_mm2`.
+    A first, coarse grid finds the beam, which moves off the axis and is limited by rims. Cells that
+    the border of the beam crosses count by the part inside, as in `pupil_area_mm2`.
     """
     indices = lens.indices(lens.reference_nm)
     front = lens.surfaces[0].z_mm
@@ -218,8 +228,8 @@ def pupil_area_mm2(
     wavelength_nm: float | None = None,
     grid: int = GRID,
 ) -> np.ndarray:
-    """Return, per field tangent, the area of the entrance beam that reaches the sensor, in a plane
-    across the axis, mm2.
+    """Return the area, mm2, of the entrance beam that reaches the sensor, in a plane perpendicular
+    to the axis, (field point,).
 
     Cells that the border of the beam crosses count by the part inside, to first order in the
     smallest margin along the ray.
@@ -252,13 +262,16 @@ def pupil_area_mm2(
 def seen_sr(lens: Prescription, height_mm: float, wavelength_nm: float, grid: int = GRID) -> float:
     """Return irradiance over radiance of a uniform scene at a point of the sensor, sr.
 
-    Rays are traced from the sensor back through all rims into the scene. E = L times the integral
-    of cos over the solid angle of the rays that pass. No entrance pupil, chief ray or image size is
-    used, so that coma and pupil aberrations are included as in a camera.
+    Rays are traced from the sensor back through all rims into the scene. The irradiance is the
+    radiance times the integral of cos over the solid angle of the rays that pass. No entrance
+    pupil, chief ray or image size is used, so that coma and pupil aberrations are included as in a
+    camera.
 
     Parameters
     ----------
-    lens : `Prescription`. `height_mm` : of the point above the axis. `wavelength_nm` : nm.
+    lens : `Prescription`.
+    height_mm : distance of the point from the axis, mm.
+    wavelength_nm : wavelength, nm.
     grid : rays along each side of the pupil.
     """
     sensor = lens.surfaces[-1].z_mm
@@ -277,7 +290,7 @@ def seen_sr(lens: Prescription, height_mm: float, wavelength_nm: float, grid: in
     z = max(optics[0].z_mm, 1e-3 * pupil_radius)
     half = REACH * pupil_radius * abs(z / pupil_z)
     cells = ((np.arange(grid) + 0.5) / grid * 2 - 1) * half
-    # from the place on the sensor, towards the exit pupil
+    # rays from the point on the sensor towards the exit pupil
     x, y = np.meshgrid(cells - height_mm * z / pupil_z, cells)
     directions = np.stack([x, y, np.full(x.shape, z)])
     distance = np.sqrt(np.sum(directions**2, axis=0))
@@ -288,8 +301,8 @@ def seen_sr(lens: Prescription, height_mm: float, wavelength_nm: float, grid: in
 
 
 def _inside(margin: np.ndarray) -> np.ndarray:
-    """Return the part of every cell of a grid of rays that gets through, to first order in the
-    smallest margin along the ray.
+    """Return the part (0 to 1) of every cell of a grid of rays that passes the lens, to first order
+    in the smallest margin along the ray.
     """
     margin = np.where(np.isfinite(margin), margin, -1.0)
     gy, gx = np.gradient(margin)
@@ -300,11 +313,11 @@ def _inside(margin: np.ndarray) -> np.ndarray:
 def relative_illumination(
     lens: Prescription, tangent: np.ndarray, wavelength_nm: float | None = None
 ) -> np.ndarray:
-    """Return irradiance of a uniform scene at field tangents over that on the axis.
+    """Return the irradiance of a uniform scene, over that on the axis.
 
-    E = L dOmega cos A / dA' with A the entrance area, dOmega = cos^3 d(tangent)^2 and dA' the area
-    of the image of d(tangent)^2: cos^4, vignetting, pupil aberration and distortion together;
-    losses at surfaces, small and even, are left out.
+    E = L dOmega cos A / dA' with the entrance area A, the solid angle dOmega = cos^3 d(tangent)^2,
+    and the area dA' of the image of d(tangent)^2. It includes cos^4, vignetting, pupil aberration
+    and distortion. Losses at surfaces are left out; they are small and uniform.
 
     Parameters
     ----------

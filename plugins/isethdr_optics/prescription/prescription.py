@@ -1,15 +1,15 @@
 """Lens prescriptions: surfaces, glasses, coatings and stop of a real lens, read from YAML; scaled,
 stopped down, focused.
 
-A prescription is a list of rows from front to back; a row holds the surface and what lies behind
-it:
+A prescription is a list of rows from front to back. A row holds a surface and the medium behind it:
 
     {radius_mm, thickness_mm, glass, conic, aspheric, odd_aspheric, semi_diameter_mm, coating, role}
     {stop: true, thickness_mm, semi_diameter_mm}
 
-`radius_mm` .inf (the default) is a plane, `glass` air, `aspheric` [a4, a6, ...], `odd_aspheric`
-[a3, a5, ...]. The sensor lies `thickness_mm` behind the last row, or, without it, in the paraxial
-focus at `reference_nm`. Rows with `role` infrared_filter or cover_glass are the plates of a camera.
+`radius_mm` is .inf (a plane) by default, and `glass` is air. `aspheric` is [a4, a6, ...],
+`odd_aspheric` [a3, a5, ...]. The sensor lies `thickness_mm` behind the last row or, without this
+key, in the paraxial focus at `reference_nm`. Rows with `role` infrared_filter or cover_glass are
+the plates of a camera.
 """
 
 from __future__ import annotations
@@ -51,14 +51,16 @@ class Prescription:
     name: str
     source: str
     surfaces: tuple[Surface, ...]
-    media: tuple[str, ...]  # before the first surface, between, behind the sensor
-    coatings: tuple[str, ...]  # of each surface
-    f_number: float  # smallest it opens to
-    half_field_deg: float
+    media: tuple[str, ...]  # in front of the first surface, between surfaces, behind the sensor
+    coatings: tuple[str, ...]  # coating of each surface
+    f_number: float  # smallest f-number
+    half_field_deg: float  # half of the design field
     reference_nm: float = 587.56
 
     def indices(self, wavelength_nm: float | np.ndarray) -> list[float | np.ndarray]:
-        """Return the refractive index of every medium; equal media are the same object."""
+        """Return the refractive index of every medium; the entries of equal media are the same
+        object.
+        """
         try:
             index_of = {m: glass.index(m, wavelength_nm) for m in set(self.media)}
         except ValueError as err:
@@ -71,13 +73,13 @@ class Prescription:
         return next(k for k, s in enumerate(self.surfaces) if s.is_stop)
 
     def focal_length_mm(self, wavelength_nm: float | None = None) -> float:
-        """Return the paraxial focal length."""
+        """Return the paraxial focal length, mm; without a wavelength at `reference_nm`."""
         return paraxial.focal_length_mm(
             self.surfaces[:-1], self.indices(wavelength_nm or self.reference_nm)
         )
 
     def scaled(self, focal_length_mm: float) -> Prescription:
-        """Return the same lens, all lengths multiplied, with this focal length."""
+        """Return the lens with all lengths multiplied, so that it has this focal length."""
         s = focal_length_mm / self.focal_length_mm()
         return replace(
             self,
@@ -97,8 +99,12 @@ class Prescription:
         )
 
     def stopped(self, f_number: float) -> Prescription:
-        """Return the lens with the stop set so that the entrance pupil is focal length / f-number
-        wide (paraxially).
+        """Return the lens with a stop of such a size that the paraxial entrance pupil has the
+        diameter focal length / f-number.
+
+        Raises
+        ------
+        ConfigError : the f-number is below that of the prescription, or below 0.5.
         """
         _check_f_number(f_number, self.name)
         if f_number < self.f_number * (1 - 1e-9):
@@ -115,8 +121,8 @@ class Prescription:
         return replace(self, surfaces=tuple(surfaces))
 
     def with_coating(self, coating: str) -> Prescription:
-        """Return the lens with one coating on every surface between glass and air, filters'
-        infrared cut excepted.
+        """Return the lens with one coating on every surface between glass and air. The coating
+        `infrared_cut` of filters is kept.
         """
         check_coating(coating)
         return replace(
@@ -166,8 +172,9 @@ def parse(data: dict) -> Prescription:
 
     Raises
     ------
-    ConfigError : for unknown keys, glasses, coatings; a negative thickness; no stop, two, or one
-        behind the lens; an f-number below 0.5.
+    ConfigError : a key, glass, coating or role is unknown; a value is not allowed; there is not
+        exactly one stop, or it lies outside the lens; the lens forms no image; or the f-number is
+        below 0.5.
     """
     if (
         not isinstance(data, dict)
@@ -263,7 +270,7 @@ def _surface(where: str, row: dict[str, float | str], z: float) -> Surface:
 
 
 def _number(where: str, row: dict[str, float | str], key: str, default: float) -> float:
-    """Return a number of a mapping."""
+    """Return the number under a key of a mapping."""
     value = row.get(key, default)
     if not isinstance(value, (int, float)) or isinstance(value, bool) or np.isnan(value):
         raise ConfigError(f"{where}: {key} is {value!r}; expected a number")

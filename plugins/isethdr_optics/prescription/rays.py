@@ -1,5 +1,5 @@
 """Rays of a prescription over its stop: parallel light from one field point, traced to the sensor,
-and polynomials fitted to it.
+and polynomials fitted to values on these rays.
 """
 
 from __future__ import annotations
@@ -18,22 +18,29 @@ if TYPE_CHECKING:
 
     from .prescription import Prescription
 
-RAYS = 41  # across the entrance pupil
-HIGHEST = 8  # radial degree that is fitted
-FEWEST = 300  # rays of a fit
+RAYS = 41  # number of rays across the entrance pupil and its surroundings
+HIGHEST = 8  # highest radial degree of the fitted polynomials
+FEWEST = 300  # least number of rays of a fit
 
 
 class FilledStop(NamedTuple):
     """Rays of one field point and where they cross the stop."""
 
     rays: Rays
-    places: np.ndarray  # (2, ...): x and y, radii of the stop
-    within: np.ndarray  # which rays count
+    places: np.ndarray  # (2, ...) x and y of the crossings, radii of the stop
+    within: np.ndarray  # mask of the rays that count
 
 
 def fitted(basis: np.ndarray, values: np.ndarray) -> np.ndarray:
-    """Return the coefficients of least squares; by the normal equations, as Zernike terms over a
-    filled disc are nearly orthogonal.
+    """Return the coefficients of a least-squares fit.
+
+    The normal equations are accurate enough, because Zernike terms over a filled disc are nearly
+    orthogonal.
+
+    Parameters
+    ----------
+    basis : (sample, term) values of the terms.
+    values : (sample, ...) values to be fitted.
     """
     return np.linalg.solve(basis.T @ basis, basis.T @ values)
 
@@ -41,7 +48,7 @@ def fitted(basis: np.ndarray, values: np.ndarray) -> np.ndarray:
 def filling(
     lens: Prescription, tangent: float, wavelength_nm: float, reach: float = 1.0
 ) -> FilledStop:
-    """Return rays from a field tangent along +x over the stop; those count that reach the sensor.
+    """Return rays from a field point on +x over the stop. Only rays that reach the sensor count.
 
     Parameters
     ----------
@@ -52,7 +59,7 @@ def filling(
 
     Raises
     ------
-    ConfigError : where too few rays do.
+    ConfigError : too few rays count.
     """
     indices = lens.indices(wavelength_nm)
     start = entering(lens, indices, tangent)
@@ -70,13 +77,13 @@ def filling(
 
 
 def entering(lens: Prescription, indices: Sequence[float | np.ndarray], tangent: float) -> Start:
-    """Return (position, direction) of parallel light over the entrance pupil and somewhat more.
+    """Return (position, direction) of parallel light over 1.4 radii of the entrance pupil.
 
     Parameters
     ----------
     lens : `Prescription`, scaled and stopped.
-    indices : refractive index of every medium, as of `Prescription.indices`.
-    tangent : of the field angle, along +x.
+    indices : refractive index of every medium, from `Prescription.indices`.
+    tangent : tangent of the field angle, along +x.
     """
     front = lens.surfaces[0].z_mm
     optics = lens.surfaces[:-1]

@@ -1,6 +1,6 @@
 """Rims: vignetting of a prescription, as the part of the exit pupil that light off the axis fills.
 
-Seen from the stop, the rim of another surface is nearly a circle. It is so too in the units of the
+Seen from the stop, the rim of another surface is nearly a circle. This also holds in units of the
 exit pupil, in which the stop is a unit disc. A circle is fitted to points where rays graze the rim.
 """
 
@@ -20,30 +20,32 @@ from .rays import HIGHEST, fitted
 if TYPE_CHECKING:
     from .prescription import Prescription
 
-# of the places in the stop that are looked at
+# numbers of radii and azimuths in the stop at which rims are tested
 RADII = 48
 AZIMUTHS = 180
-BEYOND = 1.1  # stop radii: rays that a crossing is looked for among
-HALVINGS = 30
-LEAST = 0.01  # of the stop's area
-TOUCHED = 1e-6  # of a rim's radius: how far beyond it a beam of the same size comes out
+BEYOND = 1.1  # radii of the stop within which rays are fitted
+HALVINGS = 30  # number of bisections that find where a ray grazes a rim
+LEAST = 0.01  # least open share of the stop's area
+# Distance beyond a rim, in radii of the rim, that does not count as vignetting. The fit puts a beam
+# of exactly the rim's size this far outside.
+TOUCHED = 1e-6
 
 
 @lru_cache(maxsize=256)
 def rims(lens: Prescription, tangent: float) -> tuple[tuple[tuple[float, float], ...], float]:
-    """Return the discs (x, radius), centred on the meridional plane, that cut the stop for light
-    from a field tangent along +x.
+    """Return the discs (x, radius), centred on the meridional plane, that limit the stop for light
+    from a field point on +x.
 
     Parameters
     ----------
     lens : `Prescription`, scaled and stopped.
-    tangent : of the field angle, 0 or above.
+    tangent : tangent of the field angle, 0 or more.
 
     Returns
     -------
     Discs in radii of the stop; and the largest distance of a grazing ray from its disc's border, in
-    the same unit. No discs where only the stop itself limits the beam, nor where rims leave less
-    than `LEAST` of it: next to no light has no point spread worth knowing.
+    the same unit. There are no discs if only the stop itself limits the beam, or if rims leave less
+    than `LEAST` of the stop open: the point spread of so little light does not matter.
     """
     (rays, _, within), places, *_ = pupil_rays(lens, tangent, lens.reference_nm, BEYOND)
     u, v = (s[within] for s in places)
@@ -79,8 +81,8 @@ def rims(lens: Prescription, tangent: float) -> tuple[tuple[tuple[float, float],
 
 
 def _needed(cuts: Sequence[Any]) -> list[int]:
-    """Return which of the masks (radius, azimuth) cut a place that none of the others does; one of
-    those that are the same.
+    """Return the indices of the masks (radius, azimuth) that cover a point that no other mask
+    covers. Of equal masks one is kept.
     """
     needed = list(range(len(cuts)))
     for n in sorted(needed, key=lambda n: cuts[n].sum()):
@@ -91,10 +93,13 @@ def _needed(cuts: Sequence[Any]) -> list[int]:
 
 
 def _heights(basis: np.ndarray, hits: Sequence[list[np.ndarray]]) -> list:
-    """Return a function of places (x, y) in the stop for every surface: how far out rays cross it
-    there, 1 on its rim.
+    """Return a function for every surface: the height at which the ray through the point (x, y) of
+    the stop crosses the surface, 1 on its rim.
 
-    `hits` : per surface (x, y) of the rays that the basis was taken at.
+    Parameters
+    ----------
+    basis : (ray, term) Zernike terms at the rays.
+    hits : per surface, (x, y) of the rays, in radii of the rim.
     """
     if not hits:
         return []
@@ -115,14 +120,14 @@ def _heights(basis: np.ndarray, hits: Sequence[list[np.ndarray]]) -> list:
 
 
 def _crossings(height: Callable[..., Any], x0: float, y0: float) -> tuple[np.ndarray, np.ndarray]:
-    """Return the places (x, y) in the stop, on straight lines from (x0, y0), where `height` passes
+    """Return the points (x, y) of the stop, on straight lines from (x0, y0), where `height` crosses
     1.
     """
     turn = (np.arange(AZIMUTHS) + 0.5) * 2 * np.pi / AZIMUTHS
     dx = np.cos(turn)
     dy = np.sin(turn)
     along = x0 * dx + y0 * dy
-    reach = -along + np.sqrt(along**2 + 1 - x0**2 - y0**2)  # to the border of the stop
+    reach = -along + np.sqrt(along**2 + 1 - x0**2 - y0**2)  # distance to the border of the stop
     low = np.zeros(AZIMUTHS)
     high = reach
     cut = height(x0 + reach * dx, y0 + reach * dy) > 1
@@ -135,10 +140,10 @@ def _crossings(height: Callable[..., Any], x0: float, y0: float) -> tuple[np.nda
 
 
 def _circle(x: np.ndarray, y: np.ndarray) -> tuple[float, float, float]:
-    """Return the centre on the x axis and the radius of the circle nearest to points, and the
-    distance of the farthest from it.
+    """Return (centre on the x axis, radius, distance of the farthest point) of the circle that fits
+    points.
     """
-    # a sliver between two lines from the start: narrower than some degrees of the stop's border
+    # fewer than three points: the rim covers only a few degrees of the stop's border
     if len(x) < 3:
         return 0.0, 1.0, 0.0
     (twice, constant), *_ = np.linalg.lstsq(

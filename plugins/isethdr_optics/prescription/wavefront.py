@@ -25,30 +25,30 @@ class Wavefront(NamedTuple):
     """The wavefront of one field point at one wavelength, over its exit pupil."""
 
     terms_um: dict[int, float]  # {OSA index: um rms}
-    left_um: float  # what the terms leave, um rms
+    left_um: float  # residual of the fit, um rms
     pupil_scale: float  # size of the exit pupil over that at the reference wavelength
 
 
 @lru_cache(maxsize=2048)
 def zernike_um(lens: Prescription, tangent: float, wavelength_nm: float) -> Wavefront:
-    """Return the wavefront of light from a field tangent along +x.
+    """Return the wavefront of light from a field point on +x.
 
     Parameters
     ----------
+    lens : `Prescription`, scaled and stopped.
+    tangent : tangent of the field angle, 0 or more.
     wavelength_nm : wavelength, nm.
-    lens : scaled and stopped.
-    tangent : of the field angle, 0 or above.
-
-    Notes
-    -----
-    Optical path of a ray up to a sphere around the chief ray's place on the sensor that passes
-    through the middle of the exit pupil. Longer paths lag, and a lag that rises along x sends light
-    to +x, as everywhere here. The coordinates are those of the exit pupil. Terms that a lens of
-    revolution cannot have (odd in y) are not fitted; piston is dropped.
 
     Raises
     ------
-    ConfigError : where too few rays of that direction reach the sensor.
+    ConfigError : too few rays of that direction reach the sensor.
+
+    Notes
+    -----
+    The wavefront is the optical path of rays to a sphere around the chief ray's position on the
+    sensor; the sphere passes through the middle of the exit pupil. Longer paths are positive, and a
+    path that rises along x sends light to +x. The coordinates are those of the exit pupil. Terms
+    odd in y, which a rotationally symmetric lens cannot have, are not fitted; piston is dropped.
     """
     indices = lens.indices(wavelength_nm)
     (rays, _, within), places, lag_mm, image_mm, scale = pupil_rays(lens, tangent, wavelength_nm)
@@ -73,8 +73,8 @@ def _paths_mm(
     rays: Rays,
     image: np.ndarray,
 ) -> np.ndarray:
-    """Return optical path lengths from a wave in front of the lens to the foot of `image` on every
-    ray.
+    """Return the optical path length of every ray, mm: from a plane wave in front of the lens to
+    the foot of the perpendicular from `image` to the ray.
     """
     position, direction = start
     total = indices[0] * np.sum(position * direction, axis=0)
@@ -83,7 +83,7 @@ def _paths_mm(
         point = np.stack(
             [hit[0], hit[1], surface.z_mm + sag_mm(surface, hit[0] ** 2 + hit[1] ** 2)]
         )
-        # a plane that stands in the hollow of the surface before it is reached backwards
+        # a plane may lie within the sag of the surface before it: the path to it is negative there
         total = total + indices[k] * np.copysign(
             np.sqrt(np.sum((point - position) ** 2, axis=0)), point[2] - position[2]
         )
