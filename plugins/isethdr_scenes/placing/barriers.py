@@ -14,17 +14,19 @@ if TYPE_CHECKING:
     from ..roads.road import Mark
 
 
-# from the road's edge
-RAIL_BESIDE_M = 0.7
-NOISE_BESIDE_M = 3.2
-POST_BESIDE_M = 0.5
-CURVE_PER_M = 1 / 220  # a curve with a guard rail on its outer side
+RAIL_BESIDE_M = 0.7  # distance of guard rails from the road's edge
+NOISE_BESIDE_M = 3.2  # distance of noise barriers from the road's edge
+POST_BESIDE_M = 0.5  # distance of marker posts from the road's edge
+CURVE_PER_M = 1 / 220  # least curvature of a curve with closer posts and perhaps a guard rail
 POST_STEP_M = 50.0
 CURVE_POST_STEP_M = 25.0
 
 
 def place_barriers(site: Site) -> int:
-    """Place barriers and marker posts of roads outside of towns; return how many panels."""
+    """Place boards of road works, barriers and marker posts; return the number of things placed.
+
+    Towns get only the boards.
+    """
     rng = site.rng("barriers")
     feet: list[Foot] = []
     posts: list[Foot] = []
@@ -62,7 +64,7 @@ def _board(site: Site, road: Road, mark: Mark, number: int, rng: np.random.Gener
 
 
 def _median(site: Site, road: Road, rng: np.random.Generator) -> list[Foot]:
-    """Return a concrete barrier along the reference line, where a median lies on both its sides."""
+    """Return a concrete barrier along the reference line, if a median lies on both sides of it."""
     numbers = {lane.number: lane.type for lane in road.sections[0].lanes}
     if numbers.get(1) != "median" or numbers.get(-1) != "median":
         return []
@@ -79,7 +81,7 @@ def _median(site: Site, road: Road, rng: np.random.Generator) -> list[Foot]:
 
 
 def _curves(site: Site, road: Road, rng: np.random.Generator) -> list[Foot]:
-    """Return guard rails on the outer side of narrow curves."""
+    """Return guard rails on the outer side of sharp curves."""
     s = np.arange(0.0, road.length_m, 4.0)
     curvature = road.line.at(s).curvature_per_m
     feet = []

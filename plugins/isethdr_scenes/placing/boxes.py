@@ -15,12 +15,13 @@ from ..things.furniture.traffic_lights import MAST_M, pole_y_m
 from ..things.people.riders import Rider
 from ..things.thing import Thing
 
-FIELDS = 9  # x, y, half length, half width, cos, sin, bottom, top, level
-MAST_CLEARANCE_M = 1.1  # an arm and what hangs from it, below the top of its mast
+FIELDS = 9  # values of a box: x, y, half length, half width, cos, sin, bottom, top, level
+# height from the top of a mast to the lowest point of its arm and of what hangs from the arm
+MAST_CLEARANCE_M = 1.1
 
 
 class Solid(NamedTuple):
-    """A box of a thing: its middle and its size in the thing's own axes, bottom and top, m."""
+    """A box of a thing in the thing's own axes: middle and size in plan, bottom and top, m."""
 
     x_m: float
     y_m: float
@@ -31,7 +32,10 @@ class Solid(NamedTuple):
 
 
 def solids(thing: Thing) -> tuple[Solid, ...]:
-    """Return the boxes that a thing occupies: one, or a post and what hangs over the ground."""
+    """Return the boxes that a thing occupies.
+
+    Most things have one box. A mast has a box of its post and a box of what hangs over the ground.
+    """
     length, width, height = thing.size_m
     if isinstance(thing, Rider) and not thing.vehicle_shown:
         x, y, z = thing.centre_m
@@ -60,12 +64,12 @@ def solids(thing: Thing) -> tuple[Solid, ...]:
 def rows(
     parts: tuple[Solid, ...], at: tuple[float, float, float], scale: float = 1.0, level: int = 0
 ) -> np.ndarray:
-    """Return boxes (n, FIELDS) of a thing that stands at x, y, turned by a heading in radians.
+    """Return boxes (n, FIELDS) of a thing at its place in the world.
 
     Parameters
     ----------
     parts : boxes of the thing in its own axes, m.
-    at : place x and y in m, and heading in radians.
+    at : place x and y of the thing, m, and its heading, radians.
     scale : factor on all lengths.
     level : 1 on a bridge, else 0.
     """
@@ -83,7 +87,7 @@ def rows(
 
 
 def overlapping(one: np.ndarray, many: np.ndarray, gap_m: float = 0.0) -> np.ndarray:
-    """Return which of `many` (n, FIELDS) come nearer than `gap_m` to the box `one` (FIELDS,).
+    """Return which boxes (n,) of `many` are closer than `gap_m` to the box `one`.
 
     Parameters
     ----------
@@ -113,7 +117,7 @@ def carrier(thing: Thing) -> Thing:
 
 
 class Taken:
-    """The boxes that are taken already."""
+    """The boxes that are occupied already."""
 
     def __init__(self) -> None:
         self._rows = np.empty((256, FIELDS))
@@ -121,15 +125,15 @@ class Taken:
 
     @property
     def boxes(self) -> np.ndarray:
-        """Boxes (n, FIELDS) that are taken."""
+        """Return the boxes (n, FIELDS) that are occupied."""
         return self._rows[: self._count]
 
     def free(self, boxes: np.ndarray, gap_m: float) -> bool:
-        """Return whether `boxes` (n, FIELDS) stay further than `gap_m` from all that is taken."""
+        """Return whether `boxes` (n, FIELDS) are at least `gap_m`, m, from all occupied boxes."""
         return not any(overlapping(box, self.boxes, gap_m).any() for box in boxes)
 
     def add(self, boxes: np.ndarray) -> None:
-        """Take boxes (n, FIELDS)."""
+        """Mark boxes (n, FIELDS) as occupied."""
         needed = self._count + len(boxes)
         while needed > len(self._rows):
             self._rows = np.concatenate([self._rows, np.empty_like(self._rows)])

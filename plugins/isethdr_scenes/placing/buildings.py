@@ -11,18 +11,18 @@ from .boxes import corners
 from .site import Foot, Site
 
 FENCES = ("picket_fence", "mesh_fence", "garden_wall")
-FENCE_BESIDE_M = 0.35  # from the road's edge to the middle of a fence
-FLAT_M = 0.9  # most difference of height among the corners of a building
+FENCE_BESIDE_M = 0.35  # distance from the road's edge to the middle of a fence
+FLAT_M = 0.9  # largest difference of ground height among the corners of a building
 
 
 @dataclass(frozen=True)
 class Row:
-    """How buildings stand along a kind of road."""
+    """Buildings along a kind of road: families, setback, gaps and fences."""
 
     families: tuple[str, ...]
-    setback_m: tuple[float, float]  # from the road's edge to the eaves
-    gap_m: tuple[float, float]  # between two buildings
-    fenced: float = 0.0  # share of the stretches with a fence
+    setback_m: tuple[float, float]  # least and largest distance from the road's edge to the eaves
+    gap_m: tuple[float, float]  # least and largest distance between two buildings
+    fenced: float = 0.0  # probability that a side of a road has a fence
 
 
 CITY = Row(("apartments", "shop", "office", "apartments", "shop"), (1.2, 1.8), (0.1, 1.5))
@@ -37,12 +37,12 @@ COUNTRY = Row(("house", "barn"), (12.0, 30.0), (60.0, 220.0))
 
 
 def row_of(site: Site) -> Row:
-    """Return how buildings stand along a road."""
+    """Return the row of buildings for the kind of road."""
     return ROWS.get(site.base.name, CITY if site.base.urban else COUNTRY)
 
 
 def place_buildings(site: Site) -> int:
-    """Place buildings, and fences before gardens; return how many buildings."""
+    """Place buildings, and fences in front of gardens; return the number of buildings."""
     row = row_of(site)
     rng = site.rng("buildings")
     feet = []
@@ -61,7 +61,7 @@ def place_buildings(site: Site) -> int:
 
 
 def _along(site: Site, road: Road, side: int, row: Row, rng: np.random.Generator) -> list[Foot]:
-    """Return buildings beside one side of a road, their fronts to it."""
+    """Return buildings along one side of a road, with their fronts towards it."""
     feet: list[Foot] = []
     s = float(rng.uniform(0, row.gap_m[1]))
     while s < road.length_m:
@@ -90,7 +90,7 @@ def _flat(site: Site, feet: list[Foot]) -> np.ndarray:
 
 
 def _fence(site: Site, road: Road, side: int, rng: np.random.Generator) -> list[Foot]:
-    """Return the panels of a fence, with gates."""
+    """Return the panels of a fence, with gaps for gates."""
     family = FENCES[int(rng.integers(len(FENCES)))]
     row = Panels(family, side, FENCE_BESIDE_M, (2.0, road.length_m - 2.0), gaps=0.12)
     return panels(site, road, row, rng)
@@ -98,13 +98,13 @@ def _fence(site: Site, road: Road, side: int, rng: np.random.Generator) -> list[
 
 @dataclass(frozen=True)
 class Panels:
-    """Panels that stand end to end beside a road."""
+    """A row of panels, placed end to end along a road."""
 
-    family: str  # of barriers
+    family: str  # family of the group `barrier`
     side: int  # 1 is left of the road, -1 right
-    beside_m: float  # from the road's edge to the middle of the panels
-    span_m: tuple[float, float]  # first and last metre along the road
-    gaps: float = 0.0  # share of panels left out
+    beside_m: float  # distance from the road's edge to the middle of the panels
+    span_m: tuple[float, float]  # places along the road where the row begins and ends
+    gaps: float = 0.0  # probability that a panel is left out
 
 
 def panels(site: Site, road: Road, row: Panels, rng: np.random.Generator) -> list[Foot]:
@@ -112,9 +112,9 @@ def panels(site: Site, road: Road, row: Panels, rng: np.random.Generator) -> lis
 
     Parameters
     ----------
-    site : for the stock, and the places beside the road.
-    road : along which the row stands.
-    row : family, side, ends along the road, distance from it, and share of gaps.
+    site : site with the stock and the places beside the road.
+    road : road of the row.
+    row : family, side, ends along the road, distance from it, and probability of gaps.
     rng : random numbers of the gaps.
     """
     thing = site.stock.draw("barrier", rng, row.family)
@@ -126,7 +126,7 @@ def panels(site: Site, road: Road, row: Panels, rng: np.random.Generator) -> lis
         ends = [site.beside(road, row.side, float(s + d * step / 2), row.beside_m) for d in (-1, 1)]
         x = (ends[0].x_m + ends[1].x_m) / 2
         y = (ends[0].y_m + ends[1].y_m) / 2
-        # the panel's own y runs along the road, its x to the road
+        # the y axis of a panel runs along the road, and its x axis points to the road
         along = np.arctan2(ends[1].y_m - ends[0].y_m, ends[1].x_m - ends[0].x_m)
         facing = float(along) - row.side * np.pi / 2
         name = f"{row.family} {road.name} {row.side} {k}"

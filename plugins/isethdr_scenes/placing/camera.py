@@ -1,4 +1,4 @@
-"""Camera on a vehicle: where it is mounted, where it looks, and whether that place is free."""
+"""Camera on a vehicle: its mount, its line of sight, and a check that its place is free."""
 
 from __future__ import annotations
 
@@ -13,14 +13,15 @@ from .plan import Layout, Viewpoint
 from .rules import holding
 
 Mount = Literal["front", "rear", "left", "right"]
-# of the middle of the camera's car: metres ahead and to the left, direction in degrees to the left
+# places of the mounts: distances ahead and to the left of the middle of the camera's car, m, and
+# direction, degrees to the left
 MOUNTS: dict[Mount, tuple[float, float, float]] = {
     "front": (1.0, 0.0, 0.0),
     "rear": (-2.30, 0.0, 180.0),
     "left": (0.70, 0.98, 90.0),
     "right": (0.70, -0.98, -90.0),
 }
-LEAST_ABOVE_M = 0.2  # of the camera above the ground
+LEAST_ABOVE_M = 0.2  # least height of the camera above the ground
 
 
 @dataclass(frozen=True)
@@ -29,10 +30,10 @@ class Mounting:
 
     mount: Mount = "front"
     height_m: float = 1.3
-    ahead_m: float = 0.0  # beyond the place of the mount
-    left_m: float = 0.0
-    heading_deg: float = 0.0  # to the left of the mount's direction
-    pitch_deg: float = 0.0  # upwards
+    ahead_m: float = 0.0  # distance ahead of the place of the mount
+    left_m: float = 0.0  # distance to the left of the place of the mount
+    heading_deg: float = 0.0  # angle to the left of the mount's direction
+    pitch_deg: float = 0.0  # angle upwards
 
 
 @dataclass(frozen=True)
@@ -43,7 +44,7 @@ class Eye:
     direction: np.ndarray  # (3,) unit vector
 
     def viewpoint(self) -> Viewpoint:
-        """Return the camera in plan."""
+        """Return place and heading of the camera in plan."""
         heading = float(np.arctan2(self.direction[1], self.direction[0]))
         return Viewpoint(float(self.position_m[0]), float(self.position_m[1]), heading)
 
@@ -59,7 +60,9 @@ def eye(own: np.ndarray, mounting: Mounting) -> Eye:
 
 
 def check_eye(layout: Layout, place: Eye) -> None:
-    """Raise ConfigError if the camera is in a thing, in the ground, or in a tunnel's wall."""
+    """Raise ConfigError if the camera is inside a thing or a tunnel's wall, or too near to the
+    ground.
+    """
     x, y, z = (float(v) for v in place.position_m)
     where = f"the camera at ({x:.1f}, {y:.1f}, {z:.1f}) m is"
     repair = (

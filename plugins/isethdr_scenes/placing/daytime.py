@@ -1,7 +1,7 @@
-"""Lamps by day: daytime running lamps in place of dipped beams, position and rear lamps.
+"""Lamps by day. Daytime running lamps replace dipped beams, position lamps and rear lamps.
 
 UN R48, 6.19.7: daytime running lamps are on while the headlamps are off. Motorcycles keep their
-dipped beam (UN R53 lets them drive with either).
+dipped beam (UN R53 allows either).
 """
 
 from __future__ import annotations
@@ -11,15 +11,16 @@ from dataclasses import replace
 from .plan import Layout
 from .site import Foot
 
-WITH_DAYTIME = ("car", "truck", "bus")  # groups
-# lit destination signs too: their 100 cd/m2 are not seen by day
+WITH_DAYTIME = ("car", "truck", "bus")  # groups of vehicles with daytime running lamps
+# lamps that are off by day; lit destination signs too, because 100 cd/m2 is not visible by day
 OFF = ("position", "tail", "marker", "sign")
 OFF_ON_BICYCLES = ("bike_front", "bike_tail")
 
 
 def by_day(layout: Layout) -> Layout:
-    """Return the layout with the lamps that are on by day; brake lamps, indicators and what is no
-    vehicle stay as they are.
+    """Return the layout with the lamps that are on by day.
+
+    Brake lamps, indicators, and lamps of things that are not vehicles do not change.
     """
     standing = tuple(replace(one, foot=_by_day(one.foot)) for one in layout.standing)
     return replace(layout, standing=standing)

@@ -1,4 +1,4 @@
-"""Poses: things put on the ground by the heights under their corners."""
+"""Poses of things on the ground, from the heights under their corners."""
 
 from __future__ import annotations
 
@@ -8,15 +8,16 @@ from ..roads.network import Network
 from .boxes import carrier, solids
 from .site import Foot
 
-# of a vehicle's length and width: where its wheels stand
-WHEELS = (0.62, 0.70)
-SIGNS = np.array([(1, 1), (1, -1), (-1, 1), (-1, -1)], float)  # front left, front right, rear ...
+WHEELS = (0.62, 0.70)  # wheelbase / length and track / width of a vehicle
+# signs of x and y of the corners: front left, front right, rear left, rear right
+SIGNS = np.array([(1, 1), (1, -1), (-1, 1), (-1, -1)], float)
 
 
 def contact_points(foot: Foot) -> np.ndarray:
-    """Return the four plan points (4, 2) under a thing at which its height is taken: under the
-    wheels of a vehicle, under the ends of a panel, else under the corners of what stands on the
-    ground.
+    """Return the four plan points (4, 2), m, that set the height of a thing.
+
+    They are under the wheels of a vehicle. For all other things, panels included, they are the
+    corners of the box that stands on the ground.
     """
     below = solids(carrier(foot.thing))[0]
     half = np.array([below.length_m, below.width_m]) * foot.scale / 2
@@ -35,7 +36,7 @@ def contact_points(foot: Foot) -> np.ndarray:
 
 
 def heights(network: Network, feet: list[Foot]) -> np.ndarray:
-    """Return the height (n, 4) of what carries each thing, under its contact points, m."""
+    """Return the heights (n, 4), m, of the ground or bridge at the contact points of each thing."""
     points = np.array([contact_points(foot) for foot in feet]).reshape(-1, 4, 2)
     out = np.empty(points.shape[:2])
     ground = np.array([not foot.level for foot in feet], bool)
@@ -49,8 +50,10 @@ def heights(network: Network, feet: list[Foot]) -> np.ndarray:
 
 
 def poses(network: Network, feet: list[Foot]) -> list[np.ndarray]:
-    """Return the (4, 4) pose of each thing: on the mean of the heights under it, upright, tilted
-    with the surface, or along its panel.
+    """Return the (4, 4) pose of each thing, at the mean of the heights under it.
+
+    The `lean` of the thing states whether it is upright, or tilted with the surface or along its
+    panel.
     """
     if not feet:
         return []

@@ -14,14 +14,15 @@ from .shortage import Shortage
 from .site import Foot, OnLane, Place, Site, drawn_count
 from .vehicles import rider_foot
 
-APART_M = 0.15  # between people and all else
-CANDIDATES = 12  # for each one that is wanted
-CROSSING_SHARE = 0.2  # of people, where there is a crosswalk
+APART_M = 0.15  # least distance between people and everything else
+CANDIDATES = 12  # number of candidate places for each thing
+CROSSING_SHARE = 0.2  # share of people on crosswalks, where there are any
 PETS = ("dog", "cat")  # beginnings of the names of families that walk on pavements
-HERDS = ("cow", "horse", "sheep")  # that graze on fields
-CYCLE_LANE_M = (0.75, 8.0)  # from a lane's edge to a rider's middle; least length of a lane
-LOOK_M = 0.2  # over which the heading of a lane is taken
-FACING = 0.7  # share of people on a shoulder who face the traffic beside them
+HERDS = ("cow", "horse", "sheep")  # beginnings of the names of families that graze on fields
+# distance from a lane's edge to the middle of a rider; least length of a cycle lane
+CYCLE_LANE_M = (0.75, 8.0)
+LOOK_M = 0.2  # distance over which the heading of a lane is measured
+FACING = 0.7  # share of people on a shoulder who face the traffic next to them
 WALKING_LANE_M = 0.45  # least width of a shoulder on which people walk
 Maker = Callable[[np.random.Generator], Thing]
 
@@ -29,13 +30,13 @@ Maker = Callable[[np.random.Generator], Thing]
 def place_people(
     site: Site, people_per_km: float, crossing_share: float = CROSSING_SHARE
 ) -> Shortage:
-    """Place people by their number per km of road; a share of them on crosswalks.
+    """Place people, a share of them on crosswalks.
 
     Parameters
     ----------
     site : the road being filled.
     people_per_km : people per km of road, both sides together.
-    crossing_share : share of them on crosswalks, 0 to 1.
+    crossing_share : share of people on crosswalks, 0 to 1.
     """
     rng = site.rng("people")
     wanted = drawn_count(people_per_km * site.length_km, rng)
@@ -50,7 +51,7 @@ def place_people(
 
 
 def walking_places(site: Site, rng: np.random.Generator, count: int) -> list[Place]:
-    """Return places on pavements, or without them on shoulders and verges, along the road.
+    """Return places on pavements, or on shoulders and verges where there are no pavements.
 
     Parameters
     ----------
@@ -76,7 +77,7 @@ def walking_places(site: Site, rng: np.random.Generator, count: int) -> list[Pla
 
 
 def _on_lanes(paths: list[LanePath], rng: np.random.Generator, count: int) -> list[Place]:
-    """Return places in the middle of lanes; most face the traffic beside them."""
+    """Return places in the middle of lanes. A share `FACING` of them faces the traffic."""
     places = []
     for k, number in enumerate(np.bincount(rng.integers(len(paths), size=count))):
         if not number:
@@ -98,15 +99,15 @@ def in_areas(
     across: tuple[float, float],
     along: bool,
 ) -> list[Place]:
-    """Return places in areas, weighted by length; headings along the road or any.
+    """Return random places in areas. An area's share of the places is proportional to its length.
 
     Parameters
     ----------
     areas : free areas.
     rng : random numbers of the places.
     count : number of places.
-    across : least and greatest place across an area, as a share of its width.
-    along : whether to head along the road, either way; else in any direction.
+    across : least and greatest place across an area, as shares of its width.
+    along : whether the headings are along the road, either way; else they are random.
     """
     if not areas or count <= 0:
         return []
@@ -128,7 +129,7 @@ def in_areas(
 
 
 def crosswalks(site: Site) -> list[tuple[Road, RoadObject]]:
-    """Return the crosswalks and the roads on which they are painted."""
+    """Return a pair of road and crosswalk for each crosswalk."""
     return [
         (road, mark)
         for road in site.base.network.roads
@@ -138,7 +139,7 @@ def crosswalks(site: Site) -> list[tuple[Road, RoadObject]]:
 
 
 def _crossing(site: Site, rng: np.random.Generator, wanted: int) -> list[list[Foot]]:
-    """Return places on crosswalks for each of `wanted` people."""
+    """Return candidate places on crosswalks for each of `wanted` people."""
     walks = crosswalks(site)
     choices = []
     for k in range(wanted if walks else 0):
@@ -157,7 +158,13 @@ def _crossing(site: Site, rng: np.random.Generator, wanted: int) -> list[list[Fo
 
 
 def place_riders(site: Site, riders_per_km: float) -> Shortage:
-    """Place bicycles with riders: on cycle lanes, else at the right of the outermost lane."""
+    """Place bicycles with riders, on cycle lanes or else at the right edge of outermost lanes.
+
+    Parameters
+    ----------
+    site : the road being filled.
+    riders_per_km : riders per km of road.
+    """
     rng = site.rng("riders")
     network = site.base.network
     paths = [p for p in network.lanes(("biking",)) if not p.road.junction]
@@ -182,7 +189,7 @@ def place_riders(site: Site, riders_per_km: float) -> Shortage:
 def _riding(
     name: str, thing: Thing, paths: list[LanePath], beside: float, rng: np.random.Generator
 ) -> Foot:
-    """Return a bicycle on one of the lanes, `beside` 1 at its right edge."""
+    """Return a bicycle on one of the lanes, in its middle (`beside` 0) or at its right edge (1)."""
     path = paths[int(rng.integers(len(paths)))]
     s = float(rng.uniform(2.0, path.length_m - 2.0))
     room = float(path.width_m(s)) / 2 - CYCLE_LANE_M[0]
@@ -204,7 +211,7 @@ def _riding(
 
 
 def _for_bicycles(path: LanePath) -> bool:
-    """Return whether bicycles ride on a lane: the outermost one of a direction, no motorway's."""
+    """Return whether bicycles ride on a lane: the outermost of its direction, not on a motorway."""
     if path.road.type == "motorway" or path.road.junction or path.length_m < 10.0:
         return False
     side = path.lane.number > 0
@@ -217,8 +224,12 @@ def _for_bicycles(path: LanePath) -> bool:
 
 
 def place_animals(site: Site, animals_per_km: float) -> Shortage:
-    """Place animals by their number per km of road: wild ones on verges, herds on fields, pets on
-    pavements.
+    """Place animals: wild animals on verges and fields, herds on fields, pets on pavements.
+
+    Parameters
+    ----------
+    site : the road being filled.
+    animals_per_km : animals per km of road.
     """
     rng = site.rng("animals")
     wanted = drawn_count(animals_per_km * site.length_km, rng)
@@ -233,7 +244,7 @@ def place_animals(site: Site, animals_per_km: float) -> Shortage:
         groups += [(herds, fields, (0.15, 0.9), 1.0)]
     groups = [g for g in groups if g[0] and g[1]]
     if not groups:
-        # a town without pets has no animals: that is no shortage
+        # a town without pets has no animals, which is not a shortage
         return Shortage("animals_per_km", "animals", 0, 0, animals_per_km)
     weights = np.array([g[3] for g in groups])
     choices = []

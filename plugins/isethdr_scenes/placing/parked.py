@@ -1,4 +1,4 @@
-"""Parked vehicles: along the kerb or across it in bays, and some on a motorway's hard shoulder."""
+"""Parked vehicles: in bays along the kerb or across it, and stopped ones on hard shoulders."""
 
 from __future__ import annotations
 
@@ -8,21 +8,19 @@ from ..roads.lane_path import LanePath
 from ..things.thing import Thing
 from .site import Foot, Site
 
-ALONG_M = 6.2  # of a bay along the kerb
-# of a bay across the kerb; where the first one starts
-BAY_M = 2.5
-BAY_START_M = 0.1
-# width of a lane where vehicles stand across; lorries
-ACROSS_FROM_M = 4.0
-LORRIES_FROM_M = 7.5
-LORRY_BAY_M = 4.2
-STOCK = 5  # different parked cars of a scene: each is stored once and placed many times
-SHOULDER_M = 2.4  # a hard shoulder on which a vehicle may stop
+ALONG_M = 6.2  # length of a bay along the kerb
+BAY_M = 2.5  # width of a bay across the kerb
+BAY_START_M = 0.1  # distance of the first bay from the start of the lane
+ACROSS_FROM_M = 4.0  # least width of a parking lane on which vehicles stand across
+LORRIES_FROM_M = 7.5  # least width of a parking lane on which lorries stand across
+LORRY_BAY_M = 4.2  # width of a bay of lorries
+STOCK = 5  # number of different parked cars of a scene; each is stored once and placed many times
+SHOULDER_M = 2.4  # least width of a hard shoulder on which a vehicle may stop
 HAZARD = ("position", "tail", "marker", "indicator_front", "indicator_rear")
 
 
 def place_parked(site: Site, share: float) -> int:
-    """Park vehicles on a share of the bays; return how many."""
+    """Park vehicles on a share of the bays; return the number of vehicles placed."""
     rng = site.rng("parked")
     stock = {
         "car": [site.stock.draw("car", rng) for _ in range(STOCK)],

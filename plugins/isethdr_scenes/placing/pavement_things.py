@@ -1,4 +1,4 @@
-"""What stands on pavements: bus stops, benches, bins, bollards, stands for bicycles."""
+"""Things on pavements: bus stops, benches, bins, bollards, stands for bicycles."""
 
 from __future__ import annotations
 
@@ -7,11 +7,10 @@ import numpy as np
 from ..roads.free_areas import FreeArea
 from .site import Foot, Site
 
-LEAST_M = 1.7  # width of a pavement on which things stand
-DEEP_M = 3.2  # of a pavement with a bus stop
-# gap to the outer edge; from the kerb to a bollard's middle
-OUTER = 0.06
-KERB_M = 0.35
+LEAST_M = 1.7  # least width of a pavement on which things stand
+DEEP_M = 3.2  # least width of a pavement with a bus stop
+OUTER = 0.06  # gap between a thing and the outer edge of the pavement, m
+KERB_M = 0.35  # distance from the kerb to the middle of a bollard
 PER_KM = {
     "litter_bin": 14.0,
     "bench": 8.0,
@@ -24,7 +23,7 @@ BOLLARD_STEP_M = 1.6
 
 
 def place_pavement_things(site: Site) -> int:
-    """Place things on the pavements of a town; return how many."""
+    """Place things on the pavements of a town; return the number of things placed."""
     if not site.base.urban:
         return 0
     rng = site.rng("pavement")
@@ -55,8 +54,9 @@ def place_pavement_things(site: Site) -> int:
 def _at(
     site: Site, area: FreeArea, what: tuple[str, int], s: float, rng: np.random.Generator
 ) -> Foot:
-    """Return a thing at the outer edge of a pavement that looks to the road; `what` is its family
-    and its number.
+    """Return a thing at the outer edge of a pavement that faces the road.
+
+    `what` is its family and its number, and `s` its place along the area, m.
     """
     family, number = what
     thing = site.stock.draw("furniture", rng, family)

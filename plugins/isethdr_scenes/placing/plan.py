@@ -1,4 +1,4 @@
-"""Plan: everything that stands on a road, placed in a fixed order and put on the ground."""
+"""Plan: place all things of a road in a fixed order, and put them on the ground."""
 
 from __future__ import annotations
 
@@ -24,26 +24,25 @@ from .site import Foot, Site
 from .street_lights import Signals, place_signals, place_street_lamps, signals
 from .vehicles import EGO_M, place_vehicles
 
-# before the camera nothing stands
-FREE_M = 6.0
-FREE_WIDTH_M = 1.2
+FREE_M = 6.0  # length of the area in front of the camera that stays free
+FREE_WIDTH_M = 1.2  # width of this area
 EGO_HEIGHT_M = 2.0
-EGO_MARGIN_M = 0.5
+EGO_MARGIN_M = 0.5  # width of the free space around the camera's car
 
 
 @dataclass(frozen=True)
 class Densities:
-    """How full a road is."""
+    """Densities of the things on a road."""
 
-    vehicles_per_km: float = 15.0  # of each lane
-    parked_share: float = 0.5  # of bays
+    vehicles_per_km: float = 15.0  # vehicles per km of each lane
+    parked_share: float = 0.5  # share of bays with a parked vehicle
     people_per_km: float = 60.0
     riders_per_km: float = 6.0
     animals_per_km: float = 2.0
     plants_per_km: float = 150.0
-    tufts_per_km: float = 0.0  # of each verge
-    tuft_height_m: tuple[float, float] = (0.2, 0.4)
-    crossing_share: float = CROSSING_SHARE  # of people, where there is a crosswalk
+    tufts_per_km: float = 0.0  # tufts of grass per km of each verge
+    tuft_height_m: tuple[float, float] = (0.2, 0.4)  # least and greatest height
+    crossing_share: float = CROSSING_SHARE  # share of people on crosswalks, where there are any
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,17 +51,17 @@ class Standing:
 
     foot: Foot
     pose: np.ndarray  # (4, 4), without scale
-    gone: bool = False  # it has left the road: nobody sees it
+    gone: bool = False  # whether it has left the road and is not visible
 
     @property
     def name(self) -> str:
-        """Name of the object."""
+        """Return the name of the object."""
         return self.foot.name
 
 
 @dataclass(frozen=True, eq=False)
 class Layout:
-    """A road and all that stands on it."""
+    """A road and the things on it."""
 
     base: BaseRoad
     standing: tuple[Standing, ...]
@@ -72,7 +71,7 @@ class Layout:
 
 @dataclass(frozen=True)
 class Viewpoint:
-    """The camera in plan: what must stay free before it."""
+    """Place and heading of the camera in plan. An area in front of it stays free."""
 
     x_m: float
     y_m: float
@@ -90,20 +89,21 @@ def plan(
     stock: Stock = BUNDLED,
     first: FirstThings | None = None,
 ) -> Layout:
-    """Return the layout of a road with things of a stock; the same seed, the same layout.
+    """Return the layout of a road with things of a stock. The same seed gives the same layout.
 
     Parameters
     ----------
     base : the road.
-    seed : of all that is placed.
-    densities : how full the road is.
-    view : the camera, before which nothing stands.
-    stock : what may be drawn.
-    first : places what has its place already, before anything is drawn.
+    seed : seed of all things.
+    densities : densities of things on the road.
+    view : the camera; the area in front of it stays free.
+    stock : things that may be drawn.
+    first : function that places things with fixed places before others are drawn.
 
     Raises
     ------
-    ConfigError : a density that cannot be placed; the message says how many were.
+    ConfigError : the number of things of a density could not be placed; the message states how many
+        were placed.
     """
     site = Site(base, seed, stock=stock)
     _keep_free(site, view)
@@ -135,7 +135,7 @@ def plan(
 
 
 def _keep_free(site: Site, view: Viewpoint) -> None:
-    """Take the place of the camera's car, and what the camera needs before it."""
+    """Occupy the place of the camera's car and the area in front of the camera."""
     own = site.base.pose()
     length = EGO_M[0] + 2 * EGO_MARGIN_M
     width = EGO_M[1] + 2 * EGO_MARGIN_M
@@ -152,7 +152,7 @@ def _keep_free(site: Site, view: Viewpoint) -> None:
 
 
 def _named(feet: list[Foot]) -> list[Foot]:
-    """Return feet with names that differ."""
+    """Return the feet with unique names."""
     seen: Counter[str] = Counter()
     out = []
     for foot in feet:

@@ -1,6 +1,4 @@
-"""Trees, bushes and rocks: on fields and verges, on medians and in gardens of towns; and tufts of
-grass beside the shoulders.
-"""
+"""Trees, bushes and rocks on fields, verges and the medians of towns; tufts of grass on verges."""
 
 from __future__ import annotations
 
@@ -12,22 +10,21 @@ from .shortage import Shortage
 from .site import Foot, Site, drawn_count
 
 APART_M = 0.3
-# how many different plants of a group a scene has: each is stored once and placed many times
+# number of different plants of each group in a scene; each is stored once and placed many times
 VARIANTS = {"tree": 6, "bush": 4, "rock": 2}
 SHARES = {"tree": 0.5, "bush": 0.42, "rock": 0.08}
 SCALE = (0.85, 1.15)
-# of low plants; of those of a town with a median
-VERGE_SHARE = 0.4
-MEDIAN_SHARE = 0.5
-FIELD_ACROSS = (0.06, 1.0)  # of a field, which starts 4 m beside the road
+VERGE_SHARE = 0.4  # share of bushes and rocks that stand on a verge, where there is one
+MEDIAN_SHARE = 0.5  # share of the other plants of a town that stand on a median, where there is one
+FIELD_ACROSS = (0.06, 1.0)  # range of places across a field, which starts 4 m beside the road
 TUFTS = ("meadow", "dry grass")  # families of grass beside a road
-TUFT_VARIANTS = 3  # of each family
-TUFT_REACH_M = 60.0  # from the camera's car: further ones are too small to be seen
-TUFT_ACROSS = (0.03, 0.35)  # of a verge
+TUFT_VARIANTS = 3  # number of different tufts of each family
+TUFT_REACH_M = 60.0  # largest distance from the camera's car; further tufts are too small to see
+TUFT_ACROSS = (0.03, 0.35)  # range of places of tufts across a verge
 
 
 def place_plants(site: Site, plants_per_km: float) -> Shortage:
-    """Place plants by their number per km of road."""
+    """Place plants, `plants_per_km` of them per km of road."""
     rng = site.rng("plants")
     groups = list(SHARES)
     wanted = drawn_count(plants_per_km * site.length_km, rng)
@@ -61,7 +58,7 @@ def place_plants(site: Site, plants_per_km: float) -> Shortage:
 
 
 def place_tufts(site: Site, tufts_per_km: float, height_m: tuple[float, float]) -> int:
-    """Place tufts of grass beside the shoulders where nothing else stands; return how many.
+    """Place tufts of grass on verges where nothing else stands; return the number of tufts.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Signs: at what they tell of (crosswalks, stops, curves, works), and along the road."""
+"""Signs: at crosswalks, stops, curves and road works, and at random places along the road."""
 
 from __future__ import annotations
 
@@ -10,17 +10,16 @@ from ..things.furniture.sign_faces import sign_data
 from .living import crosswalks
 from .site import Foot, Site
 
-# from the road's edge to the sign's middle
-BESIDE_M = 0.9
-MOTORWAY_BESIDE_M = 2.6
-STEP_M = (60.0, 110.0)  # between signs along the road
-# where a curve is warned of, and from which turn on
+BESIDE_M = 0.9  # least distance from the road's edge to the middle of a sign
+MOTORWAY_BESIDE_M = 2.6  # the same distance on a motorway
+STEP_M = (60.0, 110.0)  # least and largest distance between signs along the road
+# stretch of the road, from the place of the speed limit, that is examined for a curve
 CURVE_AHEAD_M = (40.0, 90.0)
-CURVE_RAD = 0.45
+CURVE_RAD = 0.45  # least turn of the road on this stretch for a warning of a curve
 
 
 def place_signs(site: Site) -> int:
-    """Place the signs of a road; return how many."""
+    """Place the signs of a road; return the number of signs placed."""
     rng = site.rng("signs")
     feet = [*_of_marks(site, rng), *_of_kind(site, rng)]
     for road in site.open_roads:
@@ -36,7 +35,7 @@ def _drives(road: Road, side: int) -> list[bool]:
 
 
 def _sign(site: Site, name: str, where: tuple[Road, int, float], rng: np.random.Generator) -> Foot:
-    """Return a sign beside one side of a road that faces the traffic of that side."""
+    """Return a sign on one side of a road. It faces the traffic of that side."""
     road, side, s = where
     thing = site.stock.draw("sign", rng, name)
     beyond = MOTORWAY_BESIDE_M if road.type == "motorway" else BESIDE_M
@@ -71,7 +70,7 @@ def _along(site: Site, road: Road, side: int, rng: np.random.Generator) -> list[
 
 
 def _turn(road: Road, first_m: float, last_m: float) -> float:
-    """Return by how much a road turns to the left between two places, radians."""
+    """Return the turn of a road to the left between two places, radians."""
     ends = road.line.at(np.clip([first_m, last_m], 0, road.length_m)).heading_rad
     return float(ends[1] - ends[0])
 

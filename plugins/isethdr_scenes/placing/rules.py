@@ -1,4 +1,4 @@
-"""Rules: checks of a layout without meshes. Each returns what breaks it, if anything does."""
+"""Rules: checks of a layout without meshes. Each check returns the things that violate it."""
 
 from __future__ import annotations
 
@@ -9,12 +9,12 @@ from .ground import heights
 from .plan import FREE_M, FREE_WIDTH_M, Layout, Standing, Viewpoint
 from .site import ALLOWED, MIRROR_M, OVERHEAD_M
 
-HEIGHT_M = 0.02  # most difference between a thing's foot and the ground under it
+HEIGHT_M = 0.02  # largest distance between a thing's foot and the ground under it
 CAMERA_M = 0.10  # least distance of the camera from any box
 
 
 def overlaps(layout: Layout) -> list[str]:
-    """Return pairs of things that overlap; partners, as a bicycle and its rider, may."""
+    """Return pairs of things that overlap, except partners such as a bicycle and its rider."""
     boxes = []
     owner = []
     for k, standing in enumerate(layout.standing):
@@ -50,7 +50,7 @@ def off_the_ground(layout: Layout) -> list[str]:
 
 
 def misplaced(layout: Layout) -> list[str]:
-    """Return things on lanes where their role may not stand."""
+    """Return things that stand on types of lanes on which their role may not stand."""
     boxes = []
     owner = []
     for standing in layout.standing:
@@ -74,7 +74,7 @@ def misplaced(layout: Layout) -> list[str]:
 
 
 def before_camera(layout: Layout, view: Viewpoint) -> list[str]:
-    """Return things within the first metres before the camera."""
+    """Return things in the area in front of the camera that must stay free."""
     box = np.array(
         [
             view.x_m + FREE_M / 2 * np.cos(view.heading_rad),
@@ -96,7 +96,7 @@ def before_camera(layout: Layout, view: Viewpoint) -> list[str]:
 
 
 def holding(layout: Layout, point_m: np.ndarray) -> Standing | None:
-    """Return the thing in whose box a point (3,) lies, or None."""
+    """Return the thing with a box that contains a point (3,), m, or None."""
     for standing in layout.standing:
         if standing.gone:
             continue

@@ -1,4 +1,4 @@
-"""Shortage: how many things of a density could be placed of those that it asks for."""
+"""Shortage: the number of things that a density requires, and the number that could be placed."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from isethdr_core.errors import ConfigError
 
 
 class Shortage(NamedTuple):
-    """What a field of the scene asked for, and what was placed."""
+    """Number of things that a field of the scene requires, and the number that was placed."""
 
     field: str
     what: str
@@ -17,7 +17,7 @@ class Shortage(NamedTuple):
     density: float
 
     def check(self, road: str) -> None:
-        """Raise ConfigError if not all of them were placed."""
+        """Raise ConfigError if not all things were placed; `road` is the kind of road."""
         if self.placed == self.wanted:
             return
         possible = self.density * self.placed / self.wanted

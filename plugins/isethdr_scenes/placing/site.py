@@ -1,4 +1,4 @@
-"""Site: a road, what stands on it so far, and the random numbers of each step of the placing."""
+"""Site: a road, the things placed on it so far, and the random numbers of each step."""
 
 from __future__ import annotations
 
@@ -17,10 +17,10 @@ from ..things.stock import BUNDLED, Stock
 from ..things.thing import Thing
 from .boxes import Taken, corners, rows, solids
 
-REACH_M = 200.0  # nothing stands further from the camera's car
-LEAST_AREA_M = 1.5  # length of an area in which something may stand
-MIRROR_M = 0.2  # by which parked vehicles may reach over the line of their bay
-OVERHEAD_M = 4.5  # what hangs higher may hang over a carriageway
+REACH_M = 200.0  # largest distance of things from the camera's car
+LEAST_AREA_M = 1.5  # least length of an area in which something may stand
+MIRROR_M = 0.2  # length by which mirrors of parked vehicles may reach over the line of their bay
+OVERHEAD_M = 4.5  # least height of parts that may hang over a carriageway
 Role = Literal[
     "driving", "parked", "riding", "crossing", "walking", "works", "roadside", "scenario"
 ]
@@ -43,16 +43,16 @@ Lean = Literal["upright", "surface", "line"]
 
 
 class OnLane(NamedTuple):
-    """Where on which lane somebody drives or rides."""
+    """Place of a vehicle on a lane."""
 
     key: LaneKey
-    s_m: float  # of its middle, along the lane
-    aside_m: float  # to the left of the lane's middle
+    s_m: float  # place of its middle along the lane
+    aside_m: float  # distance to the left of the lane's middle
 
 
 @dataclass(frozen=True)
 class Foot:
-    """A thing and where it stands in plan."""
+    """A thing and its place in plan."""
 
     name: str
     thing: Thing
@@ -62,15 +62,16 @@ class Foot:
     role: Role = "roadside"
     lamps: tuple[str, ...] = ()
     scale: float = 1.0
-    lean: Lean = "upright"  # upright; on the surface as a vehicle; along y as a panel
-    road: str = ""  # whose surface carries it, where it is not the ground: a bridge's
-    level: int = 0  # 1 on a bridge
-    partner: str = ""  # of a pair that touches, as a bicycle and its rider
-    lane: OnLane | None = None  # of traffic
-    stops: str = ""  # of a traffic light: name of the road that meets it
+    # upright; tilted with the surface, as a vehicle; or tilted along its y axis only, as a panel
+    lean: Lean = "upright"
+    road: str = ""  # name of the road that carries it; it sets the height only on a bridge
+    level: int = 0  # 1 on a bridge, else 0
+    partner: str = ""  # name of the other of a pair that touches, such as a bicycle and its rider
+    lane: OnLane | None = None  # place on a lane, for traffic
+    stops: str = ""  # for a traffic light: name of the road with the traffic that it controls
 
     def boxes(self) -> np.ndarray:
-        """Return the boxes that it occupies."""
+        """Return the boxes (n, FIELDS) that it occupies."""
         at = (self.x_m, self.y_m, self.heading_rad)
         return rows(solids(self.thing), at, self.scale, self.level)
 
@@ -85,21 +86,21 @@ class Place(NamedTuple):
 
 @dataclass(eq=False)
 class Site:
-    """What is being filled."""
+    """A road that is being filled with things."""
 
     base: BaseRoad
     seed: int
-    feet: list[Foot] = field(default_factory=list)
-    taken: Taken = field(default_factory=Taken)
-    stock: Stock = BUNDLED  # what may be drawn
+    feet: list[Foot] = field(default_factory=list)  # things placed so far
+    taken: Taken = field(default_factory=Taken)  # boxes occupied so far
+    stock: Stock = BUNDLED  # things that may be drawn
 
     def rng(self, step: str) -> np.random.Generator:
-        """Return the random numbers of one step: further steps change no other one."""
+        """Return the random numbers of one step. They do not depend on other steps."""
         return np.random.default_rng([self.seed, crc32(step.encode())])
 
     @cached_property
     def middle(self) -> np.ndarray:
-        """Plan point of the camera's car, m."""
+        """Return the plan point (2,) of the camera's car, m."""
         return self.base.pose()[:2, 3]
 
     @cached_property
@@ -115,12 +116,12 @@ class Site:
 
     @cached_property
     def open_roads(self) -> tuple[Road, ...]:
-        """The roads that are no part of a junction."""
+        """Return the roads that are not part of a junction."""
         return tuple(road for road in self.base.network.roads if not road.junction)
 
     @cached_property
     def length_km(self) -> float:
-        """Length of all open roads within reach, km."""
+        """Return the length of all open roads within reach, km."""
         total = 0.0
         for road in self.open_roads:
             s = np.arange(0.5, road.length_m, 1.0)
@@ -132,14 +133,14 @@ class Site:
         return np.linalg.norm(np.asarray(points) - self.middle, axis=-1) < REACH_M
 
     def beside(self, road: Road, side: int, s_m: float, beyond_m: float) -> Place:
-        """Return the place `beyond_m` outside of a road's edge, heading along the traffic there.
+        """Return a place next to a road. Its heading is that of the traffic on that side.
 
         Parameters
         ----------
-        road : beside which the place is.
+        road : the road.
         side : 1 on the left of the reference line, -1 on its right.
-        s_m : along the reference line, m.
-        beyond_m : outside of the road's edge, m; negative on the road.
+        s_m : place along the reference line, m.
+        beyond_m : distance outside of the road's edge, m; negative on the road.
         """
         right, left = road.edges(s_m)
         t = float(left if side > 0 else right) + side * beyond_m
@@ -149,7 +150,7 @@ class Site:
         return Place(float(x), float(y), heading if along else heading + np.pi)
 
     def allowed(self, feet: list[Foot]) -> np.ndarray:
-        """Return which feet stand within reach, and only on lanes where their role may."""
+        """Return which feet are within reach and stand only where their role may stand."""
         if not feet:
             return np.zeros(0, bool)
         boxes = []
@@ -167,7 +168,7 @@ class Site:
         return ok
 
     def put(self, foot: Foot, gap_m: float) -> bool:
-        """Place a foot if nothing is nearer than `gap_m`; return whether it was."""
+        """Place a foot if nothing is closer than `gap_m`; return whether it was placed."""
         boxes = foot.boxes()
         if not self.taken.free(boxes, gap_m):
             return False
@@ -176,13 +177,13 @@ class Site:
         return True
 
     def put_pair(self, foot: Foot, partner: Foot, gap_m: float) -> bool:
-        """Place two feet that touch, if nothing else is nearer than `gap_m`; return whether.
+        """Place two feet that touch, and return whether they were placed.
 
         Parameters
         ----------
         foot : a vehicle.
-        partner : who rides it.
-        gap_m : distance to all else, m.
+        partner : its rider.
+        gap_m : least distance to all other things, m.
         """
         boxes = np.concatenate([foot.boxes(), partner.boxes()])
         if not self.taken.free(boxes, gap_m):
@@ -192,13 +193,17 @@ class Site:
         return True
 
     def put_first(self, feet: list[Foot], count: int, gap_m: float) -> int:
-        """Place the first `count` of `feet` that may stand where they are; return how many.
+        """Place the first `count` of `feet` that may stand where they are.
 
         Parameters
         ----------
         feet : candidates, in order of preference.
-        count : the most to place.
-        gap_m : distance to all else, m.
+        count : largest number to place.
+        gap_m : least distance to all other things, m.
+
+        Returns
+        -------
+        The number of feet placed.
         """
         placed = 0
         for foot, ok in zip(feet, self.allowed(feet), strict=True):
@@ -208,8 +213,9 @@ class Site:
         return placed
 
     def put_each(self, choices: list[list[Foot]], gap_m: float) -> int:
-        """Place one of the feet of each list, the first that may stand where it is; return how
-        many were placed.
+        """Place the first foot of each list that may stand where it is; return the number placed.
+
+        `gap_m` is the least distance to all other things, m.
         """
         fine = iter(self.allowed([foot for feet in choices for foot in feet]))
         placed = 0
@@ -219,12 +225,12 @@ class Site:
         return placed
 
     def put_all(self, feet: list[Foot], gap_m: float = 0.0) -> int:
-        """Place all `feet` that may stand where they are; return how many."""
+        """Place all `feet` that may stand where they are; return the number placed."""
         return self.put_first(feet, len(feet), gap_m)
 
 
 def _shrunk(box: np.ndarray, role: Role) -> np.ndarray:
-    """Return the box of which the ground is looked up: without a parked vehicle's mirrors."""
+    """Return the box that must lie on allowed lanes. For parked vehicles it excludes mirrors."""
     if role != "parked":
         return box
     out = box.copy()

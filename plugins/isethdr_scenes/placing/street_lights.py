@@ -11,11 +11,10 @@ from ..things.furniture.street_lamps import POLE_RADIUS_M
 from ..things.furniture.traffic_lights import STATES
 from .site import Foot, Site
 
-PAVEMENT_M = 2.4  # of a pavement that has its lamps at the kerb
-# from the kerb, or from the road's edge, to the pole
-KERB_M = 0.4
-BEHIND_M = 0.4
-BOTH_SIDES_M = 15.0  # width of a road with lamps on both sides
+PAVEMENT_M = 2.4  # least width of a pavement that has its lamps at the kerb
+KERB_M = 0.4  # distance from the kerb to a pole at the kerb
+BEHIND_M = 0.4  # distance from the outer edge of a pavement to a pole behind it
+BOTH_SIDES_M = 15.0  # least width of a road with lamps on both sides
 LAMPS = {
     "residential": ("post_top", 22.0),
     "cycle_street": ("post_top", 22.0),
@@ -28,23 +27,23 @@ STREET_KIND = {
     "post_top": "street_post_top",
     "high_mast": "street_high_mast",
 }
-SIGNAL_BESIDE_M = 0.9  # from the outer border of the lanes to the post
+SIGNAL_BESIDE_M = 0.9  # distance from the outer border of the lanes to the post of a signal
 
 
 class Signals(NamedTuple):
-    """States of the signals at time 0 by the name of the road that meets them."""
+    """States of the signals at time 0, by the name of the road with the traffic they control."""
 
     state: dict[str, str]
-    seed: int = 0  # of the times at which they change
+    seed: int = 0  # seed of the times at which the signals change
 
     @property
     def red(self) -> frozenset[str]:
-        """Roads that have to wait."""
+        """Return the names of the roads with a red signal."""
         return frozenset(road for road, state in self.state.items() if state.startswith("red"))
 
 
 def place_street_lamps(site: Site) -> int:
-    """Place the lamps of a lit road; return how many."""
+    """Place the lamps of a lit road; return the number of lamps placed."""
     if not site.base.lit:
         return 0
     rng = site.rng("street lamps")
@@ -78,7 +77,7 @@ def place_street_lamps(site: Site) -> int:
 
 
 def _pole_beyond(road: Road, side: int, s_m: float) -> float:
-    """Return where the pole stands, m outside of the road's edge (negative: on its pavement)."""
+    """Return the distance of a pole outside the road's edge, m (negative: on the pavement)."""
     section = road.section_at(s_m)
     lanes = road.sections[section].left if side > 0 else road.sections[section].right
     if not lanes or lanes[-1].type != "sidewalk":
@@ -89,7 +88,7 @@ def _pole_beyond(road: Road, side: int, s_m: float) -> float:
 
 
 def signals(site: Site) -> Signals:
-    """Return the states of the signals: roads across from each other show the same."""
+    """Return the states of the signals. Opposite roads have the same state."""
     rng = site.rng("signals")
     if site.base.name != "city_crossing":
         return Signals({})
@@ -107,14 +106,14 @@ def signals(site: Site) -> Signals:
 
 
 def place_signals(site: Site, told: Signals) -> int:
-    """Place a traffic light at each stop line of a road with signals; return how many."""
+    """Place a traffic light at each stop line of a road with signals; return the number placed."""
     rng = site.rng("traffic lights")
     feet = []
     for road in site.open_roads:
         if road.name not in told.state:
             continue
         for mark in (m for m in road.objects if m.kind == "stop_line"):
-            # the traffic that stops there goes towards the nearer end of the road
+            # the traffic that stops at the line drives towards the nearer end of the road
             against = mark.s_m < road.length_m / 2
             heading = float(road.line.at(mark.s_m).heading_rad) + (np.pi if against else 0.0)
             outer = mark.t_m + (1 if against else -1) * (mark.width_m / 2 + SIGNAL_BESIDE_M)

@@ -1,4 +1,4 @@
-"""Vehicles in the lanes: gaps by density and speed, brake lights, indicators, queues before red."""
+"""Vehicles in the lanes: gaps by density and speed, brake lights, indicators, queues at signals."""
 
 from __future__ import annotations
 
@@ -17,17 +17,18 @@ from .shortage import Shortage
 from .site import Foot, OnLane, Site, drawn_count
 
 EGO_M = (4.6, 1.9)  # length and width of the camera's car
-# kept free before and behind its middle, in its lane
+# free length of its lane ahead of it, measured from 2 m behind its front end
 EGO_AHEAD_M = 8.0
-EGO_BEHIND_M = 4.0
-STANDSTILL_M = 2.0  # between two vehicles that stand
+EGO_BEHIND_M = 4.0  # free length of its lane behind its rear end
+STANDSTILL_M = 2.0  # distance between two standing vehicles
 HEADWAY_S = 1.2  # time gap of dense traffic
-VEHICLE_GAP_M = 0.25  # between any two vehicles
-STOP_M = 6.5  # from the end of a lane to who waits for green: behind crosswalk and stop line
+VEHICLE_GAP_M = 0.25  # least distance between any two vehicles
+# distance from the end of a lane to vehicles that wait for green, behind crosswalk and stop line
+STOP_M = 6.5
 NEAR_JUNCTION_M = 30.0
 TRIES = 30
-LONG = ("truck", "bus")  # groups
-LEAST_LANE_M = 20.0  # of a lane that is filled
+LONG = ("truck", "bus")  # groups of long vehicles
+LEAST_LANE_M = 20.0  # least free length of a lane that is filled
 # shares of the groups by type of road
 MIX: dict[str, dict[str, float]] = {
     "rural": {"car": 0.84, "truck": 0.10, "bus": 0.02, "motorcycle": 0.04},
@@ -42,15 +43,15 @@ class Flow:
     """The traffic of one lane."""
 
     path: LanePath
-    first_m: float
-    last_m: float
+    first_m: float  # place along the lane where the filled part begins
+    last_m: float  # place where it ends
     speed_m_s: float
-    red: bool = False  # a signal at its end shows red
-    ends: bool = False  # it ends at a junction
+    red: bool = False  # whether a signal at its end is red
+    ends: bool = False  # whether it ends at a junction
 
     @property
     def length_m(self) -> float:
-        """Length of the lane that is filled."""
+        """Return the length of the filled part of the lane, m."""
         return self.last_m - self.first_m
 
 
@@ -60,8 +61,8 @@ def place_vehicles(site: Site, vehicles_per_km: float, red: frozenset[str]) -> S
     Parameters
     ----------
     site : the road.
-    vehicles_per_km : of each lane.
-    red : names of the roads that meet a red signal.
+    vehicles_per_km : vehicles per km of each lane.
+    red : names of the roads with a red signal.
     """
     rng = site.rng("vehicles")
     wanted = placed = 0
@@ -94,12 +95,15 @@ def place_vehicles(site: Site, vehicles_per_km: float, red: frozenset[str]) -> S
 
 
 def dense_speed_m_s(vehicles_per_km: float) -> float:
-    """Return the speed at which vehicles of a lane keep the time gap of dense traffic."""
+    """Return the speed, m/s, at which vehicles of a lane keep the time gap of dense traffic.
+
+    The formula assumes vehicles of 6 m length, and the gap of standing vehicles in addition.
+    """
     return max(1000 / max(vehicles_per_km, 1e-6) - 6.0 - STANDSTILL_M, 0.5) / HEADWAY_S
 
 
 def _reach(site: Site, path: LanePath) -> tuple[float, float] | None:
-    """Return the first and last metre of a lane within reach."""
+    """Return the first and the last place along a lane within reach, m; None if there is none."""
     s = np.arange(0.0, path.length_m + 1e-9, 2.0)
     near = np.flatnonzero(site.near(path.points(s)[:, :2]))
     if len(near) < 2:
@@ -108,7 +112,7 @@ def _reach(site: Site, path: LanePath) -> tuple[float, float] | None:
 
 
 def _free_stretches(site: Site, flow: Flow) -> list[tuple[float, float]]:
-    """Return the stretches of a lane without the camera's car."""
+    """Return the stretches of a lane that the camera's car leaves free, m along the lane."""
     first = flow.first_m
     last = flow.last_m
     if flow.path.key != site.base.start:
@@ -140,8 +144,10 @@ def _line_up(
     limit: float,
     rng: np.random.Generator,
 ) -> int:
-    """Place vehicles one behind the other on a stretch: at least a standstill's gap between two,
-    what is left drawn as of random arrivals.
+    """Place vehicles one behind the other on a stretch; return the number of vehicles placed.
+
+    Two vehicles are at least as far apart as standing vehicles. The remaining length is divided at
+    random, as for random arrivals.
     """
     first, last = stretch
     width = float(flow.path.width_m((first + last) / 2))
@@ -150,7 +156,7 @@ def _line_up(
     lengths = [thing.size_m[0] for thing in things]
     while things and sum(lengths) + STANDSTILL_M * len(things) > last - first:
         longest = int(np.argmax(lengths))
-        if things[longest].group in LONG:  # where traffic is dense, a car takes a lorry's place
+        if things[longest].group in LONG:  # in dense traffic a car replaces a long vehicle
             things[longest] = site.stock.draw("car", rng)
             lengths[longest] = things[longest].size_m[0]
             continue
@@ -182,7 +188,7 @@ class _InTraffic:
     """A vehicle in traffic."""
 
     thing: Thing
-    lamps: tuple[str, ...]  # that are on
+    lamps: tuple[str, ...]  # kinds of the lamps that are on
 
 
 def _try(
@@ -193,7 +199,7 @@ def _try(
     stretch: tuple[float, float],
     rng: np.random.Generator,
 ) -> bool:
-    """Place a vehicle at s, or elsewhere on its stretch."""
+    """Place a vehicle at `s`, m, or else at a random place of its stretch; return whether."""
     half = vehicle.thing.size_m[0] / 2
     for _ in range(TRIES):
         s = float(np.clip(s, stretch[0] + half, max(stretch[1] - half, stretch[0] + half)))
@@ -204,14 +210,14 @@ def _try(
 
 
 def _put(site: Site, foot: Foot, rng: np.random.Generator) -> bool:
-    """Place a vehicle, a two-wheeler with its rider."""
+    """Place a vehicle, or a two-wheeler with its rider; return whether it was placed."""
     if foot.thing.group not in RIDDEN:
         return site.put(foot, VEHICLE_GAP_M)
     return site.put_pair(foot, rider_foot(foot, rng), VEHICLE_GAP_M)
 
 
 def rider_foot(foot: Foot, rng: np.random.Generator) -> Foot:
-    """Return the rider of a two-wheeler, in its place."""
+    """Return the rider of a two-wheeler, at the place of the two-wheeler."""
     rider = rider_of(foot.thing, rng)
     name = f"rider of {foot.name}"
     return replace(foot, name=name, thing=rider, lamps=(), partner=foot.name, lane=None)
@@ -220,8 +226,10 @@ def rider_foot(foot: Foot, rng: np.random.Generator) -> Foot:
 def _lamps(
     flow: Flow, s: float, stands: bool, limit: float, rng: np.random.Generator
 ) -> tuple[str, ...]:
-    """Return the lamps that are on: always those of driving; brake lights where traffic is slow or
-    a junction near; indicators sometimes, mostly before a junction.
+    """Return the kinds of the lamps that are on.
+
+    The lamps of driving are always on. Brake lights and indicators are random. Brake lights are
+    more likely in slow traffic and near a junction, indicators near a junction.
     """
     near = flow.ends and flow.last_m - s < NEAR_JUNCTION_M
     slow = 1 - min(flow.speed_m_s / limit, 1.0)
@@ -235,12 +243,14 @@ def _lamps(
 def drawn_vehicle(
     stock: Stock, road_type: RoadType, width_m: float, rng: np.random.Generator
 ) -> Thing:
-    """Return a vehicle of the mix of a type of road that fits into a lane of a width.
+    """Return a vehicle for a lane, drawn from the mix of a type of road.
+
+    Up to four vehicles are drawn until one is narrow enough for the lane.
 
     Parameters
     ----------
-    stock : what may be drawn.
-    road_type : type of the road, whose mix of groups is drawn from.
+    stock : vehicles that may be drawn.
+    road_type : type of the road, which sets the shares of the groups.
     width_m : width of the lane, m.
     rng : random numbers of the draw.
     """
@@ -258,7 +268,7 @@ def drawn_vehicle(
 def _foot(
     site: Site, path: LanePath, vehicle: _InTraffic, s: float, rng: np.random.Generator
 ) -> Foot:
-    """Return a vehicle on a lane, a little beside its middle."""
+    """Return a vehicle on a lane, at a random offset from the lane's middle."""
     thing = vehicle.thing
     room = max(0.0, float(path.width_m(s)) - thing.size_m[1]) / 2
     aside = float(rng.uniform(-1, 1)) * min(room, 0.15)
