@@ -4,5 +4,5 @@
 |---|---|
 | table | a lens's table, read from .npz or .csv and checked |
 | mtf | point spread functions of MTF curves |
-| spread | kernels on tiles, turned about the axis, and light spread by them |
+| spread | kernels on tiles, rotated about the axis, and light spread by them |
 """

@@ -1,9 +1,10 @@
-"""Point spread functions of MTF curves.
+"""Point spread functions from MTF curves.
 
-An MTF contains no phase: the point spread is assumed symmetric, as on the axis. Between the
-tangential curve (detail along the radius of the field) and the sagittal curve (detail across it),
-the square of the cosine of the angle weights them. A curve ends at the diffraction limit of the
-lens, 1 / (wavelength x f-number), to which it is extended by a straight line.
+An MTF contains no phase: the point spread is assumed symmetric, as on the axis. The tangential
+curve holds for detail along the radius of the field, the sagittal curve for detail across it. In
+other directions their weights are cos^2 and sin^2 of the angle to the radius. A curve ends at the
+diffraction limit of the lens, 1 / (wavelength x f-number), to which it is extended by a straight
+line.
 """
 
 from __future__ import annotations
@@ -21,8 +22,8 @@ COLUMNS = (
     "mtf_tangential",
     "mtf_sagittal",
 )
-SIZE = 129  # samples of a point spread
-PER_LIMIT = 4  # samples per period of the diffraction limit: twice what it needs
+SIZE = 129  # number of samples of a point spread along each axis
+PER_LIMIT = 4  # samples per period of the diffraction limit: twice the necessary number
 
 
 def point_spread(
@@ -33,13 +34,13 @@ def point_spread(
     Parameters
     ----------
     columns : {name: values} of the table, one value per row.
-    f_number : of the measured lens.
-    path : of the table, for messages.
+    f_number : f-number of the measured lens.
+    path : path of the table, for messages.
 
     Raises
     ------
-    UnitError : values outside 0 to 1, a curve without frequency 0 or with a value other than 1
-        there, or curves missing at some field and wavelength.
+    UnitError : a value lies outside 0 to 1; a curve has no frequency 0, or a value other than 1
+        there; or the curves of some field angle and wavelength are missing.
     """
     for name in ("mtf_tangential", "mtf_sagittal"):
         values = columns[name]
@@ -72,7 +73,9 @@ def point_spread(
 
 
 def _curves(columns: dict[str, np.ndarray], here: np.ndarray, where: str) -> np.ndarray:
-    """Return (3, frequency): frequency per mm rising from 0, tangential and sagittal MTF."""
+    """Return (3, frequency): the frequency per mm, rising from 0, the tangential and the sagittal
+    MTF.
+    """
     names = ("frequency_per_mm", "mtf_tangential", "mtf_sagittal")
     rows = np.stack([columns[name][here] for name in names])
     rows = rows[:, np.argsort(rows[0])]
@@ -87,7 +90,7 @@ def _curves(columns: dict[str, np.ndarray], here: np.ndarray, where: str) -> np.
 
 
 def _transformed(curves: np.ndarray, limit: float, pitch_um: float) -> tuple[np.ndarray, float]:
-    """Return the point spread (y, x) and the share of its light that was below 0."""
+    """Return the point spread (y, x), and the share of its light that was negative."""
     frequency, tangential, sagittal = curves
     if frequency[-1] < limit:
         frequency = np.append(frequency, limit)

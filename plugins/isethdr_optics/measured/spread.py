@@ -1,8 +1,9 @@
 """Light spread by tabulated point spread functions, which vary over the field.
 
-A sample of a point spread is light at a point. A kernel is the mean over a source tile of what
-arrives on each tile: the light of a sample is shared by the four tiles around it, in proportion to
-the overlap of two tiles. This keeps the light, and turns about the axis are exact.
+A sample of a point spread is light at a point. A kernel is the light that arrives on each tile, as
+a mean over the source tile. The light of a sample is therefore shared by the four tiles around it,
+in proportion to the overlap of two tiles. This conserves the light, and rotations about the axis
+are exact.
 """
 
 from __future__ import annotations
@@ -18,29 +19,31 @@ from isethdr_core.physics.convolution import convolve
 from ..field.grid import Place, weight
 from .table import MeasuredTable
 
-AROUND = 16  # places on a ring of the field; one where the point spreads are round
-ROUND = 1e-6  # share of the light by which a round point spread may change when turned
-FINER = 4  # samples per tile at least: coarser ones are divided
-AT_ONCE = 100_000  # parts of samples whose light is shared among tiles in one sum
+AROUND = 16  # number of field points on a ring; one is enough if the point spreads are round
+# largest share of the light by which a round point spread may change when it is rotated
+ROUND = 1e-6
+FINER = 4  # least number of samples per tile; coarser samples are divided
+AT_ONCE = 100_000  # number of parts of samples that are shared among tiles in one sum
 
 
 class Share(NamedTuple):
-    """Light that falls to one place of the field."""
+    """The share of the light that one field point gets."""
 
     ring: int
     azimuth_rad: float  # counter-clockwise from +x, y up
-    window: tuple[slice, slice]
-    weights: np.ndarray  # (y, x) within the window, 0 to 1
+    window: tuple[slice, slice]  # (y, x) tiles that have a share
+    weights: np.ndarray  # (y, x) shares of the tiles in the window, 0 to 1
 
 
 def shares(table: MeasuredTable, radii: np.ndarray, x: np.ndarray, y: np.ndarray) -> list[Share]:
-    """Return the places among which the light of tiles is shared; their weights sum to 1.
+    """Return the field points among which the light of tiles is shared; the weights of a tile sum
+    to 1.
 
     Parameters
     ----------
     table : measured point spread functions over the field.
-    radii : (field,) of the table's angles on the sensor, in the unit of x and y.
-    x, y : tile centres.
+    radii : (field,) radii on the sensor of the table's field angles, in the unit of x and y.
+    x, y : (x,) and (y,) tile centres.
     """
     around = 1 if is_round(table) else AROUND
     shares_of_rings = []
@@ -62,7 +65,7 @@ def shares(table: MeasuredTable, radii: np.ndarray, x: np.ndarray, y: np.ndarray
 
 @lru_cache(maxsize=8)
 def is_round(table: MeasuredTable) -> bool:
-    """Return whether no point spread changes when it is turned by a quarter."""
+    """Return whether no point spread changes when it is rotated by 90 degrees."""
     size = table.psf.shape[-1]
     if table.psf.shape[-2] != size or size % 2 == 0:
         return False
@@ -73,7 +76,7 @@ def is_round(table: MeasuredTable) -> bool:
 def around(table: MeasuredTable, wavelength_nm: float) -> list[tuple[int, float]]:
     """Return [(index of a wavelength of the table, share), ...] on either side of a wavelength.
 
-    Beyond the table the nearest wavelength stands.
+    Beyond the table the nearest wavelength is used.
     """
     at = np.interp(wavelength_nm, table.wavelength_nm, np.arange(len(table.wavelength_nm)))
     low = int(at)
@@ -84,13 +87,14 @@ def around(table: MeasuredTable, wavelength_nm: float) -> list[tuple[int, float]
 def kernel(
     psf: np.ndarray, pitch_um: float, tile_um: tuple[float, float], azimuth: float
 ) -> np.ndarray:
-    """Return the kernel (y, x) of tiles of a point spread (y, x), turned by an azimuth.
+    """Return the kernel (y, x) on tiles of a point spread that is rotated by an azimuth.
 
     Parameters
     ----------
     psf : point spread (y, x), its axis at index size // 2.
-    pitch_um : of its samples, um.
-    tile_um : (y, x) size of a tile. `azimuth` : radians, counter-clockwise with y up.
+    pitch_um : distance of its samples, um.
+    tile_um : (y, x) size of a tile, um.
+    azimuth : azimuth, rad, counter-clockwise with y up.
     """
     parts = max(1, int(np.ceil(FINER * pitch_um / min(tile_um))))
     offsets = pitch_um * ((np.arange(parts) + 0.5) / parts - 0.5)
@@ -104,11 +108,11 @@ def kernel(
     half = [int(np.ceil(reach / tile)) + 1 for tile in tile_um]
     shape = (2 * half[0] + 1, 2 * half[1] + 1)
     out = np.zeros(shape[0] * shape[1])
-    # many offsets at once: each sum passes over all tiles of the kernel, however few it changes
+    # many offsets are summed at once, because every sum passes over all tiles of the kernel
     pieces = -(-parts * len(values) // AT_ONCE)
     for dy in offsets:
         for dx in np.array_split(offsets[:, None], min(parts, max(1, pieces))):
-            # y down: a turn from +x towards up lowers y
+            # y points down: a rotation from +x upwards lowers y
             x = cosine * (x0 + dx) + sine * (y0 + dy)
             y = -sine * (x0 + dx) + cosine * (y0 + dy)
             for index, share in _corners(y / tile_um[0] + half[0], x / tile_um[1] + half[1], shape):
@@ -129,7 +133,13 @@ def _corners(
 
 
 def spread(light: np.ndarray, places: list[tuple[Share, np.ndarray]]) -> np.ndarray:
-    """Return one band's light (y, x) spread by the kernel of each place; float64."""
+    """Return one band's light (y, x), float64, spread by the kernels of field points.
+
+    Parameters
+    ----------
+    light : (y, x) light of one band.
+    places : [(share of the light, kernel (y, x)), ...] of the field points.
+    """
     out = np.zeros(light.shape)
     for share, of_place in places:
         part = share.weights * light[share.window]

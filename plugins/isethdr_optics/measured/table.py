@@ -5,7 +5,8 @@ samples `pitch_um`, `field_deg` and `wavelength_nm`. It may hold `energy` (field
 share of a point's light within the samples. A .csv holds MTF curves (`mtf`). The field points lie
 along +x; x points right, y down; the chief ray or the centroid is at index size // 2.
 
-Figures over the field are arrays (field,) in the .npz, or columns of a .csv of their own.
+Figures over the field, such as distortion, are arrays (field,) in the .npz, or columns of a
+separate .csv.
 """
 
 from __future__ import annotations
@@ -24,7 +25,7 @@ from .mtf import COLUMNS, point_spread
 
 FIGURES = ("relative_illumination", "distortion_percent", "chief_ray_deg")
 EXAMPLE = "example"  # name of the bundled table
-MOST_DISTORTION = 90.0  # percent
+MOST_DISTORTION = 90.0  # largest magnitude of distortion, percent
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,9 +34,9 @@ class MeasuredTable:
 
     Parameters
     ----------
-    psf : (field, wavelength, y, x), each sums to 1: light beyond the samples is drawn within them.
+    psf : (field, wavelength, y, x); each sums to 1, as if no light fell beyond the samples.
     energy : (field, wavelength), the share of a point's light that lies within the samples.
-    clipped : largest share of a point's light that was negative in a PSF made of MTF curves.
+    clipped : largest share of a point's light that was negative in a PSF from MTF curves.
     figures : {name of `FIGURES`: (angles deg, values)}.
     """
 
@@ -49,11 +50,12 @@ class MeasuredTable:
 
 
 def table_path(name: str) -> Path:
-    """Return the path of a table, by its path or the name of the bundled one.
+    """Return the path of a table, given its path or the name of the bundled one.
 
     Raises
     ------
-    CatalogError : the file is not there. ConfigError : its name has another ending.
+    CatalogError : the file does not exist.
+    ConfigError : the name ends neither in .npz nor in .csv.
     """
     if name == EXAMPLE:
         return Path(str(files(__package__).joinpath("example.npz")))
@@ -69,17 +71,19 @@ def table_path(name: str) -> Path:
 
 
 def load(name: str, figures: str, f_number: float) -> MeasuredTable:
-    """Return the table of a measured lens, checked.
+    """Return the checked table of a measured lens.
 
     Parameters
     ----------
-    name : of the table, or its path. `figures` : path of a .csv with figures over the field, or "".
-    f_number : of the lens; MTF curves end at its diffraction limit.
+    name : name of the table, or its path.
+    figures : path of a .csv with figures over the field, or "".
+    f_number : f-number of the lens; MTF curves end at its diffraction limit.
 
     Raises
     ------
-    CatalogError : a file is not there or cannot be read.
-    ConfigError, UnitError : a scale is missing, or values that no lens has.
+    CatalogError : a file does not exist or cannot be read.
+    ConfigError, UnitError : the format is unknown, the scale is missing, or a value is impossible
+        for a lens.
     """
     path = table_path(name)
     beside = Path(figures).expanduser() if figures else None
@@ -108,11 +112,12 @@ def _load(
 
 
 def rows_of(path: Path, columns: tuple[str, ...]) -> dict[str, np.ndarray]:
-    """Return the columns of a .csv; all of `columns` must be there.
+    """Return the columns of a .csv, {name: values}; all of `columns` must be present.
 
     Raises
     ------
-    CatalogError : the file cannot be read. UnitError : a column is missing, or no number.
+    CatalogError : the file cannot be read.
+    UnitError : a column is missing, or an entry is not a number.
     """
     try:
         with path.open(newline="", encoding="utf-8") as file:
