@@ -1,15 +1,15 @@
-"""Traffic: a layout of a street moves on by seconds.
+"""Traffic: motion of the vehicles and people of a street over time.
 
 | module          | content                                                             |
 |-----------------|---------------------------------------------------------------------|
-| `tracks`        | lanes as tables: places, headings, speeds, and which cross          |
+| `tracks`        | lanes as tables: places, headings, speeds, and which lanes cross    |
 | `following`     | the intelligent driver model                                        |
-| `drivers`       | who drives: routes, speeds, and what is ahead of each               |
-| `junctions`     | who may enter a junction                                            |
-| `signal_plan`   | what traffic lights show at each time                               |
-| `obstacles`     | what stands or walks in the way of a lane                           |
-| `pedestrians`   | who walks                                                           |
+| `drivers`       | drivers: routes, speeds, and the distance to the next obstacle      |
+| `junctions`     | right of way at junctions                                           |
+| `signal_plan`   | states of traffic lights over time                                  |
+| `obstacles`     | things and people in the way of a lane                              |
+| `pedestrians`   | people who walk                                                     |
 | `simulation`    | steps of a tenth of a second, and the state at any time             |
-| `later_layout`  | the layout and the camera's car at a time                           |
-| `sumo/`         | traffic that SUMO drives, in place of all that                      |
+| `later_layout`  | the layout and the camera's car at a later time                     |
+| `sumo/`         | traffic simulated by SUMO, in place of the modules above            |
 """

@@ -1,4 +1,4 @@
-"""Drivers: each follows a route of lanes, and keeps its distance from what is ahead."""
+"""Drivers: each follows a route of lanes, and keeps its distance from vehicles and obstacles."""
 
 from __future__ import annotations
 
@@ -18,17 +18,17 @@ from .following import BRAKING_M_S2, TIME_GAP_S, acceleration_m_s2
 from .obstacles import Obstacle
 from .tracks import Tracks
 
-LOOK_M = 100.0  # ahead
-BESIDE_M = 0.2  # between the sides of two that pass each other in one lane
-ASIDE_LOOKS_M = (0.0, 5.0, 10.0)  # ahead, where the width of the lane is seen
-NARROW_M = 0.15  # beside a vehicle in its lane
+LOOK_M = 100.0  # distance ahead within which a driver sees obstacles
+BESIDE_M = 0.2  # least gap between the sides of two drivers that pass each other in one lane
+ASIDE_LOOKS_M = (0.0, 5.0, 10.0)  # distances ahead at which a driver sees the width of the lane
+NARROW_M = 0.15  # least free width beside a vehicle in its lane
 BICYCLE_M_S = 5.0
 # metres ahead at which a driver looks for curves and limits
 LOOKS_M = np.array([0.0, 4.0, 8.0, 16.0, 32.0, 64.0])
 
 
 class Ahead(NamedTuple):
-    """What is ahead of a driver."""
+    """Gap to the next obstacle ahead of a driver, and its speed."""
 
     gap_m: float = np.inf
     speed_m_s: float = 0.0
@@ -36,15 +36,15 @@ class Ahead(NamedTuple):
 
 @dataclass(eq=False)
 class Driver:
-    """A vehicle or a bicycle on its way."""
+    """A vehicle or a bicycle on its route."""
 
     name: str
     things: tuple[Thing, ...]  # the vehicle first
-    aside_m: float  # where it is, to the left of the middle of its lane
-    top_m_s: float  # speed of an empty road, where the limit allows it
-    turn: int  # 1 to the left at the next choice, -1 to the right
+    aside_m: float  # present offset to the left of the middle of its lane
+    top_m_s: float  # speed on an empty road, if the limit allows it
+    turn: int  # 1 to the left at the next choice, -1 to the right, 0 straight on
     route: list[LaneKey]
-    at_m: float  # of its middle, from the start of the first lane of the route
+    at_m: float  # distance of its middle from the start of the first lane of the route
     starts_m: list[float] = field(default_factory=lambda: [0.0])
     speed_m_s: float = 0.0
     acceleration_m_s2: float = 0.0
@@ -55,7 +55,10 @@ class Driver:
     width_m: float = 0.0
 
     def aside_in(self, tracks: Tracks) -> float:
-        """Return how far aside it wants to be: in a narrow lane, off the lane at its left."""
+        """Return the wanted offset to the left of the lane's middle, m.
+
+        In a lane that is too narrow, the vehicle keeps away from the lane at its left.
+        """
         width = np.inf
         for ahead in ASIDE_LOOKS_M:
             lane = self.on_lane(self.at_m + ahead)
@@ -71,12 +74,12 @@ class Driver:
         return max(bisect_right(self.starts_m, at_m) - 1, 0)
 
     def on_lane(self, at_m: float) -> OnLane:
-        """Return its lane and its place there at a distance along its route."""
+        """Return the driver's lane and its place on it at a distance along the route."""
         k = self.lane_at(at_m)
         return OnLane(self.route[k], at_m - self.starts_m[k], self.aside_m)
 
     def extend(self, tracks: Tracks, to_m: float) -> None:
-        """Extend the route to a distance, as far as the network goes."""
+        """Extend the route to a distance, or to the end of the network."""
         while self.end_m(tracks) < to_m:
             onward = tracks.onward(self.route[-1], self.turn)
             if onward is None:
@@ -85,11 +88,11 @@ class Driver:
             self.route.append(onward)
 
     def end_m(self, tracks: Tracks) -> float:
-        """Return where the last lane of the route ends."""
+        """Return the distance along the route at which its last lane ends."""
         return self.starts_m[-1] + tracks[self.route[-1]].length_m
 
     def boxes(self, tracks: Tracks, at_m: float) -> np.ndarray:
-        """Return what it occupies at a distance along its route."""
+        """Return the boxes (n, FIELDS) that the driver occupies at a distance along the route."""
         lane = self.on_lane(at_m)
         track = tracks[lane.key]
         place = track.place(lane.s_m, lane.aside_m)
@@ -97,7 +100,7 @@ class Driver:
         return np.concatenate([rows(solids(thing), place, 1.0, level) for thing in self.things])
 
     def free_m_s(self, tracks: Tracks) -> float:
-        """Return the speed that limit and curves ahead allow: what is braked comfortably."""
+        """Return the speed that limits and curves ahead allow with comfortable braking."""
         limit = self.top_m_s
         for distance in LOOKS_M:
             if distance > self.speed_m_s**2 / (2 * BRAKING_M_S2) + 1:
@@ -110,7 +113,7 @@ class Driver:
 
 
 def level_of(tracks: Tracks, lane: OnLane) -> int:
-    """Return 1 on a bridge, else 0."""
+    """Return 1 for a place on a bridge, else 0."""
     path = tracks[lane.key].path
     if not path.road.structures:
         return 0
@@ -122,10 +125,10 @@ def driver(foot: Foot, others: tuple[Thing, ...], tracks: Tracks, top_m_s: float
 
     Parameters
     ----------
-    foot : the vehicle on its lane; its indicators tell the turn.
-    others : what moves with it, as its rider.
+    foot : vehicle on its lane; its indicators decide the turn.
+    others : things that move with it, such as a rider.
     tracks : lanes as tables.
-    top_m_s : speed of an empty road, m/s.
+    top_m_s : speed on an empty road, m/s.
     """
     assert foot.lane is not None
     turns = [lamp.partition(":")[2] for lamp in foot.lamps if lamp.startswith("indicator")]
@@ -147,13 +150,13 @@ def driver(foot: Foot, others: tuple[Thing, ...], tracks: Tracks, top_m_s: float
 
 
 class Road:
-    """Who is where on each lane at one moment."""
+    """Drivers and obstacles on each lane at one time."""
 
     def __init__(self, drivers: Iterable[Driver], obstacles: dict[LaneKey, list[Obstacle]]) -> None:
         self._on: dict[LaneKey, list[tuple[float, Driver]]] = {}
         self._obstacles = obstacles
         for one in drivers:
-            # who reaches into two lanes is on both
+            # a driver that reaches into two lanes is on both
             for at in {one.lane_at(one.at_m), one.lane_at(one.at_m - one.length_m / 2)}:
                 s = one.at_m - one.starts_m[at]
                 self._on.setdefault(one.route[at], []).append((s, one))
@@ -163,6 +166,7 @@ class Road:
 
         Parameters
         ----------
+        one : the driver.
         stop_m : distance along its route beyond which it may not go.
         """
         front = one.at_m + one.length_m / 2
@@ -197,7 +201,7 @@ def wanted_m_s2(one: Driver, tracks: Tracks, ahead: Ahead) -> float:
     ----------
     one : the driver.
     tracks : lanes as tables, for limits and curves.
-    ahead : gap and speed of what is ahead, m and m/s.
+    ahead : gap to the next obstacle ahead and its speed, m and m/s.
     """
     free = one.free_m_s(tracks)
     return acceleration_m_s2(one.speed_m_s, free, ahead.gap_m, ahead.speed_m_s, one.time_gap_s)
@@ -209,8 +213,8 @@ def lanes_of(drivers: Iterable[Driver]) -> set[LaneKey]:
 
 
 def entries(one: Driver, tracks: Tracks) -> Iterable[tuple[float, LaneKey]]:
-    """Return where a route goes from a lane outside of junctions into a junction's: the distance,
-    and the lane, of those that are ahead.
+    """Return the entries of a route into junctions ahead: distance along the route, m, and the lane
+    in the junction.
     """
     steps = zip(pairwise(one.route), one.starts_m[1:])
     return [

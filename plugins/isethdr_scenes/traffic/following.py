@@ -5,14 +5,14 @@ from __future__ import annotations
 import math
 
 ACCELERATION_M_S2 = 1.5
-BRAKING_M_S2 = 2.0  # comfortable
-HARDEST_M_S2 = 8.0  # on dry asphalt
+BRAKING_M_S2 = 2.0  # comfortable deceleration
+HARDEST_M_S2 = 8.0  # hardest deceleration, on dry asphalt
 TIME_GAP_S = 1.2
 STANDSTILL_M = 2.0
 EXPONENT = 4.0
-LEAST_M = 0.1  # of a gap, so that the model stays finite
-EASY_M_S2 = 1.2  # braking that nobody notices
-LEAST_S = 0.2  # of the time gap that a driver accepts
+LEAST_M = 0.1  # least gap in the model, so that it stays finite
+EASY_M_S2 = 1.2  # deceleration that hardly shows
+LEAST_S = 0.2  # least time gap that a driver accepts
 
 
 def acceleration_m_s2(
@@ -26,9 +26,10 @@ def acceleration_m_s2(
 
     Parameters
     ----------
-    speed, free_speed, leader_speed : m/s; `free_speed` is that of an empty road.
-    gap_m : free road up to the leader; infinite without one.
-    time_gap_s : that the driver keeps to a leader, besides `STANDSTILL_M`.
+    speed, free_speed, leader_speed : speeds of the driver, of the driver on an empty road, and of
+        the leader, m/s.
+    gap_m : free road up to the leader, m; infinite without a leader.
+    time_gap_s : time gap that the driver keeps to a leader in addition to `STANDSTILL_M`, s.
     """
     if free_speed <= 0:
         return -BRAKING_M_S2 if speed > 0 else 0.0
@@ -43,11 +44,15 @@ def acceleration_m_s2(
 
 
 def speed_that_stops_m_s(gap_m: float, leader_speed: float) -> float:
-    """Return the speed from which a driver gets down to a leader's without effort in a gap."""
+    """Return the speed, m/s, from which a driver slows to the leader's speed within a gap, m, with
+    the deceleration `EASY_M_S2`.
+    """
     room = max(gap_m - STANDSTILL_M, 0.0)
     return math.sqrt(leader_speed**2 + 2 * EASY_M_S2 * room)
 
 
 def accepted_gap_s(gap_m: float, speed: float) -> float:
-    """Return the time gap of a driver who keeps to a gap that is shorter than usual."""
+    """Return the time gap, s, of a driver who keeps a given gap, m; it lies between `LEAST_S` and
+    `TIME_GAP_S`.
+    """
     return min(max((gap_m - STANDSTILL_M) / max(speed, 0.1), LEAST_S), TIME_GAP_S)

@@ -1,6 +1,7 @@
-"""Junctions: who may enter. A way is given to one driver at a time among those that would meet.
+"""Junctions: right of way. Of the drivers whose paths through a junction cross, one at a time is
+granted its path.
 
-A signal that is not green stops all who can still stop before its line.
+A signal that is not green stops all drivers who can still stop before its line.
 """
 
 from __future__ import annotations
@@ -13,14 +14,14 @@ from .drivers import Driver, entries
 from .signal_plan import SignalPlan
 from .tracks import Tracks
 
-ASK_M = 35.0  # before a junction, at which a driver asks for its way
-STOP_M = 6.5  # before a junction: behind crosswalk and stop line
-PAST_M = 1.0  # beyond that place, from which a driver goes on
-SIGNAL_BRAKING_M_S2 = 3.0  # who has to brake harder than that for a signal passes it
+ASK_M = 35.0  # distance from a junction within which a driver may be granted its path
+STOP_M = 6.5  # distance from a junction at which drivers stop: before crosswalk and stop line
+PAST_M = 1.0  # a driver this far beyond that place no longer stops
+SIGNAL_BRAKING_M_S2 = 3.0  # a driver that would have to brake harder passes a signal
 
 
 class Junctions:
-    """The ways through the junctions that are given."""
+    """The paths through junctions that drivers have been granted."""
 
     def __init__(self, tracks: Tracks, signals: SignalPlan) -> None:
         self._tracks = tracks
@@ -28,13 +29,13 @@ class Junctions:
         self._given: dict[Driver, tuple[LaneKey, ...]] = {}
 
     def update(self, drivers: Iterable[Driver], time_s: float) -> dict[Driver, float]:
-        """Take back what was left, give new ways to the nearest first, and return where each
-        driver that has to wait must stop, as a distance along its route.
+        """Release paths that drivers have left, grant new paths to the nearest drivers first, and
+        return where each waiting driver must stop, m along its route.
 
         Parameters
         ----------
-        drivers : all of them, in a fixed order.
-        time_s : seconds from the layout as placed, at which the signals are seen.
+        drivers : all drivers, in a fixed order.
+        time_s : time since the layout as placed, for the states of the signals, s.
         """
         active = [one for one in drivers if not one.gone]
         self._given = {
@@ -59,7 +60,7 @@ class Junctions:
                 self._given[one] = ways
             else:
                 front = one.at_m + one.length_m / 2
-                # who stands beyond the line already waits where it is
+                # a driver who is already beyond the line waits where it is
                 stops[one] = max(start - STOP_M, min(front, start))
         return stops
 
@@ -72,11 +73,11 @@ class Junctions:
         return shown not in ("", "green") and room >= needed
 
     def _start(self, one: Driver, ways: tuple[LaneKey, ...]) -> float:
-        """Return where a driver enters its ways, as a distance along its route."""
+        """Return the distance along its route at which a driver enters its granted path."""
         return one.starts_m[one.route.index(ways[0])]
 
     def _inside(self, one: Driver) -> tuple[LaneKey, ...]:
-        """Return the lanes of a junction that a driver is on, and those that follow there."""
+        """Return the lane of a junction that a driver is on, and the next ones in that junction."""
         rear = one.lane_at(one.at_m - one.length_m / 2)
         front = one.lane_at(one.at_m + one.length_m / 2)
         for k in range(rear, front + 1):
@@ -85,7 +86,7 @@ class Junctions:
         return ()
 
     def _needs(self, one: Driver, ways: tuple[LaneKey, ...]) -> bool:
-        """Return whether a driver has not yet left the ways that it was given."""
+        """Return whether a driver has not yet left the path that it was granted."""
         last = one.route.index(ways[-1])
         end = one.starts_m[last] + self._tracks[ways[-1]].length_m
         return not one.gone and one.at_m - one.length_m / 2 < end
@@ -98,11 +99,11 @@ class Junctions:
         return self._from(one, one.lane_at(start + 1e-6))
 
     def _from(self, one: Driver, first: int) -> tuple[LaneKey, ...]:
-        """Return the lanes of a junction that follow each other in a route."""
+        """Return the lanes of a route from index `first` on that lie in the junction."""
         return tuple(takewhile(lambda key: self._tracks[key].junction, one.route[first:]))
 
     def _free(self, one: Driver, ways: tuple[LaneKey, ...]) -> bool:
-        """Return whether nobody else was given a way that crosses one of `ways`."""
+        """Return whether no other driver was granted a lane that crosses one of `ways`."""
         return not any(
             self._tracks.cross(mine, theirs)
             for other, given in self._given.items()

@@ -1,4 +1,4 @@
-"""A layout at a later time: who moves is elsewhere, brakes, blinks and walks; signals change."""
+"""A layout at a later time: new places of vehicles and people, brake lamps, indicators, signals."""
 
 from __future__ import annotations
 
@@ -17,18 +17,18 @@ from .signal_plan import signal_plan
 from .simulation import OWN, STANDING_M_S, Moved, Simulation
 
 BRAKES_M_S2 = -0.7  # acceleration below which brake lights are on
-DRAWN_S = 0.5  # for which the lamps stay as they were drawn
-BLINKS_PER_S = 1.5  # 60 to 120 a minute (UN R48)
+DRAWN_S = 0.5  # time for which brake lamps stay as they were drawn
+BLINKS_PER_S = 1.5  # UN R48: 60 to 120 per minute
 BRAKED = ("car", "truck", "bus", "motorcycle")  # groups with brake lights
 
 
 @dataclass(frozen=True, eq=False)
 class Moment:
-    """What is where at one time."""
+    """A layout and the camera's car at one time."""
 
     layout: Layout
-    own_pose: np.ndarray  # (4, 4) of the camera's car
-    own_gone: bool  # the camera's car has come to the end of its road
+    own_pose: np.ndarray  # (4, 4) pose of the camera's car
+    own_gone: bool  # whether the camera's car has come to the end of its road
 
 
 def moment(layout: Layout, simulation: Simulation, time_s: float) -> Moment:
@@ -36,9 +36,9 @@ def moment(layout: Layout, simulation: Simulation, time_s: float) -> Moment:
 
     Parameters
     ----------
-    layout : as placed.
-    simulation : of that layout.
-    time_s : 0 or more.
+    layout : layout as placed.
+    simulation : simulation of that layout.
+    time_s : time since the layout as placed, s; 0 or more.
     """
     state = simulation.at(time_s)
     network = layout.base.network
@@ -70,13 +70,12 @@ def moment(layout: Layout, simulation: Simulation, time_s: float) -> Moment:
 
 
 def _walked(foot: Foot, x_m: float, y_m: float) -> Foot:
-    """Return somebody who has walked to a plan point.
+    """Return a person who has walked to a plan point.
 
     Parameters
     ----------
-    foot : as placed.
-    x_m : of the point, m.
-    y_m : of the point, m.
+    foot : person as placed.
+    x_m, y_m : coordinates of the point, m.
     """
     now = walked(foot.thing, float(np.hypot(x_m - foot.x_m, y_m - foot.y_m)))
     cos = np.cos(foot.heading_rad)
@@ -87,7 +86,7 @@ def _walked(foot: Foot, x_m: float, y_m: float) -> Foot:
 
 
 def _driven(foot: Foot, moved: Moved, time_s: float, network: Network) -> Foot:
-    """Return somebody on a lane at a later time."""
+    """Return a vehicle or a rider on a lane at a later time."""
     path = network.lane(moved.lane.key)
     pose = path.at(moved.lane.s_m, moved.lane.aside_m)
     lamps = [lamp for lamp in foot.lamps if lit(lamp, foot, time_s)]
@@ -108,14 +107,14 @@ def _driven(foot: Foot, moved: Moved, time_s: float, network: Network) -> Foot:
 
 
 def lit(lamp: str, foot: Foot, time_s: float) -> bool:
-    """Return whether a lamp that was drawn is on: indicators blink, each vehicle in its own time,
-    and are on at first.
+    """Return whether a lamp that was drawn as on is on at a time. Indicators are on at first and
+    blink with a phase of each vehicle; other lamps stay on.
 
     Parameters
     ----------
     lamp : kind of lamp, with its side.
-    foot : whose lamp it is; its variant seeds the phase of the blinking.
-    time_s : seconds from the layout as placed.
+    foot : thing with the lamp; its variant seeds the phase of the blinking.
+    time_s : time since the layout as placed, s.
     """
     if not lamp.startswith("indicator"):
         return True

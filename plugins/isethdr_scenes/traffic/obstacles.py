@@ -1,4 +1,4 @@
-"""Obstacles: what stands or walks in the way of a lane, besides other drivers."""
+"""Obstacles: things and people in the way of a lane, other than drivers."""
 
 from __future__ import annotations
 
@@ -9,32 +9,34 @@ import numpy as np
 from ..placing.boxes import corners
 from .tracks import Track
 
-REACH_M = 3.5  # from a lane's middle: what is further is in nobody's way
-LOW_M = 2.0  # what hangs higher is not in the way
+REACH_M = 3.5  # things farther from a lane's middle are not in the way
+LOW_M = 2.0  # things that hang higher are not in the way
 CLEARANCE_M = 0.05
 
 
 class Obstacle(NamedTuple):
-    """The place on a lane where something begins, and how far it reaches to both sides."""
+    """The place on a lane where an obstacle begins, and its extent to both sides."""
 
     s_m: float
-    left_m: float  # of the middle of the lane
-    right_m: float  # negative to the right of it
+    left_m: float  # left end, to the left of the middle of the lane
+    right_m: float  # right end, likewise: negative to the right of the middle
 
     def meets(self, aside_m: float, width_m: float) -> bool:
-        """Return whether it is in the way of a vehicle of a width, aside of the lane's middle."""
+        """Return whether the obstacle is in the way of a vehicle with an offset `aside_m` to the
+        left of the lane's middle and a width `width_m`.
+        """
         half = width_m / 2 + CLEARANCE_M
         return aside_m - half < self.left_m and aside_m + half > self.right_m
 
 
 def obstacles(track: Track, boxes: np.ndarray, whole: bool = False) -> list[Obstacle]:
-    """Return what `boxes` (n, FIELDS) are to the drivers of a lane.
+    """Return the obstacles that boxes form for the drivers of a lane.
 
     Parameters
     ----------
     track : the lane.
-    boxes : (n, FIELDS) boxes in the world, as of `placing.boxes.rows`.
-    whole : whether drivers wait wherever in the lane something is, as for people who cross.
+    boxes : (n, FIELDS) boxes in the world, as made by `placing.boxes.rows`.
+    whole : whether an obstacle blocks the whole width of the lane, as for people who cross.
     """
     low = boxes[boxes[:, 6] < LOW_M]
     if not len(low):

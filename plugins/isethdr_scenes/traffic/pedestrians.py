@@ -1,4 +1,4 @@
-"""Pedestrians: who is drawn walking walks straight on, and waits where something is in the way."""
+"""Pedestrians: people drawn as walking walk straight on, and wait if something is in the way."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ STEPS_AT_ONCE = 20
 
 @dataclass(eq=False)
 class Pedestrian:
-    """Somebody who walks."""
+    """A person who walks."""
 
     foot: Foot
-    solid: Solid  # that holds the person at all phases of the gait
+    solid: Solid  # solid that contains the person at all phases of the gait
     speed_m_s: float
-    steps: int = 0  # that they have walked
+    steps: int = 0  # number of time steps that the person has walked
 
     @property
     def name(self) -> str:
@@ -31,19 +31,19 @@ class Pedestrian:
         return self.foot.name
 
     def after(self, seconds: float) -> tuple[float, float]:
-        """Return the plan point that is reached after some seconds of walking."""
+        """Return the plan point, m, that the person reaches after some seconds of walking."""
         way = self.speed_m_s * seconds
         heading = self.foot.heading_rad
         return self.foot.x_m + way * np.cos(heading), self.foot.y_m + way * np.sin(heading)
 
     def boxes(self, x_m: float, y_m: float) -> np.ndarray:
-        """Return what the pedestrian occupies at a plan point."""
+        """Return the boxes (n, FIELDS) that the pedestrian occupies at a plan point."""
         at = (x_m, y_m, self.foot.heading_rad)
         return rows((self.solid,), at, self.foot.scale, self.foot.level)
 
 
 def pedestrians(feet: Iterable[Foot]) -> list[Pedestrian]:
-    """Return those who walk."""
+    """Return the pedestrians among all things: people with a walking role and a gait."""
     found = []
     for foot in feet:
         if foot.role not in ROLES or foot.thing.group != "person":
@@ -57,9 +57,9 @@ def pedestrians(feet: Iterable[Foot]) -> list[Pedestrian]:
 
 
 class Footways:
-    """Whether each pedestrian still stands where people of their role may, after some steps.
+    """Look-up of whether a pedestrian may stand where a number of steps leads.
 
-    They walk straight on, so that many steps are looked up at once.
+    Pedestrians walk straight on, so many steps are looked up at once.
     """
 
     def __init__(self, network: Network, people: list[Pedestrian], step_s: float) -> None:
@@ -69,13 +69,13 @@ class Footways:
         self._allowed = np.empty((len(people), 0), bool)
 
     def may_stand(self, person: int, steps: int) -> bool:
-        """Return whether a person may stand where they are after a number of steps."""
+        """Return whether a person (index) may stand at the place reached after `steps` steps."""
         while steps > self._allowed.shape[1]:
             self._look_ahead()
         return bool(self._allowed[person, steps - 1])
 
     def _look_ahead(self) -> None:
-        """Look up where the next steps of all lead."""
+        """Look up the next steps of all pedestrians."""
         done = self._allowed.shape[1]
         boxes = []
         for person in self._people:

@@ -1,6 +1,6 @@
-"""Signal plan: what the traffic lights of a crossing show at each time.
+"""Signal plan: states of the traffic lights of a crossing over time.
 
-Two groups of roads take turns: green, amber, red for all while the crossing empties, then red and
+Two groups of roads take turns: green, amber, red for both while the crossing empties, then red and
 amber together before the next green. A group shows green or amber only while the other shows red.
 """
 
@@ -14,10 +14,10 @@ import numpy as np
 
 from ..placing.street_lights import Signals
 
-# ranges of the durations, s, as of fixed-time control at 50 km/h; the values are assumptions
+# ranges of the durations, s, of fixed-time control at 50 km/h; the values are assumptions
 GREEN_S = (12.0, 30.0)  # drawn for each group
 AMBER_S = (3.0, 4.0)
-CLEARANCE_S = (1.0, 2.0)  # red for all
+CLEARANCE_S = (1.0, 2.0)  # red for both groups
 RED_AMBER_S = (1.0, 1.5)
 # states of the (first, second) group; in the other half of the cycle the groups change places
 HALF = (("green", "red"), ("amber", "red"), ("red", "red"), ("red", "red_amber"))
@@ -31,7 +31,7 @@ class SignalPlan:
     Parameters
     ----------
     first, second : names of the roads of each group.
-    lengths_s : of the eight `PHASES`, s.
+    lengths_s : durations of the eight `PHASES`, s.
     start_s : second of the cycle at time 0.
     """
 
@@ -42,7 +42,7 @@ class SignalPlan:
 
     @property
     def cycle_s(self) -> float:
-        """Seconds after which the states repeat."""
+        """Period after which the states repeat, s."""
         return sum(self.lengths_s)
 
     def state(self, road: str, time_s: float) -> str:
@@ -51,7 +51,7 @@ class SignalPlan:
         Parameters
         ----------
         road : name of the road that meets the signal.
-        time_s : seconds from the layout as placed.
+        time_s : time since the layout as placed, s.
         """
         if road not in self.first | self.second:
             return ""
@@ -62,11 +62,11 @@ class SignalPlan:
 
 
 def signal_plan(signals: Signals) -> SignalPlan:
-    """Return a plan that shows at time 0 what the signals of a layout show.
+    """Return a plan with the states of a layout's signals at time 0.
 
     Parameters
     ----------
-    signals : states at time 0 by road, where one group is red; and the seed of all durations.
+    signals : states at time 0 by road, of which one group is red; and the seed of all durations.
     """
     rng = np.random.default_rng(signals.seed)
     draw = lambda limits: float(rng.uniform(*limits))

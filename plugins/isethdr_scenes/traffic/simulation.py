@@ -1,6 +1,6 @@
 """Simulation: drivers and pedestrians in steps of a tenth of a second, and their state at any time.
 
-Nobody comes nearer to anything than they may: who would, stays where he is for that step.
+A driver or pedestrian whose step would lead too near to another object does not move in that step.
 """
 
 from __future__ import annotations
@@ -28,12 +28,12 @@ STEP_S = 0.1
 NO_BOXES = np.empty((0, FIELDS))
 OWN = "own vehicle"
 OWN_HEIGHT_M = 1.5
-FAR_M = 1e6  # where who is gone is put
-NEAR_M = 25.0  # beyond which no two things touch
-GAP_M = 0.02  # that everybody keeps from all else
-SIDEWAYS_M_S = 0.5  # of who makes room in a narrow lane
-STANDING_M_S = 0.1
-PASSES = 6
+FAR_M = 1e6  # coordinate to which removed boxes are moved
+NEAR_M = 25.0  # boxes farther apart than this cannot touch
+GAP_M = 0.02  # least gap between boxes after a step
+SIDEWAYS_M_S = 0.5  # lateral speed of a vehicle that makes room in a narrow lane
+STANDING_M_S = 0.1  # slower vehicles count as standing
+PASSES = 6  # passes along queues in which start speeds are limited
 
 
 class Moved(NamedTuple):
@@ -56,14 +56,14 @@ class _Noted(NamedTuple):
 
 
 class State(NamedTuple):
-    """All who move, at one time."""
+    """All drivers and pedestrians at one time."""
 
     drivers: dict[str, Moved]
     people: dict[str, tuple[float, float]]  # plan points, m
 
 
 class Simulation:
-    """A layout as it goes on. The same layout gives the same traffic."""
+    """Motion of a layout over time. The same layout gives the same traffic."""
 
     def __init__(self, layout: Layout, vehicles_per_km: float) -> None:
         self.base = layout.base
@@ -102,7 +102,7 @@ class Simulation:
         self._start()
 
     def _own(self) -> Foot:
-        """Return the camera's car."""
+        """Return the camera's car as a thing on its lane."""
         thing = Thing("own", 0, "own vehicle", (*EGO_M, OWN_HEIGHT_M), "car")
         pose = self.base.pose()
         heading = float(np.arctan2(pose[1, 0], pose[0, 0]))
@@ -110,7 +110,7 @@ class Simulation:
         return Foot(OWN, thing, float(pose[0, 3]), float(pose[1, 3]), heading, "driving", lane=lane)
 
     def _start(self) -> None:
-        """Give everybody a speed at which nobody has to brake hard, and note the first state."""
+        """Give all drivers a speed at which none has to brake hard, and record the first state."""
         stops = self._junctions.update(self._drivers, 0.0)
         road = self._road()
         for one in self._drivers:
@@ -143,11 +143,11 @@ class Simulation:
         return Road((one for one in self._drivers if not one.gone), found)
 
     def _boxes(self, person: Pedestrian) -> np.ndarray:
-        """Return what a pedestrian occupies now."""
+        """Return the boxes that a pedestrian occupies now."""
         return person.boxes(*person.after(STEP_S * person.steps))
 
     def step(self) -> None:
-        """Go on by a tenth of a second."""
+        """Advance by `STEP_S`."""
         stops = self._junctions.update(self._drivers, STEP_S * (len(self._at) - 1))
         road = self._road()
         active = [one for one in self._drivers if not one.gone]
@@ -193,7 +193,7 @@ class Simulation:
         self._walked.append([one.after(STEP_S * one.steps) for one in self._people])
 
     def at(self, time_s: float) -> State:
-        """Return the state at a time, linear between the steps."""
+        """Return the state at a time, s. Places are interpolated linearly between the steps."""
         before = int(time_s / STEP_S + 1e-9)
         while len(self._at) < before + 2:
             self.step()
@@ -216,7 +216,7 @@ class Simulation:
 
 
 class _Places:
-    """The boxes of all things; those of who moves can be changed."""
+    """The boxes of all things; those of drivers and pedestrians can be changed."""
 
     def __init__(self, still: np.ndarray, moving: dict[Driver | Pedestrian, np.ndarray]) -> None:
         self._rows = np.concatenate([still, *moving.values()])
@@ -227,13 +227,13 @@ class _Places:
             start += len(boxes)
 
     def remove(self, one: Driver | Pedestrian) -> None:
-        """Remove somebody."""
+        """Remove the boxes of a driver or a pedestrian."""
         self._rows[self._of[one], :2] = FAR_M
 
     def move(self, one: Driver | Pedestrian, boxes: np.ndarray) -> bool:
-        """Move somebody if the place is free; return whether it was.
+        """Move a driver or a pedestrian to new boxes if that place is free; return whether it was.
 
-        Who already is nearer to something than `GAP_M` may get away from it.
+        Boxes that are already nearer than `GAP_M` to a thing may stay near it, but not overlap it.
         """
         own = self._of[one]
         near = (np.abs(self._rows[:, :2] - boxes[0, :2]) < NEAR_M).all(1)
@@ -253,5 +253,5 @@ def _with(rider: Foot | None) -> tuple[Thing, ...]:
 
 
 def _share(foot: Foot) -> float:
-    """Return the share of the free speed that a driver takes, drawn by name and thing."""
+    """Return the ratio of a driver's speed to the free speed, drawn by name and thing."""
     return float(np.random.default_rng([foot.thing.variant, len(foot.name)]).uniform(0.93, 1.03))

@@ -1,4 +1,4 @@
-"""Tracks: lanes as tables over their length, the ways out of them, and which of them cross."""
+"""Tracks: lanes as tables over their length, the lanes that follow them, and which lanes cross."""
 
 from __future__ import annotations
 
@@ -11,15 +11,15 @@ from scipy.spatial import cKDTree
 from ..roads.lane_path import LaneKey, LanePath
 from ..roads.network import Network
 
-STEP_M = 0.5
-SIDEWAYS_M_S2 = 2.5  # acceleration in curves that drivers accept
-CLEARANCE_M = 2.6  # of the middles of two lanes on which vehicles may pass each other
-STRAIGHT_RAD = 0.35
+STEP_M = 0.5  # step of the tables
+SIDEWAYS_M_S2 = 2.5  # greatest lateral acceleration in curves
+CLEARANCE_M = 2.6  # least distance of the middles of two lanes that do not cross
+STRAIGHT_RAD = 0.35  # a lane that turns less does not count as a turn
 
 
 @dataclass(frozen=True, eq=False)
 class Track:
-    """A lane: the middle of it every half metre."""
+    """A lane as a table of its middle, every half metre."""
 
     path: LanePath
 
@@ -42,7 +42,7 @@ class Track:
 
     @cached_property
     def fastest_m_s(self) -> np.ndarray:
-        """Speed (n,) that limit and curves allow."""
+        """Speed (n,) that the limit and the curves allow."""
         curvature = np.abs(np.gradient(self.heading_rad, self.s_m))
         in_curves = np.sqrt(SIDEWAYS_M_S2 / np.maximum(curvature, 1e-6))
         return np.minimum(self.path.road.speed_limit_kmh / 3.6, in_curves)
@@ -58,8 +58,16 @@ class Track:
         return cKDTree(self.plan_m)
 
     def beside(self, points_m: np.ndarray, reach_m: float) -> tuple[np.ndarray, np.ndarray]:
-        """Return metres along the lane, and to the left of its middle, of plan points (n, 2); NaN
-        where the lane is further than `reach_m`.
+        """Return the coordinates of plan points on the lane.
+
+        Parameters
+        ----------
+        points_m : (n, 2) plan points, m.
+        reach_m : largest distance from the lane's middle, m.
+
+        Returns
+        -------
+        Metres along the lane (n,) and to the left of its middle (n,); NaN for points farther away.
         """
         distance, nearest = self.tree.query(points_m, distance_upper_bound=reach_m)
         near = np.isfinite(distance)
@@ -79,11 +87,14 @@ class Track:
 
     @property
     def junction(self) -> str:
-        """Name of the junction that it crosses, or nothing."""
+        """Name of the junction that the lane crosses, or ""."""
         return self.path.road.junction
 
     def place(self, s_m: float, aside_m: float) -> tuple[float, float, float]:
-        """Return plan point and heading; beyond the lane's ends it goes straight on."""
+        """Return (x, y, heading) of a place on the lane, m and radians.
+
+        Beyond its ends the lane continues straight.
+        """
         heading = float(np.interp(s_m, self.s_m, self.heading_rad))
         x = float(np.interp(s_m, self.s_m, self.plan_m[:, 0]))
         y = float(np.interp(s_m, self.s_m, self.plan_m[:, 1]))
@@ -93,12 +104,12 @@ class Track:
         return x + beyond * cos - aside_m * sin, y + beyond * sin + aside_m * cos, heading
 
     def turn_rad(self) -> float:
-        """Return by how much it turns to the left."""
+        """Return the angle by which the lane turns to the left."""
         return float(self.heading_rad[-1] - self.heading_rad[0])
 
 
 class Tracks:
-    """All lanes of a network, made when they are first asked for."""
+    """The tracks of all lanes of a network; each is made at its first use."""
 
     def __init__(self, network: Network) -> None:
         self.network = network
@@ -112,11 +123,12 @@ class Tracks:
         return self._made[key]
 
     def onward(self, key: LaneKey, turn: int) -> LaneKey | None:
-        """Return where the traffic of a lane goes on; None at the end of the network.
+        """Return the lane on which the traffic of a lane continues; None at the end of the network.
 
         Parameters
         ----------
-        turn : 1 to the left where there is a choice, -1 to the right, 0 straight on.
+        key : lane that the traffic leaves.
+        turn : turn at a choice: 1 to the left, -1 to the right, 0 straight on.
         """
         ways = self.network.successors(key)
         if not ways:

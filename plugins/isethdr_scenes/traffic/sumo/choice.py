@@ -1,4 +1,4 @@
-"""The choice of traffic: drawn by the placer, or driven by SUMO."""
+"""The choice of traffic: drawn by the placer, or simulated by SUMO."""
 
 from __future__ import annotations
 
@@ -27,17 +27,18 @@ from .traffic import SumoTraffic, drawn_traffic, middle, shown
 PLACER = "placer"
 SUMO = "sumo"
 CHOICES = (PLACER, SUMO)
-REACH_M = 350.0  # vehicles that never come so near to the camera are left out
+REACH_M = 350.0  # vehicles that never come nearer to the camera than this are left out
 
 
 @dataclass(frozen=True)
 class RoadOfTraffic:
     """The road on which a file's traffic drives."""
 
-    network: Network  # as its file has it
-    base: BaseRoad  # about the place where the camera would start
-    shift_m: Floats  # (2,) from the file's coordinates to those of `base`
-    about: Callable[[Start], tuple[BaseRoad, Floats]]  # the road about another place, its shift
+    network: Network  # network of its file, or of its kind
+    base: BaseRoad  # road around the default start of the camera
+    shift_m: Floats  # (2,) shift from the file's coordinates to those of `base`
+    # function of a start that returns the road around that place, and its shift
+    about: Callable[[Start], tuple[BaseRoad, Floats]]
 
 
 def from_files(traffic: str) -> bool:
@@ -46,7 +47,7 @@ def from_files(traffic: str) -> bool:
 
 
 def check_traffic(traffic: str, scenario: str) -> None:
-    """Raise ConfigError for a choice that is not there, and for SUMO beside a scenario."""
+    """Raise ConfigError for an unknown choice, and for SUMO together with a scenario."""
     if traffic not in CHOICES and not from_files(traffic):
         raise ConfigError(
             f"scene.traffic is {traffic!r}{did_you_mean(traffic, CHOICES)}; expected"
@@ -63,19 +64,19 @@ def check_traffic(traffic: str, scenario: str) -> None:
 def sumo_traffic(
     base: BaseRoad, stock: Stock, seed: int, densities: Densities, second_s: float
 ) -> SumoTraffic:
-    """Return SUMO's traffic of densities on a road.
+    """Return traffic of given densities on a road, simulated by SUMO.
 
     Parameters
     ----------
-    base : the road.
-    stock : what may be drawn.
-    seed : of demand and vehicles.
-    densities : how full the road is; SUMO drives vehicles and riders.
-    second_s : of its simulation, at which the scene begins, s.
+    base : road and start of the camera's car.
+    stock : families of things that may be drawn.
+    seed : seed of demand and vehicles.
+    densities : densities on the road; SUMO simulates vehicles and riders of bicycles.
+    second_s : second of the simulation at which the scene begins, s.
 
     Raises
     ------
-    ConfigError : SUMO is not installed; a density that cannot be placed.
+    ConfigError : SUMO is not installed; a density cannot be placed.
     CatalogError : SUMO fails.
     """
     wanted = Wanted(densities.vehicles_per_km, densities.riders_per_km, second_s)
@@ -89,16 +90,18 @@ def file_traffic(
 
     Parameters
     ----------
-    path : a configuration of SUMO, or a route file.
-    ego : the vehicle that carries the camera; empty: the car nearest to the start of the road.
-    second_s : of the simulation, at which the scene begins, s.
-    road : the road below the traffic.
-    stock : what may be drawn.
+    path : configuration of SUMO, or route file.
+    ego : name of the vehicle that carries the camera; empty: the car nearest to the start of the
+        road.
+    second_s : second of the simulation at which the scene begins, s.
+    road : road below the traffic.
+    stock : families of things that may be drawn.
 
     Raises
     ------
-    ConfigError : SUMO is not installed; nobody, or not the vehicle for the camera, at that second.
-    CatalogError : a file that is missing or no such file; traffic of another network.
+    ConfigError : SUMO is not installed; no vehicle, or not the one for the camera, is on the road
+        at that second.
+    CatalogError : a file is missing or of another format; the traffic is of another network.
     """
     seed = road.base.seed
     heed = heeded(signals(Site(road.base, seed, stock=stock)), road.network, second_s)
@@ -123,5 +126,9 @@ def file_traffic(
 
 
 def rest_of(densities: Densities) -> Densities:
-    """Return what the placer adds to SUMO's traffic: nobody whom SUMO's drivers would not see."""
+    """Return the densities of the things that the placer adds to SUMO's traffic.
+
+    They are without vehicles, riders and people who cross, because SUMO's drivers would not see
+    them.
+    """
     return replace(densities, vehicles_per_km=0.0, riders_per_km=0.0, crossing_share=0.0)

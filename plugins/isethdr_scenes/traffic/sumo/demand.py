@@ -18,18 +18,21 @@ from .net import SumoEdge, SumoLane, SumoNet, along, edge_of, lane_types
 
 OWN = "own"  # the vehicle of the camera
 OWN_THING = Thing("own", 0, "own vehicle", (*EGO_M, 1.5), "car")
-OWN_GAP_M = 5.0  # that the camera's car keeps to who stands ahead: what is before it stays free
-AFTER_S = 75.0  # for which vehicles come beyond the second: the longest sequence, and a frame
+# least gap of the camera's car to a standing vehicle ahead, so that the view in front stays free
+OWN_GAP_M = 5.0
+# time after the start of the scene for which vehicles enter: the longest sequence, and a frame
+AFTER_S = 75.0
 BICYCLE_M_S = 5.0
 LORRY_M_S = 25.0  # 90 km/h
-NEAR_START_M = 60.0  # of a lane: where the camera's car would meet those that come
-CLEAR_S = 2.5  # before and after it
-MOST_EDGES = 60  # of a route
-LEAST_LANE_M = 15.0  # on which vehicles are placed at the start
-EVEN = 0.5  # of the mean gap between two that come: the least
-ROOM_M = 8.0  # of a vehicle that is placed at the start
-SHARES = (0.93, 1.0)  # of the limit that drivers take
-MODEL = "IDM"  # the car following model, as that of the seeded placer
+# distance from a lane's start within which entering vehicles would meet the camera's car
+NEAR_START_M = 60.0
+CLEAR_S = 2.5  # no vehicle enters there within this time before and after the camera's car
+MOST_EDGES = 60  # greatest number of edges of a route
+LEAST_LANE_M = 15.0  # shorter lanes get no vehicles at the start of the simulation
+EVEN = 0.5  # least gap between two entering vehicles over the mean gap
+ROOM_M = 8.0  # least length of lane per vehicle at the start of the simulation
+SHARES = (0.93, 1.0)  # range of the ratio of a driver's speed to the limit
+MODEL = "IDM"  # car following model; the placer's traffic uses the same one
 CLASSES = {
     "car": "passenger",
     "truck": "truck",
@@ -41,15 +44,15 @@ CLASSES = {
 
 @dataclass(frozen=True)
 class Wanted:
-    """What is asked for."""
+    """Wanted densities of traffic, and the insertion of the camera's car."""
 
-    vehicles_per_km: float  # of each lane
-    riders_per_km: float  # of road, both sides together
-    second_s: float  # of the simulation, at which the camera's car is at the road's start
-    lead_s: float = 3.0  # before that second, at which the camera's car is set on the road
-    forced: bool = False  # the camera's car is set on the road whoever is there
-    flow: float = 1.0  # vehicles that come, relative to those of free traffic
-    stop_gap_m: float = 0.0  # before a junction's traffic light, at which the first one stands
+    vehicles_per_km: float  # vehicles per km of each lane
+    riders_per_km: float  # riders per km of road, both sides together
+    second_s: float  # second of the simulation at which the camera's car is at the road's start
+    lead_s: float = 3.0  # time before that second at which the camera's car enters the road
+    forced: bool = False  # whether the camera's car enters even if others are in its place
+    flow: float = 1.0  # flow of entering vehicles over that of free traffic
+    stop_gap_m: float = 0.0  # distance from a junction at which the first vehicle stops at a light
 
 
 @dataclass
@@ -59,11 +62,11 @@ class Demand:
     things: dict[str, Thing] = field(default_factory=dict)  # by the name of the vehicle
     types: list[ET.Element] = field(default_factory=list)
     vehicles: list[ET.Element] = field(default_factory=list)
-    wanted: int = 0  # vehicles on all lanes at a time, besides the camera's
+    wanted: int = 0  # number of vehicles on all lanes at one time, without the camera's car
     wanted_riders: int = 0
 
     def content(self) -> bytes:
-        """Return the file."""
+        """Return the content of the route file."""
         top = ET.Element("routes")
         top.extend(self.types)
         top.extend(sorted(self.vehicles, key=lambda node: float(node.get("depart", "0"))))
@@ -96,7 +99,7 @@ class Maker:
         self._made = Demand()
 
     def demand(self, wanted: Wanted) -> Demand:
-        """Return the vehicles of a density until `second_s`, and for `AFTER_S` beyond it."""
+        """Return the vehicles of a density until `second_s`, and for `AFTER_S` after it."""
         self._made = Demand()
         for stream in self._streams(wanted):
             self._fill(stream)
@@ -141,8 +144,9 @@ class Maker:
             self._vehicle(stream, 0.0, f"{max(at, 1.0):.2f}")
 
     def _flow(self, stream: _Stream, wanted: Wanted) -> None:
-        """Let vehicles come at the start of a lane: at random, at least some seconds apart, so that
-        those who have to wait find gaps.
+        """Let vehicles enter at the start of a lane at random times.
+
+        They keep a least gap, so that waiting drivers find gaps.
         """
         if stream.per_m <= 0:
             return
@@ -177,7 +181,7 @@ class Maker:
             "depart": f"{depart_s:.2f}",
             "departLane": place[0],
             "departPos": place[1],
-            # at first as fast as is safe; who comes later and slowly would be in the way
+            # at the start as fast as is safe; a vehicle that enters slowly later is in the way
             "departSpeed": "max" if depart_s == 0 else "desired",
         }
         for key, value in told.items():
@@ -187,8 +191,10 @@ class Maker:
         return node
 
     def _route(self, edge: SumoEdge, lane: SumoLane) -> list[str]:
-        """Return edges from a lane on, drawn at each junction among those that its lane leads to;
-        it ends where the net ends or an edge would come again.
+        """Return the edges of a route that starts on a lane.
+
+        At each junction the next edge is drawn among those that the lane leads to. The route ends
+        where the net ends or all edges would repeat.
         """
         route = [edge.name]
         ways = lane.ways or edge.ways
@@ -201,14 +207,14 @@ class Maker:
         return route
 
     def _same(self, edge: SumoEdge, way: str) -> bool:
-        """Return whether an edge has lanes of the types of another one."""
+        """Return whether two edges have a type of lane in common."""
         kinds = {self._type(edge, lane) for lane in edge.lanes}
         return bool(
             kinds & {self._type(self._net.edges[way], x) for x in self._net.edges[way].lanes}
         )
 
     def _own(self, wanted: Wanted) -> None:
-        """Set the camera's car on the road, `lead_s` before it is at the road's start."""
+        """Let the camera's car enter the road `lead_s` before it is at the road's start."""
         found = edge_of(self._net, self._base.network, self._base.start)
         if found is None:
             return
@@ -230,7 +236,9 @@ class Maker:
 
 
 def _before(one: ET.Element, own: ET.Element) -> bool:
-    """Return whether a vehicle comes where and when the camera's car is set near a lane's start."""
+    """Return whether a vehicle enters at the place and time at which the camera's car enters near
+    the start of a lane.
+    """
     first = lambda node: (node.find("route").get("edges").split()[0], node.get("departLane"))
     near = float(own.get("departPos", "0")) < NEAR_START_M and one.get("departPos") == "base"
     apart = abs(float(one.get("depart", "0")) - float(own.get("depart", "0")))
@@ -238,14 +246,14 @@ def _before(one: ET.Element, own: ET.Element) -> bool:
 
 
 def vehicle_type(name: str, thing: Thing, speed_m_s: float, share: float) -> ET.Element:
-    """Return the type of a vehicle that is a thing, with its size.
+    """Return SUMO's type of vehicle for a thing.
 
     Parameters
     ----------
-    name : of the type.
-    thing : whose size and group it has.
-    speed_m_s : the fastest that it drives, m/s.
-    share : of the limit of each lane that its driver takes.
+    name : name of the type.
+    thing : thing with the size and group of the vehicle.
+    speed_m_s : greatest speed of the vehicle, m/s.
+    share : ratio of its driver's speed to the limit of each lane.
     """
     length, width, height = thing.size_m
     node = ET.Element("vType")
@@ -258,7 +266,7 @@ def vehicle_type(name: str, thing: Thing, speed_m_s: float, share: float) -> ET.
         "maxSpeed": f"{speed_m_s:.3f}",
         "speedFactor": f"{share:.4f}",
         "speedDev": "0",
-        # who waits takes gaps that others must slow down for a little
+        # waiting drivers accept gaps for which others must slow down a little
         "jmTimegapMinor": "0.3",
         "impatience": "0.5",
         "carFollowModel": MODEL,

@@ -1,4 +1,4 @@
-"""The lane of the road on which a vehicle is: the nearest one that leads its way."""
+"""The lane of the road on which a vehicle is: the nearest lane in its direction."""
 
 from __future__ import annotations
 
@@ -13,10 +13,10 @@ from ...roads.profile import Floats
 from ..tracks import Track
 
 TYPES = ("driving", "biking", "parking", "shoulder", "border", "sidewalk")
-NEAREST = 24  # points that are looked at
-REACH_M = 8.0
-TURN_RAD = 1.05  # of a vehicle to its lane, beyond which it is another one's
-TURN_WEIGHT_M = 2.0  # metres that a turn of one radian counts
+NEAREST = 24  # number of nearest points that are compared
+REACH_M = 8.0  # largest distance of a vehicle from a point of its lane
+TURN_RAD = 1.05  # largest angle between a vehicle and its lane
+TURN_WEIGHT_M = 2.0  # distance that counts as much as an angle of one radian
 
 
 class LanesBelow:
@@ -31,7 +31,7 @@ class LanesBelow:
 
     @cached_property
     def _points(self) -> tuple[cKDTree, np.ndarray, Floats, Floats]:
-        """Return a tree of all points, the track of each, its s, and the heading there."""
+        """Return a tree of all points, and for each point its track, its s and its heading."""
         of = [np.full(len(track.s_m), k) for k, track in enumerate(self._tracks)]
         plan = [track.plan_m for track in self._tracks]
         s = [track.s_m for track in self._tracks]
@@ -44,7 +44,7 @@ class LanesBelow:
         )
 
     def at(self, point_m: Floats, heading_rad: float) -> OnLane | None:
-        """Return the lane at a plan point (2,), how far along and aside; None where none is."""
+        """Return the lane at a plan point (2,), and the place along and aside; None without one."""
         tree, of, s, headings = self._points
         distance, near = tree.query(point_m, NEAREST, distance_upper_bound=REACH_M)
         near = near[np.isfinite(distance)]

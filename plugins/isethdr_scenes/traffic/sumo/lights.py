@@ -1,4 +1,4 @@
-"""Traffic lights that SUMO's drivers heed: the plan of a layout as SUMO's program, and the states
+"""Traffic lights that SUMO's drivers obey: the plan of a layout as SUMO's program, and the states
 that SUMO reports.
 """
 
@@ -21,18 +21,18 @@ from .net import SumoNet, links_of
 
 PROGRAM_FILE = "lights.add.xml"
 STATES_FILE = "lights.xml"
-STOP_GAP_M = 0.5  # before the line, at which the first one stands
-# states in SUMO's letters; who turns left gives way to those from across (`g`)
+STOP_GAP_M = 0.5  # distance from the stop line at which the first vehicle stops
+# states in SUMO's letters; with `g`, drivers who turn left give way to oncoming ones
 LETTERS = {"green": "G", "amber": "y", "red": "r", "red_amber": "u"}
 NAMES = {"G": "green", "g": "green", "y": "amber", "Y": "amber", "u": "red_amber"}
 OFF = "oO"
 
 
 class Lights(NamedTuple):
-    """What the traffic lights show."""
+    """States of the traffic lights over time."""
 
     time_s: Floats  # (n,) seconds of the simulation, rising
-    shown: Mapping[str, tuple[str, ...]]  # (n,) states by the name of the road that meets them
+    shown: Mapping[str, tuple[str, ...]]  # (n,) states by the name of the road with the signal
 
     def state(self, road: str, time_s: float) -> str:
         """Return what a road's signal shows: green, amber, red, red_amber; "" without a signal.
@@ -40,7 +40,7 @@ class Lights(NamedTuple):
         Parameters
         ----------
         road : name of the road that meets the signal.
-        time_s : second of the simulation; before the first and after the last one they stay.
+        time_s : second of the simulation, s; outside the range the first or last state is returned.
         """
         if road not in self.shown:
             return ""
@@ -50,11 +50,11 @@ class Lights(NamedTuple):
 
 @dataclass(frozen=True)
 class Heeded:
-    """The signals of a layout, which drivers heed."""
+    """The signals of a layout that drivers obey."""
 
     plan: SignalPlan
     network: Network
-    second_s: float  # of the simulation at which the plan is at its time 0
+    second_s: float  # second of the simulation at time 0 of the plan
 
     @property
     def junctions(self) -> tuple[str, ...]:
@@ -70,7 +70,9 @@ class Heeded:
 
     @property
     def stop_gap_m(self) -> float:
-        """Return how far before a junction the first driver stops: before the stop lines."""
+        """Return the distance from a junction at which the first driver stops: before the stop
+        lines.
+        """
         lit = self.plan.first | self.plan.second
         lines = [
             min(mark.s_m, road.length_m - mark.s_m) + mark.length_m / 2
@@ -82,7 +84,7 @@ class Heeded:
         return max(lines, default=0.0) + STOP_GAP_M
 
     def program(self, net: SumoNet) -> bytes:
-        """Return the plan as an additional file of SUMO, which also asks for the states."""
+        """Return the plan as an additional file of SUMO, which also makes SUMO save the states."""
         top = ET.Element("additional")
         cycle_s = self.plan.cycle_s
         offset_s = (self.second_s - self.plan.start_s) % cycle_s
@@ -99,20 +101,20 @@ class Heeded:
 
 
 def heeded(signals: Signals, network: Network, second_s: float) -> Heeded | None:
-    """Return the signals that SUMO's drivers heed; None where a layout has none.
+    """Return the signals that SUMO's drivers obey; None if a layout has none.
 
     Parameters
     ----------
-    signals : of the layout.
-    network : its roads.
-    second_s : of the simulation at which the layout is as placed.
+    signals : signals of the layout.
+    network : roads of the layout.
+    second_s : second of the simulation at which the layout is as placed, s.
     """
     return Heeded(signal_plan(signals), network, second_s) if signals.state else None
 
 
 def _roads_of(net: SumoNet, network: Network) -> dict[str, list[tuple[str, bool]]]:
-    """Return, for each traffic light of a net, the road from which each of its links comes, and
-    whether the link turns left.
+    """Return for each traffic light of a net its links: the road of origin, and whether the link
+    turns left.
     """
     ids = {
         str(number): name for (kind, name), number in numbered(network).items() if kind == "road"
@@ -130,9 +132,9 @@ def read_lights(content: bytes, net: SumoNet, network: Network) -> Lights:
 
     Parameters
     ----------
-    content : of the file.
-    net : on which the simulation ran.
-    network : of whose roads the net is made.
+    content : content of the file.
+    net : net on which the simulation ran.
+    network : network from which the net was made.
     """
     roads_of = _roads_of(net, network)
     times: dict[float, dict[str, str]] = {}
@@ -140,7 +142,7 @@ def read_lights(content: bytes, net: SumoNet, network: Network) -> Lights:
         here = times.setdefault(float(node.get("time", "0")), {})
         for (road, _), letter in zip(roads_of[node.get("id", "")], node.get("state", "")):
             state = "" if letter in OFF else NAMES.get(letter, "red")
-            if here.get(road, "red") == "red":  # a road is free where one of its ways is
+            if here.get(road, "red") == "red":  # one link that is not red decides for the road
                 here[road] = state
     time_s = np.array(sorted(times))
     roads = sorted({road for here in times.values() for road in here})

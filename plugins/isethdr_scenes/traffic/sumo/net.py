@@ -1,4 +1,4 @@
-"""A network of roads as SUMO's net, by netconvert; coordinates stay as they are."""
+"""A network of roads as SUMO's net, made by netconvert; coordinates stay unchanged."""
 
 from __future__ import annotations
 
@@ -19,9 +19,9 @@ from ...roads.profile import Floats
 from ...roads.road import Lane, Road
 from .program import call, version
 
-SIMULATED = ("driving", "biking")  # types of lanes; SUMO sees no others
-# what lanes are to SUMO: cars and motorcycles on driving lanes, bicycles on cycle lanes. Nobody may
-# use the others; without them the lanes beside them would move together
+SIMULATED = ("driving", "biking")  # types of the lanes on which SUMO simulates traffic
+# SUMO's rules for types of lanes: motor vehicles use driving lanes, bicycles use cycle lanes. No
+# vehicle may use other lanes; if these were left out, the lanes on both sides would move together
 TYPES = """<types>
 <type id="driving" priority="1" speed="13.89" width="3.65"
  allow="passenger truck trailer bus coach delivery taxi motorcycle moped emergency"/>
@@ -48,12 +48,13 @@ class SumoLane(NamedTuple):
 
     index: int  # from the right
     original: str  # road and lane of the OpenDRIVE file, for example "3_-1"
-    length_m: float  # as SUMO counts it
+    length_m: float  # length in SUMO
     width_m: float
-    speed_m_s: float  # limit
+    speed_m_s: float  # speed limit
     shape_m: Floats  # (n, 2) plan points of its middle
     ways: tuple[str, ...]  # edges into which it leads
-    closed: bool = False  # to all: the road has such a lane elsewhere, or it is no lane for driving
+    # whether no vehicle may use it: the road has it elsewhere only, or it is no lane for driving
+    closed: bool = False
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,17 +66,17 @@ class SumoEdge:
 
     @property
     def ways(self) -> tuple[str, ...]:
-        """Return the edges into which it leads, each once."""
+        """Return the edges into which the lanes lead, each once."""
         return tuple(dict.fromkeys(way for lane in self.lanes for way in lane.ways))
 
 
 @dataclass(frozen=True, eq=False)
 class SumoNet:
-    """A net, and what of it the demand needs: its edges outside of junctions."""
+    """A net of SUMO, with its edges outside of junctions for the demand."""
 
     content: bytes
     edges: dict[str, SumoEdge]
-    offset_m: Floats  # (2,) from coordinates of the roads to those of SUMO
+    offset_m: Floats  # (2,) offset from the coordinates of the roads to those of SUMO
 
 
 def net_of(network: Network, junctions: tuple[str, ...] = ()) -> SumoNet:
@@ -83,8 +84,8 @@ def net_of(network: Network, junctions: tuple[str, ...] = ()) -> SumoNet:
 
     Parameters
     ----------
-    network : the roads.
-    junctions : names of those with traffic lights.
+    network : network of roads.
+    junctions : names of the junctions with traffic lights.
 
     Raises
     ------
@@ -101,7 +102,7 @@ def net_of(network: Network, junctions: tuple[str, ...] = ()) -> SumoNet:
 
 
 def _state_limits(path: Path) -> None:
-    """Give each driving lane the limit of its road: netconvert reads those of lanes alone."""
+    """Give each driving lane the limit of its road, since netconvert reads limits of lanes only."""
     tree = ET.parse(path)
     for road in tree.iter("road"):
         told = road.find("type/speed")
@@ -161,16 +162,16 @@ def _lanes(edge: ET.Element, ways: dict[tuple[str, int], list[str]]) -> Iterable
 
 
 class SumoLink(NamedTuple):
-    """A way over a junction that a traffic light controls."""
+    """A connection through a junction that a traffic light controls."""
 
     light: str
-    index: int  # of the light's states
-    edge: str  # from which it comes
-    turn: str  # s, l, r, ... as SUMO writes it
+    index: int  # index in the states of the light
+    edge: str  # edge from which it comes
+    turn: str  # direction in SUMO's letters: s, l, r, ...
 
 
 def links_of(net: SumoNet) -> list[SumoLink]:
-    """Return the ways that traffic lights control."""
+    """Return the connections that traffic lights control."""
     return [
         SumoLink(node.get("tl", ""), int(node.get("linkIndex", "0")), node.get("from", ""), way)
         for node in ET.fromstring(net.content).iter("connection")
@@ -179,7 +180,7 @@ def links_of(net: SumoNet) -> list[SumoLink]:
 
 
 def lane_types(net: SumoNet, network: Network) -> dict[tuple[str, int], str]:
-    """Return the type of each lane of a net by edge and index; the net is `net_of` the network."""
+    """Return the type of each lane of a net by edge and index; `net_of` made it from `network`."""
     names = {number: name for (kind, name), number in numbered(network).items() if kind == "road"}
     found = {}
     for edge in net.edges.values():
@@ -187,20 +188,21 @@ def lane_types(net: SumoNet, network: Network) -> dict[tuple[str, int], str]:
             road_id, _, number = lane.original.split()[0].rpartition("_")
             road = network.road(names[int(road_id)])
             kinds = [x.type for s in road.sections for x in s.lanes if x.number == int(number)]
-            if lane.closed:  # as beside a ramp, or at road works: on a part of the road only
+            # a lane may be closed on a part of its road only, as next to a ramp or at road works
+            if lane.closed:
                 kinds = [x for x in kinds if x != "driving"] or ["none"]
             found[edge.name, lane.index] = "driving" if "driving" in kinds else kinds[0]
     return found
 
 
 def edge_of(net: SumoNet, network: Network, key: LaneKey) -> tuple[SumoEdge, SumoLane] | None:
-    """Return the edge and the lane of a net that are a lane of the network outside of junctions.
+    """Return the edge and the lane of a net for a lane of the network outside of junctions.
 
     Parameters
     ----------
-    net : of SUMO, made of the network.
-    network : the roads.
-    key : of the lane.
+    net : net of SUMO, made from the network.
+    network : network of roads.
+    key : key of the lane.
     """
     number = numbered(network)["road", key.road]
     middle = network.lane(key).points(network.lane(key).length_m / 2)[:2]
@@ -210,20 +212,22 @@ def edge_of(net: SumoNet, network: Network, key: LaneKey) -> tuple[SumoEdge, Sum
         for lane in edge.lanes
         if f"{number}_{key.number}" in lane.original.split()
     ]
-    # one lane of a road is several edges where the road has several sections
+    # a road with several sections has several edges for one lane
     away = lambda pair: np.linalg.norm(_beside(pair[1].shape_m, middle)[1])
     return min(found, key=away, default=None)
 
 
 def along(lane: SumoLane, point_m: Floats) -> float:
-    """Return how far along a lane a plan point (2,) is, in metres as SUMO counts them."""
+    """Return the distance of a plan point (2,) along a lane, in SUMO's metres."""
     at, _ = _beside(lane.shape_m, point_m)
     steps = np.linalg.norm(np.diff(lane.shape_m, axis=0), axis=1)
     return at * lane.length_m / float(steps.sum())
 
 
 def _beside(shape: Floats, point: Floats) -> tuple[float, Floats]:
-    """Return metres along a polyline to the foot of a point, and the way from there to it."""
+    """Return metres along a polyline to the place nearest to a point, and the vector from there to
+    the point.
+    """
     way = np.diff(shape, axis=0)
     length = np.linalg.norm(way, axis=1)
     part = np.einsum("ij,ij->i", point - shape[:-1], way) / np.maximum(length, 1e-9) ** 2
@@ -234,7 +238,7 @@ def _beside(shape: Floats, point: Floats) -> tuple[float, Floats]:
 
 
 def _simulated(network: Network) -> Network:
-    """Return the network without lanes that SUMO should not know: it would drive on them."""
+    """Return the network with the type `none` for lanes on which SUMO must not drive."""
     return replace(network, roads=tuple(map(_without, network.roads)))
 
 

@@ -1,4 +1,4 @@
-"""Vehicles of a trace that touch others, and the places that all of them sweep."""
+"""Vehicles of a trace that touch others, and the area that all of them sweep."""
 
 from __future__ import annotations
 
@@ -8,9 +8,9 @@ from scipy.spatial import cKDTree
 from ...placing.boxes import overlapping
 from ...roads.profile import Floats
 
-GRID_M = 1.0  # places of a sweep that are nearer are one
-TURNS = 36  # directions that a sweep tells apart
-APART_M = 1e4  # between two times, where pairs are looked for
+GRID_M = 1.0  # grid of places in a sweep; boxes in one cell count as one place
+TURNS = 36  # number of directions that a sweep distinguishes
+APART_M = 1e4  # distance that separates different times in the search for pairs
 
 
 def touching(boxes: np.ndarray, time_s: Floats, owner: np.ndarray) -> set[tuple[int, int]]:
@@ -20,7 +20,7 @@ def touching(boxes: np.ndarray, time_s: Floats, owner: np.ndarray) -> set[tuple[
     ----------
     boxes : (n, FIELDS) boxes of vehicles.
     time_s : (n,) time of each box, s.
-    owner : (n,) whole number of the vehicle of each box.
+    owner : (n,) index of the vehicle of each box.
     """
     if len(boxes) < 2:
         return set()
@@ -36,7 +36,7 @@ def touching(boxes: np.ndarray, time_s: Floats, owner: np.ndarray) -> set[tuple[
 
 
 def fewest(pairs: set[tuple[int, int]], kept: int) -> set[int]:
-    """Return owners without which no pair is left: those with most pairs first, never `kept`."""
+    """Return owners whose removal leaves no pair: owners with most pairs first, never `kept`."""
     left = set(pairs)
     out: set[int] = set()
     while left:
@@ -48,8 +48,9 @@ def fewest(pairs: set[tuple[int, int]], kept: int) -> set[int]:
 
 
 def swept(boxes: np.ndarray) -> np.ndarray:
-    """Return boxes (m, FIELDS) that cover almost all of `boxes` (n, FIELDS): of those that are at
-    one place and look one way, the largest.
+    """Return boxes (m, FIELDS) that cover almost all of `boxes` (n, FIELDS).
+
+    Of the boxes at one place and in one direction, the largest is kept.
     """
     if not len(boxes):
         return boxes

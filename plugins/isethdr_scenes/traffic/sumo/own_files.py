@@ -1,4 +1,4 @@
-"""Traffic of a user's own: a route file on the net of the road, or a configuration of SUMO."""
+"""Traffic of a user: a route file on the net of the road, or a configuration of SUMO."""
 
 from __future__ import annotations
 
@@ -29,12 +29,12 @@ from .trace import STEP_S, Journey, read
 
 CONFIGURATION = ".sumocfg"
 ROUTES = ".xml"  # a route file
-DRAWS = 8  # things of a group, of which the one nearest in size is taken
-ON_LANE_M = 2.5  # from a lane's middle, beyond which a vehicle is on another road's net
-LEAST_SHARE = 0.5  # of the vehicles that are on lanes of the road
+DRAWS = 8  # number of things drawn from a group; the one nearest in size is taken
+ON_LANE_M = 2.5  # a vehicle farther from a lane's middle is not on the lane
+LEAST_SHARE = 0.5  # least share of vehicles on lanes of the road; else the net is another one's
 TRACE = "trace.xml"
-COPY = "traffic.rou.xml"  # of a route file
-USUAL_TYPE = "DEFAULT_VEHTYPE"  # of vehicles without one
+COPY = "traffic.rou.xml"  # name of the changed copy of a route file
+USUAL_TYPE = "DEFAULT_VEHTYPE"  # type of vehicles that state none
 STOP_GAP = "jmStoplineGap"  # attribute of a type: metres from the junction at which drivers stop
 OPTIONS = (
     "--fcd-output.signals",
@@ -44,8 +44,8 @@ OPTIONS = (
     "--xml-validation=never",
     "--random=false",
 )
-# groups of things by SUMO's vClass, and its usual length, width and height (m; its documentation,
-# Definition_of_Vehicles, Vehicle_Types, Routes: abstract vehicle classes)
+# group of things of each vClass of SUMO, and default length, width and height of the class, m (from
+# SUMO's documentation, Definition_of_Vehicles, Vehicle_Types, Routes: abstract vehicle classes)
 CLASSES: dict[str, tuple[str, tuple[float, float, float]]] = {
     "passenger": ("car", (5.0, 1.8, 1.5)),
     "private": ("car", (5.0, 1.8, 1.5)),
@@ -72,25 +72,25 @@ class Driven(NamedTuple):
     """Traffic of a user's file as SUMO simulated it, in the coordinates of the road file."""
 
     journeys: dict[str, Journey]  # by vehicle
-    lights: Lights | None  # that drivers heed
+    lights: Lights | None  # traffic lights that drivers obey
 
 
 class _Program(NamedTuple):
     """Traffic lights for SUMO."""
 
-    content: bytes  # an additional file
-    stop_gap_m: float  # from the junction, at which the first driver stops
+    content: bytes  # content of an additional file
+    stop_gap_m: float  # distance from the junction at which the first driver stops
 
 
 class _Reported(NamedTuple):
-    """What one run of SUMO reports."""
+    """Report of one run of SUMO."""
 
     journeys: dict[str, Journey]  # by vehicle
-    states: bytes  # file of the states of traffic lights; empty without any
+    states: bytes  # content of the file with the states of traffic lights; empty without any
 
 
 def files_of(path: Path) -> tuple[Path, ...]:
-    """Return a file of traffic and those that it names."""
+    """Return a file of traffic and the files that it names."""
     if path.suffix != CONFIGURATION or not path.is_file():
         return (path,)
     top = opened(path, "configuration", "a configuration of SUMO (.sumocfg)")
@@ -110,22 +110,22 @@ def _named(top: Node, kind: str) -> tuple[Path, ...]:
 
 
 def driven(path: Path, network: Network, second_s: float, seed: int, heed: Heeded | None) -> Driven:
-    """Return how the vehicles of a user's file move after `second_s`, and the states of the traffic
-    lights that they obey.
+    """Return the journeys of the vehicles of a user's file after `second_s`, and the states of the
+    traffic lights that they obey.
 
     Parameters
     ----------
-    path : a configuration of SUMO, or a route file on the net that `isethdr roads net` writes.
-    network : the road, as its file has it.
-    second_s : of the simulation, from which on journeys are kept, s.
-    seed : of SUMO's random numbers.
-    heed : signals of the road, which drivers of a route file heed; None: there are none. A
+    path : configuration of SUMO, or route file on the net that `isethdr roads net` writes.
+    network : network of the road, in the coordinates of its file.
+    second_s : second of the simulation from which journeys are kept, s.
+    seed : seed of SUMO's random numbers.
+    heed : signals of the road that drivers of a route file obey; None without signals. A
         configuration has the lights of its own net.
 
     Raises
     ------
-    ConfigError : SUMO is not installed; nobody is on the road at that second.
-    CatalogError : a file is missing or no such file; routes of another network.
+    ConfigError : SUMO is not installed; no vehicle is on the road at that second.
+    CatalogError : a file is missing or of another format; the routes are of another network.
     """
     for file in files_of(path):
         if not file.is_file():
@@ -199,17 +199,17 @@ def _reported(
 
 
 def stopping_at(path: Path, stop_gap_m: float) -> bytes:
-    """Return a route file in which all types that state no distance from a junction's lights at
-    which the first driver stops have this one.
+    """Return a route file in which every vehicle type states the distance from a junction's lights
+    at which the first driver stops; types that state one keep it.
 
     Parameters
     ----------
-    path : the route file.
-    stop_gap_m : the distance, m.
+    path : route file.
+    stop_gap_m : distance for the other types, m.
 
     Raises
     ------
-    CatalogError : it is no route file.
+    CatalogError : the file is no route file.
     """
     top = opened(path, "routes", "a route file of SUMO").element
     if all(node.get("id") != USUAL_TYPE for node in top.iter("vType")):
@@ -221,7 +221,7 @@ def stopping_at(path: Path, stop_gap_m: float) -> bytes:
 
 
 def _nobody(path: Path, net: SumoNet | None, second_s: float, seed: int) -> str:
-    """Return the message for a second at which nobody is on the road."""
+    """Return the message for a second at which no vehicle is on the road."""
     before, _ = _reported(path, net, max(second_s - AFTER_S, 0.0), (seed, "before"))
     last = max((float(one.time_s[-1]) for one in before.values()), default=0.0)
     if not last:
@@ -237,15 +237,15 @@ def _nobody(path: Path, net: SumoNet | None, second_s: float, seed: int) -> str:
 def bodies(
     path: Path, journeys: Mapping[str, Journey], stock: Stock, seed: int
 ) -> dict[str, Thing]:
-    """Return the thing of each vehicle: of its class's group, nearest to its type in size; those
-    whose class is no road vehicle are left out.
+    """Return a thing for each vehicle: from the group of its class, nearest in size to its type.
+    Vehicles whose class is no road vehicle are left out.
 
     Parameters
     ----------
-    path : a configuration of SUMO, or a route file; its files state the types.
-    journeys : of the vehicles, by name.
-    stock : what may be drawn.
-    seed : of the draw; each vehicle draws by its own name besides.
+    path : configuration of SUMO, or route file; its files state the types.
+    journeys : journeys of the vehicles, by name.
+    stock : families of things that may be drawn.
+    seed : seed of the draw, together with the name of each vehicle.
     """
     types = _types(files_of(path))
     found = {}
@@ -259,7 +259,7 @@ def bodies(
         wanted = np.array([float(told.get(key, usual)) for key, usual in zip(named, size)])
         rng = np.random.default_rng([seed, crc32(name.encode())])
         drawn = [stock.draw(group, rng) for _ in range(DRAWS)]
-        # a longer body would come nearer to others than SUMO lets it
+        # a longer body would come nearer to others than SUMO allows
         fitting = [one for one in drawn if one.size_m[0] < wanted[0] + 0.2] or drawn
         off = [np.abs(np.array(one.size_m) - wanted).max() for one in fitting]
         found[name] = fitting[int(np.argmin(off))]
@@ -284,10 +284,10 @@ def nearest(
 
     Parameters
     ----------
-    journeys : of the vehicles, by name.
-    things : what each vehicle is, by name.
+    journeys : journeys of the vehicles, by name.
+    things : thing of each vehicle, by name.
     place_m : (2,) plan point in the coordinates of the journeys, m.
-    second_s : of the simulation, s.
+    second_s : second of the simulation, s.
     """
     here = [name for name in things if journeys[name].present(second_s)]
     cars = [name for name in here if things[name].group == "car"] or here
@@ -296,14 +296,14 @@ def nearest(
 
 
 def check_own(own: str, path: Path, journeys: Mapping[str, Journey], second_s: float) -> None:
-    """Raise ConfigError where the vehicle for the camera is not on the road at a second.
+    """Raise ConfigError if the vehicle for the camera is not on the road at a second.
 
     Parameters
     ----------
     own : name of the vehicle for the camera.
-    path : the file of the traffic, for the message.
-    journeys : of the vehicles, by name.
-    second_s : of the simulation, s.
+    path : file of the traffic, for the message.
+    journeys : journeys of the vehicles, by name.
+    second_s : second of the simulation, s.
     """
     here = [name for name, one in journeys.items() if one.present(second_s)]
     if own in here:

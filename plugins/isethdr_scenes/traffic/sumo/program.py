@@ -1,4 +1,4 @@
-"""SUMO's programs: where they are, which version they have, and what they say."""
+"""SUMO's programs: their path, their version, and their messages."""
 
 from __future__ import annotations
 
@@ -20,11 +20,11 @@ TIMEOUT_S = 3600
 
 @cache
 def tool(name: str) -> Path:
-    """Return the path of a program of SUMO: of the installed wheel, else on the path.
+    """Return the path of a program of SUMO: that of the installed wheel, else on the search path.
 
     Raises
     ------
-    ConfigError : it is not installed.
+    ConfigError : the program is not installed.
     """
     try:
         installed = Path(str(metadata.distribution(DISTRIBUTION).locate_file(f"sumo/bin/{name}")))
@@ -47,7 +47,7 @@ def version() -> str:
 
     Raises
     ------
-    ConfigError : it is not installed.
+    ConfigError : SUMO is not installed.
     """
     done = subprocess.run([tool("sumo"), "--version"], capture_output=True, text=True, check=False)
     found = re.search(r"Version (\S+)|sumo (\d\S*)", done.stdout)
@@ -59,17 +59,17 @@ def call(name: str, arguments: Sequence[str], folder: Path) -> tuple[str, ...]:
 
     Parameters
     ----------
-    name : of the program: netconvert, sumo, ...
-    arguments : of its command line.
-    folder : in which it runs.
+    name : name of the program: netconvert, sumo, ...
+    arguments : arguments of its command line.
+    folder : folder in which it runs.
 
     Raises
     ------
-    ConfigError : it is not installed.
-    CatalogError : it fails; with the first error that it names.
+    ConfigError : the program is not installed.
+    CatalogError : the program fails; the message holds the first error that it names.
     """
     path = tool(name)
-    home = path.parent.parent  # data beside the programs, as the wheel has them
+    home = path.parent.parent  # the wheel holds SUMO's data next to the folder of programs
     surroundings = dict(os.environ)
     if (home / "data").is_dir():
         surroundings["SUMO_HOME"] = str(home)

@@ -1,4 +1,4 @@
-"""What SUMO reports of each vehicle: place, heading, speed, acceleration and signals by time."""
+"""SUMO's report of each vehicle: place, heading, speed, acceleration and signals over time."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ import numpy as np
 
 from ...roads.profile import Floats
 
-STEP_S = 0.2  # of the simulation
+STEP_S = 0.2  # step of the simulation
 
 
 class Signal(IntFlag):
@@ -36,7 +36,7 @@ class State(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Journey:
-    """One vehicle by time."""
+    """One vehicle over time."""
 
     name: str
     type: str  # name of its type in SUMO
@@ -48,15 +48,15 @@ class Journey:
     signals: np.ndarray  # (n,) int
 
     def present(self, time_s: float) -> bool:
-        """Return whether it is on the road at a second of the simulation."""
+        """Return whether the vehicle is on the road at a second of the simulation."""
         return bool(self.time_s[0] - 1e-6 <= time_s <= self.time_s[-1] + 1e-6)
 
     def moved(self, by_m: Floats) -> Journey:
-        """Return it shifted in plan by (2,) metres."""
+        """Return the journey shifted in plan by (2,) metres."""
         return replace(self, front_m=self.front_m + by_m)
 
     def between(self, step_s: float) -> Journey:
-        """Return it at least every `step_s` seconds, linear between SUMO's steps."""
+        """Return the journey at least every `step_s` seconds, linear between SUMO's steps."""
         if len(self.time_s) < 2 or np.diff(self.time_s).max() < 1.5 * step_s:
             return self
         count = int(np.ceil((self.time_s[-1] - self.time_s[0]) / step_s)) + 1
@@ -74,8 +74,9 @@ class Journey:
         )
 
     def at(self, time_s: float) -> State:
-        """Return its state at a second, places linear between SUMO's steps; before it came and
-        after it left, the first and the last state.
+        """Return the state of the vehicle at a second; places are linear between SUMO's steps.
+
+        Before it enters and after it leaves, that is the first and the last state.
         """
         after = int(np.searchsorted(self.time_s, time_s - 1e-6).clip(0, len(self.time_s) - 1))
         mix = lambda values: float(np.interp(time_s, self.time_s, values))
@@ -93,7 +94,8 @@ def read(path: Path, offset_m: Floats) -> dict[str, Journey]:
 
     Parameters
     ----------
-    offset_m : (2,) from coordinates of the roads to those of SUMO.
+    path : file that SUMO wrote.
+    offset_m : (2,) offset from the coordinates of the roads to those of SUMO, m.
     """
     rows: dict[str, list[tuple[float, ...]]] = {}
     types: dict[str, str] = {}

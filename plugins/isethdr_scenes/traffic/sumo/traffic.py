@@ -1,4 +1,4 @@
-"""Traffic of SUMO at a chosen second: its vehicles as things of a street, then and later."""
+"""Traffic of SUMO from a chosen second on: its vehicles as things of a street."""
 
 from __future__ import annotations
 
@@ -36,13 +36,13 @@ from .overlaps import fewest, swept, touching
 from .program import call
 from .trace import STEP_S, Journey, Signal, State, read
 
-NAN = float("nan")  # a bound that is not known
+NAN = float("nan")  # bound of an error of unknown size
 ROUTES = "traffic.rou.xml"
 TRACE = "trace.xml"
-RUNS = 4  # of SUMO, at most
-LEAST = 0.5  # vehicles on the road, relative to those that are asked for
-NEAR = 0.15  # of the number asked for, by which another one serves
-CHANGES = (0.5, 2.0)  # of the flow, from one run to the next
+RUNS = 4  # greatest number of runs of SUMO
+LEAST = 0.5  # least number of vehicles on the road over the wanted number
+NEAR = 0.15  # accepted deviation of the number of vehicles, over the wanted number
+CHANGES = (0.5, 2.0)  # range of the factor on the flow from one run to the next
 DYNAMIC = ("brake", "indicator")  # beginnings of the names of lamps that SUMO switches
 INDICATORS = {Signal.LEFT: "left", Signal.RIGHT: "right"}
 OPTIONS = (
@@ -61,16 +61,16 @@ OPTIONS = (
 
 @dataclass(frozen=True, eq=False)
 class SumoTraffic:
-    """What SUMO's vehicles do from a second of its simulation on."""
+    """Motion of SUMO's vehicles from a second of its simulation on."""
 
-    base: BaseRoad  # whose start is where the camera's car is at that second
+    base: BaseRoad  # road that starts at the place of the camera's car at that second
     second_s: float
-    journeys: Mapping[str, Journey]  # by vehicle, those that are shown
+    journeys: Mapping[str, Journey]  # journeys of the vehicles shown, by vehicle
     things: Mapping[str, Thing]
-    own: str  # the vehicle that carries the camera
+    own: str  # name of the vehicle that carries the camera
     shortages: tuple[Shortage, ...]
-    left_out: tuple[str, ...] = ()  # vehicles that touch others
-    lights: Lights | None = None  # that SUMO's drivers heed
+    left_out: tuple[str, ...] = ()  # vehicles left out because they touch others
+    lights: Lights | None = None  # traffic lights that SUMO's drivers obey
 
     @cached_property
     def _below(self) -> LanesBelow:
@@ -85,7 +85,7 @@ class SumoTraffic:
         return f"{self.things[vehicle].group} {vehicle}"
 
     def put(self, site: Site) -> None:
-        """Place the vehicles on a site, and keep free all that they sweep later on."""
+        """Place the vehicles on a site, and keep the area that they sweep later free."""
         for name, journey in self.journeys.items():
             site.taken.add(self._swept(name, journey))
             if name == self.own:
@@ -138,13 +138,13 @@ class SumoTraffic:
         return replace(layout, standing=kept)
 
     def moment(self, layout: Layout, others: Layout, time_s: float) -> Moment:
-        """Return what is where some seconds after `second_s`.
+        """Return the layout and the camera's car some seconds after `second_s`.
 
         Parameters
         ----------
-        layout : as placed.
-        others : all that SUMO does not move, at that time.
-        time_s : seconds after `second_s`.
+        layout : layout as placed.
+        others : layout at that time of all things that SUMO does not move.
+        time_s : time after `second_s`, s.
         """
         there = {one.name: one for one in others.standing}
         standing = tuple(there.get(one.name, one) for one in layout.standing)
@@ -152,7 +152,7 @@ class SumoTraffic:
         return Moment(moved, self.own_pose(time_s), self.own_gone(time_s))
 
     def at(self, layout: Layout, time_s: float) -> Layout:
-        """Return a layout with SUMO's vehicles where they are some seconds after `second_s`."""
+        """Return a layout with SUMO's vehicles at their places some seconds after `second_s`."""
         feet: list[Foot] = []
         gone: list[bool] = []
         for standing in layout.standing:
@@ -198,7 +198,7 @@ class SumoTraffic:
         )
 
     def state_notes(self, vehicles_per_km: float) -> None:
-        """State in the ledger what of the traffic is not shown, and how many were placed."""
+        """Record in the ledger the vehicles that are left out, and how many were placed."""
         for told in (one for one in self.shortages if one.placed < one.wanted):
             what = (
                 f"{told.placed} vehicles of {told.wanted} that {vehicles_per_km:g} per km asks for"
@@ -220,7 +220,7 @@ class SumoTraffic:
 
 
 def middle(thing: Thing, state: State) -> tuple[float, float]:
-    """Return the plan point of a vehicle's middle: SUMO tells that of its front bumper."""
+    """Return the plan point of a vehicle's middle; SUMO states that of its front bumper."""
     back = thing.size_m[0] / 2
     x, y = state.front_m
     return (
@@ -230,7 +230,7 @@ def middle(thing: Thing, state: State) -> tuple[float, float]:
 
 
 def journey_boxes(thing: Thing, journey: Journey) -> np.ndarray:
-    """Return what a vehicle occupies (n, FIELDS) at each time of its journey."""
+    """Return the boxes (n, FIELDS) that a vehicle occupies at the times of its journey."""
     length, width, height = thing.size_m
     cos = np.cos(journey.heading_rad)
     sin = np.sin(journey.heading_rad)
@@ -243,7 +243,7 @@ def journey_boxes(thing: Thing, journey: Journey) -> np.ndarray:
 
 
 def switched_on(thing: Thing, state: State) -> tuple[str, ...]:
-    """Return the lamps that SUMO's signals put on: brake lamps and indicators."""
+    """Return the lamps that SUMO's signals switch on: brake lamps and indicators."""
     if thing.group == "bicycle":
         return ()
     lamps = list(BRAKING) if Signal.BRAKE in state.signals else []
@@ -254,13 +254,13 @@ def switched_on(thing: Thing, state: State) -> tuple[str, ...]:
 
 
 def drawn_traffic(base: BaseRoad, stock: Stock, seed: int, wanted: Wanted) -> SumoTraffic:
-    """Return traffic of a density on a road, drawn by a seed and driven by SUMO.
+    """Return traffic of a density on a road, drawn from a seed and simulated by SUMO.
 
     Parameters
     ----------
-    base : the road.
-    stock : what may be drawn.
-    seed : of demand and vehicles.
+    base : road and start of the camera's car.
+    stock : families of things that may be drawn.
+    seed : seed of demand and vehicles.
     wanted : densities, and the second of the simulation at which the scene begins.
 
     Raises
@@ -287,7 +287,7 @@ def drawn_traffic(base: BaseRoad, stock: Stock, seed: int, wanted: Wanted) -> Su
             best = ran, demand
         if least_off <= max(NEAR * demand.wanted, 1):
             break
-        # junctions hold back more than they let through, or drivers leave sooner than others come
+        # junctions may hold back vehicles, or vehicles may leave sooner than others enter
         change = float(np.clip(demand.wanted / max(motor, 1), *CHANGES))
         asked = replace(asked, flow=asked.flow * change)
     if best is not None:
@@ -300,20 +300,20 @@ def drawn_traffic(base: BaseRoad, stock: Stock, seed: int, wanted: Wanted) -> Su
 
 
 def _motor(journeys: Mapping[str, Journey], things: Mapping[str, Thing], second_s: float) -> int:
-    """Return how many motor vehicles besides the camera's are on the road at a second."""
+    """Return the number of motor vehicles on the road at a second, without the camera's car."""
     here = [name for name, one in journeys.items() if name != OWN and one.present(second_s)]
     return sum(things[name].group != "bicycle" for name in here)
 
 
 class _Ran(NamedTuple):
-    """What SUMO reports."""
+    """Report of a run of SUMO."""
 
     journeys: dict[str, Journey]
     lights: Lights | None
 
 
 def _run(net: SumoNet, demand: Demand, wanted: Wanted, seed: int, heed: Heeded | None) -> _Ran:
-    """Return the journeys from the second on, and what traffic lights show."""
+    """Return the journeys from the wanted second on, and the states of the traffic lights."""
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         (folder / NET).write_bytes(net.content)
@@ -354,22 +354,23 @@ def shown(
     own: str,
     second_s: float,
 ) -> SumoTraffic:
-    """Return the traffic of journeys without vehicles that would touch others, and the road with
-    the camera's car where its vehicle is at a second.
+    """Return the traffic of journeys, without vehicles that would touch others.
+
+    Its base road starts at the place of the camera's vehicle at a second.
 
     Parameters
     ----------
     base : the road.
-    journeys : of the vehicles, by name.
-    things : what each vehicle is, by name.
+    journeys : journeys of the vehicles, by name.
+    things : thing of each vehicle, by name.
     own : name of the vehicle for the camera.
-    second_s : of the simulation, at which the scene begins, s.
+    second_s : second of the simulation at which the scene begins, s.
     """
     fine = {name: one.between(STEP_S) for name, one in journeys.items()}
     names = list(fine)
     parts = [journey_boxes(things[name], fine[name]) for name in names]
     owner = np.repeat(np.arange(len(names)), [len(part) for part in parts])
-    # vehicles of one simulation step have the same time to the digit
+    # vehicles of one simulation step have exactly the same time
     time_s = np.concatenate([fine[name].time_s for name in names])
     out = fewest(touching(np.concatenate(parts), time_s, owner), names.index(own))
     left_out = tuple(sorted(names[k] for k in out))
@@ -379,13 +380,13 @@ def shown(
 
 
 def check_shortage(told: Shortage, road: str, second_s: float) -> None:
-    """Raise ConfigError where many fewer vehicles are on a road than are asked for.
+    """Raise ConfigError if far fewer vehicles are on a road than wanted.
 
     Parameters
     ----------
-    told : how many vehicles were asked for and are there.
+    told : numbers of vehicles wanted and placed.
     road : name of the road, for the message.
-    second_s : of the simulation, for the message, s.
+    second_s : second of the simulation, for the message, s.
     """
     if told.placed >= LEAST * told.wanted - 2:
         return
@@ -398,7 +399,7 @@ def check_shortage(told: Shortage, road: str, second_s: float) -> None:
 
 
 def _start(base: BaseRoad, foot: Foot) -> BaseRoad:
-    """Return the base road with the camera's car where a foot is."""
+    """Return the base road with the camera's car at the place of a foot."""
     assert foot.lane is not None
     pose = base.network.lane(foot.lane.key).at(foot.lane.s_m, foot.lane.aside_m)
     turn = foot.heading_rad - float(np.arctan2(pose[1, 0], pose[0, 0]))
