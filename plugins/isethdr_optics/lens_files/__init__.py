@@ -5,7 +5,7 @@
 | command | `isethdr lens import` |
 | importing | from a lens file to a prescription, its figures, and its YAML |
 | lens_data | content of a lens file of any program, in millimetres |
-| glasses | glass names, catalogue files .agf, codes of six digits |
+| glasses | glasses by name, catalogue file .agf or six-digit code |
 | zemax | reads .zmx |
 | code_v | reads .seq |
 | pbrt | reads .dat |

@@ -16,15 +16,21 @@ SURFACE = re.compile(r"S(O|I|\d*)")
 ASPHERE = {letter: 4 + 2 * k for k, letter in enumerate("ABCDEFGHJ")}  # a4, a6, ...; there is no I
 TILTED = ("ADE", "BDE", "CDE", "XDE", "YDE", "ZDE", "DAR", "BEN", "REV", "XTI", "YTI")
 OTHER_SHAPES = ("SPS", "CYL", "TOR", "AAS", "XTO", "YTO", "GRT", "HOE", "DIF", "UDS", "GRX")
-FAR_MM = 1e9  # objects farther away are far; CODE V writes 1e13
+FAR_MM = 1e9  # least distance of a distant object; CODE V writes 1e13
 
 
 def read(path: Path, problems: Problems) -> LensData:
-    """Return the content of a .seq file; what cannot be imported is noted.
+    """Return the content of a .seq file; surfaces that cannot be imported are recorded.
+
+    Parameters
+    ----------
+    path : path of the file.
+    problems : record of the surfaces that cannot be imported.
 
     Raises
     ------
-    CatalogError : it holds no surfaces. ConfigError : a number is none.
+    CatalogError : the file holds no surfaces.
+    ConfigError : an entry is not a number.
     """
     text = path.read_text(encoding="utf-8", errors="replace")
     text = re.sub(r"!.*", "", text).replace("&\n", " ")
@@ -55,7 +61,7 @@ def _words(line: str) -> list[str]:
 
 
 class _File:
-    """The part of a file that has been read; commands act on the last surface."""
+    """State while a file is read; commands act on the last surface."""
 
     def __init__(self, lens: LensData, path: Path, problems: Problems) -> None:
         self.lens = lens
@@ -68,7 +74,7 @@ class _File:
         self.current: Row | None = None
 
     def take(self, words: list[str]) -> None:
-        """Take one command."""
+        """Apply one command."""
         key, *arguments = words
         key = key.upper()
         where = f"{self.path}, {' '.join(words)!r}"

@@ -1,6 +1,6 @@
-"""`isethdr lens import`: make a prescription of a lens file of another program.
+"""`isethdr lens import`: make a prescription from a lens file of another program.
 
-Imports nothing that takes time: every command line loads this file.
+This file imports nothing that takes time, because every command loads it.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """Glasses of lens files: by name, by catalogue file, by code, or by index.
 
-Catalogue files .agf are the text files that Zemax and the makers of glass use: a line NM with name
-and number of the formula, CD with coefficients, LD with the range in micrometres.
+Catalogue files .agf are the text files that Zemax and the makers of glass use. The line NM holds
+the name and the number of the formula, CD the coefficients, and LD the range in micrometres.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from isethdr_core.physics.optics import glass
 
 from .lens_data import Problems
 
-# numbers of formulas in .agf
+# numbers of the dispersion formulas in .agf files
 SCHOTT = 1
 SELLMEIER = 2
 CONRADY = 5
@@ -25,9 +25,9 @@ CODE = re.compile(r"(\d{3})(\d{3})|(0?\.?\d{3,6})\.(\d{3,6})")
 
 
 def read_catalogue(path: Path) -> dict[str, str]:
-    """Return {name: what `physics.optics.glass.index` takes} of a .agf file.
+    """Return the glasses of a .agf file, {name: argument of `physics.optics.glass.index`}.
 
-    Glasses of other formulas than Schott, Sellmeier 1 and 3, and Conrady are left out.
+    Glasses with other formulas than Schott, Sellmeier 1 and 3, and Conrady are left out.
 
     Raises
     ------
@@ -77,7 +77,7 @@ def stated(options: Sequence[str]) -> dict[str, str]:
 
     Raises
     ------
-    ConfigError, CatalogError : one cannot be read.
+    ConfigError, CatalogError : an option or a catalogue file cannot be read.
     """
     coefficients_of: dict[str, str] = {}
     for option in options:
@@ -94,17 +94,17 @@ def stated(options: Sequence[str]) -> dict[str, str]:
 
 
 def resolve(name: str, glasses: Mapping[str, str], label: str, problems: Problems) -> str:
-    """Return what `physics.optics.glass.index` takes for a glass of a file.
+    """Return the argument of `physics.optics.glass.index` for a glass of a file.
 
-    Names are compared without hyphens, case and the maker's name after an underscore. An unknown
-    one is noted.
+    Names are compared without hyphens, without case, and without the maker's name after an
+    underscore. An unknown glass is recorded in `problems`.
 
     Parameters
     ----------
-    name : as the file has it.
-    glasses : {name: what `physics.optics.glass.index` takes} of the file and the command line.
+    name : name of the glass in the file.
+    glasses : {name: argument of `physics.optics.glass.index`} of the file and the command line.
     label : number of the surface, for messages.
-    problems : where an unknown glass is noted.
+    problems : record of the surfaces that cannot be imported.
     """
     if name in glasses:
         return glasses[name]
@@ -116,9 +116,9 @@ def resolve(name: str, glasses: Mapping[str, str], label: str, problems: Problem
         if _simplified(offered) == simple_name:
             return offered
     match = CODE.fullmatch(name)
-    if match and match[1]:  # 517642: nd 1.517, Abbe's number 64.2
+    if match and match[1]:  # 517642: nd 1.517, Abbe number 64.2
         return f"{1 + int(match[1]) / 1000:g}/{int(match[2]) / 10:g}"
-    if match:  # 517000.642000: nd 1.517000, Abbe's number 64.2000
+    if match:  # 517000.642000: nd 1.517000, Abbe number 64.2000
         digits = match[3].replace(".", "").lstrip("0") or "0"
         return f"{1 + float('0.' + digits):.9g}/{float(match[4][:2] + '.' + match[4][2:]):.9g}"
     nearest = get_close_matches(name, [*glasses, *glass.SELLMEIER], 1)

@@ -1,4 +1,4 @@
-"""From a lens file to a prescription: its surfaces, its figures, and its YAML."""
+"""Import of a lens file as a prescription: its surfaces, its figures, and its YAML."""
 
 from __future__ import annotations
 
@@ -22,11 +22,12 @@ from .lens_data import LensData, Problems, Row
 
 Reader: TypeAlias = Callable[[Path, Problems], LensData]
 READERS: dict[str, Reader] = {".zmx": zemax.read, ".seq": code_v.read, ".dat": pbrt.read}
-# powers of r of an asphere; a4 and a6 begin the list of even ones
+# lowest and highest power of r of an asphere
 LOWEST = 3
 HIGHEST = 30
-CLEARANCE = 1.01  # times a semi-diameter that the program computed: rounding then cuts no ray
-FIELDS = (0.0, 0.7, 1.0)  # of the half field, at which spots are given
+# factor on semi-diameters that the other program computed, so that rounding stops no ray
+CLEARANCE = 1.01
+FIELDS = (0.0, 0.7, 1.0)  # shares of the half field at which spots are computed
 
 
 @dataclass(frozen=True)
@@ -35,8 +36,8 @@ class Figures:
 
     Parameters
     ----------
-    spots : ((field angle deg, rms spot radius um, its centroid mm from the axis), ...), on the
-        sensor; the radius is that about the centroid.
+    spots : ((field angle deg, rms spot radius um, distance of its centroid from the axis mm), ...),
+        on the sensor; the radius is about the centroid.
     """
 
     focal_length_mm: float
@@ -50,9 +51,9 @@ class Figures:
 class Imported:
     """A lens file as a prescription."""
 
-    table: dict[str, Any]  # what the YAML holds
+    table: dict[str, Any]  # content of the YAML
     lens: Prescription
-    notes: tuple[str, ...]  # what was changed
+    notes: tuple[str, ...]  # differences from the file
 
 
 def imported(path: Path, glass: Sequence[str] = ()) -> Imported:
@@ -60,12 +61,14 @@ def imported(path: Path, glass: Sequence[str] = ()) -> Imported:
 
     Parameters
     ----------
+    path : path of the lens file.
     glass : catalogue files .agf, NAME=nd/Vd, or NAME=index.
 
     Raises
     ------
-    ConfigError : an unknown format or glass, a surface that is not supported, or no image.
-    CatalogError : a file is not there, or holds no lens.
+    ConfigError : the format or a glass is unknown, a surface is not supported, or the lens forms no
+        image.
+    CatalogError : a file does not exist, or holds no lens.
     """
     if path.suffix.lower() not in READERS:
         raise ConfigError(
@@ -150,7 +153,7 @@ def run(file: str, glass: Sequence[str], out: str) -> None:
 
 
 def _with_stop(rows: list[Row], problems: Problems, notes: list[str]) -> list[Row]:
-    """Return rows in which the stop is a plane of its own, in air."""
+    """Return rows in which the stop is a separate plane in air."""
     stops = [k for k, row in enumerate(rows) if row.is_stop]
     if len(stops) != 1:
         problems.add("of the stop", f"the file names {len(stops)} stops")
@@ -205,7 +208,8 @@ def _open_stop(table: dict[str, Any], data: LensData) -> None:
     optics = lens.surfaces[:-1]
     indices = lens.indices(lens.reference_nm)
     focal = paraxial.focal_length_mm(optics, indices)
-    per_stop = paraxial.entrance_pupil(optics, indices)[1]  # of a stop of 1 mm
+    # radius of the entrance pupil for a stop with a semi-diameter of 1 mm
+    per_stop = paraxial.entrance_pupil(optics, indices)[1]
     stop = next(row for row in table["surfaces"] if row.get("stop"))
     own = next(row.semi_diameter_mm for row in data.rows if row.is_stop)
     if data.f_number is not None:

@@ -14,15 +14,14 @@ POWERS = {power: f"a{power}" for power in range(1, 31)}
 
 @dataclass
 class Row:
-    """A surface and what lies behind it.
+    """A surface and the medium behind it.
 
     Parameters
     ----------
-    label : the number of the surface in its file, for messages.
+    label : number of the surface in its file, for messages.
     terms : {power of r: coefficient, mm^(1 - power)} of the asphere.
-    glass : as the file names it; "" for air.
-    automatic : whether the program computed the semi-diameter from its fields, so that nobody
-        chose it.
+    glass : name of the glass in the file; "" for air.
+    automatic : whether the other program computed the semi-diameter from its field angles.
     """
 
     label: str
@@ -38,15 +37,15 @@ class Row:
 
 @dataclass
 class LensData:
-    """Surfaces from front to back, without object and image, and how they are used.
+    """Surfaces from front to back, without object and image; wavelength, field and aperture.
 
     Parameters
     ----------
     entrance_pupil_mm, f_number : the aperture, by its diameter or by the f-number. Without both,
         the semi-diameter of the stop sets the aperture.
-    far_object : whether the image distance is that of an object far away.
-    glasses : glasses that the file itself defines, by name, as `physics.optics.glass.index` takes
-        them.
+    far_object : whether the image distance is that of a distant object.
+    glasses : {name: description} of glasses that the file itself defines; the description is an
+        argument of `physics.optics.glass.index`.
     """
 
     name: str
@@ -67,11 +66,11 @@ class Problems:
     messages: list[str] = field(default_factory=list)
 
     def add(self, label: str, message: str) -> None:
-        """Note that a surface cannot be imported."""
+        """Record that a surface cannot be imported."""
         self.messages.append(f"surface {label}: {message}")
 
     def refuse(self, path: object) -> None:
-        """Raise ConfigError if anything was noted."""
+        """Raise ConfigError if anything was recorded."""
         if self.messages:
             raise ConfigError(
                 f"{path} cannot be imported: {'; '.join(self.messages)}; expected centred spheres,"
@@ -80,12 +79,12 @@ class Problems:
 
 
 def number(text: str, where: str) -> float:
-    """Return the number that a text of a file states.
+    """Return the number that a word of a file states.
 
     Parameters
     ----------
-    text : as the file has it.
-    where : place in the file, for the error.
+    text : word of the file.
+    where : position in the file, for the error.
 
     Raises
     ------

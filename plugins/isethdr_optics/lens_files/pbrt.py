@@ -1,6 +1,6 @@
 """PBRT .dat: radius, thickness, index and diameter of each surface, in millimetres, front first.
 
-A radius of 0 is the stop. The last thickness leads to the film.
+A radius of 0 marks the stop. The last thickness is the distance to the film.
 """
 
 from __future__ import annotations

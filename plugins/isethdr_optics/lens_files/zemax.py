@@ -11,16 +11,23 @@ from isethdr_core.errors import CatalogError
 from .lens_data import LensData, Problems, Row, number
 
 MM_PER = {"MM": 1.0, "CM": 10.0, "IN": 25.4, "METER": 1000.0, "M": 1000.0}
-SHAPES = {"STANDARD": 0, "EVENASPH": 2, "ODDASPHE": 1}  # power of r per number of a parameter
-ANGLES = "0"  # type of field
+# types of surfaces; the power of r of an aspheric term is this factor times the parameter's number
+SHAPES = {"STANDARD": 0, "EVENASPH": 2, "ODDASPHE": 1}
+ANGLES = "0"  # code of fields that are given as angles
 
 
 def read(path: Path, problems: Problems) -> LensData:
-    """Return the content of a .zmx file; what cannot be imported is noted.
+    """Return the content of a .zmx file; surfaces that cannot be imported are recorded.
+
+    Parameters
+    ----------
+    path : path of the file.
+    problems : record of the surfaces that cannot be imported.
 
     Raises
     ------
-    CatalogError : it holds no surfaces. ConfigError : a number is none.
+    CatalogError : the file holds fewer than three surfaces: object, lens and image.
+    ConfigError : an entry is not a number.
     """
     data = path.read_bytes()
     text = data.decode("utf-16" if data[:2] in (b"\xff\xfe", b"\xfe\xff") else "utf-8", "replace")
@@ -133,7 +140,7 @@ def _glass(words: list[str], label: str, problems: Problems, lens: LensData) -> 
     if name == "MIRROR":
         problems.add(label, "a mirror")
         return ""
-    if name == "___BLANK" and len(words) > 4:  # a model: nd and Abbe's number
+    if name == "___BLANK" and len(words) > 4:  # a model glass: nd and Abbe number
         name = f"{words[3]}/{words[4]}"
         lens.glasses[name] = name if float(words[4]) else words[3]
     return name
