@@ -53,7 +53,7 @@ class ChiefRays(NamedTuple):
     """Chief rays, through the middle of the stop, where they meet the sensor."""
 
     height_mm: np.ndarray  # distance from the axis
-    angle_deg: np.ndarray  # angle to the sensor's normal; positive if the ray leaves the axis
+    angle_deg: np.ndarray  # angle to the sensor's normal; positive away from the axis
 
 
 def chief_rays(lens: Prescription, tangent: np.ndarray) -> ChiefRays:
