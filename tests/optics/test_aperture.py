@@ -5,7 +5,10 @@ densities.
 import numpy as np
 import pytest
 from isethdr_optics import ApertureFlare, DiffractionLimitedLens
-from isethdr_optics.pupil.sampled_pupil import amplitude, axis_mm, distance_mm, open_energy_mm2
+from isethdr_optics.pupil.pupil_cells import amplitude
+from isethdr_optics.pupil.pupil_energy import open_energy_mm2
+from isethdr_optics.pupil.pupil_grid import axis_mm
+from isethdr_optics.pupil.pupil_size import distance_mm
 
 from isethdr_core.errors import ConfigError
 from isethdr_core.physics.diffraction import psf_from_pupil

@@ -9,13 +9,10 @@ import numpy as np
 import pytest
 from isethdr_optics import ApertureFlare, DiffractionLimitedLens, WavefrontLens
 from isethdr_optics.psf.kernels import KernelRequest, computed, kernels
-from isethdr_optics.pupil.sampled_pupil import (
-    amplitude,
-    axis_mm,
-    has_phase,
-    open_energy_mm2,
-    phase_change,
-)
+from isethdr_optics.pupil.pupil_cells import amplitude
+from isethdr_optics.pupil.pupil_energy import open_energy_mm2
+from isethdr_optics.pupil.pupil_grid import axis_mm
+from isethdr_optics.pupil.pupil_phase import has_phase, phase_change
 
 from isethdr_core import compose
 from isethdr_core.demand import Demand

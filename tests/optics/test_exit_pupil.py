@@ -10,7 +10,7 @@ import pytest
 from isethdr_optics import ApertureFlare, PrescribedLens
 from isethdr_optics.lenses.field_point_lens import node_lens
 from isethdr_optics.prescription.exit_pupil import exit_pupil
-from isethdr_optics.pupil import sampled_pupil
+from isethdr_optics.pupil import pupil_cells, pupil_energy, pupil_grid
 
 from isethdr_core.data import quantities
 from isethdr_core.error_terms import ErrorTerm
@@ -175,24 +175,24 @@ class Ramp:
 
 def test_flares_in_the_stop_are_seen_through_the_exit_pupil():
     _, place = place_at("cooke_triplet", 5.6, 20.0, 0.7)
-    axis = sampled_pupil.axis_mm(place, 0.02)
+    axis = pupil_grid.axis_mm(place, 0.02)
     inside = np.s_[len(axis) // 2 - 5 : len(axis) // 2 + 5]
     stop_x, stop_y = np.einsum(
         "ij,jyx->iyx", np.linalg.inv(place.pupil_matrix), np.stack(np.meshgrid(axis, axis))
     )
-    cells = sampled_pupil.amplitude(place, [Ramp()], axis, axis, 550.0)
+    cells = pupil_cells.amplitude(place, [Ramp()], axis, axis, 550.0)
     np.testing.assert_allclose(
         cells[inside, inside], (0.5 + 0.3 * stop_x + 0.2 * stop_y)[inside, inside], rtol=1e-6
     )
     dirty = [ApertureFlare(blades=6, dust_per_mm2=40.0)]
-    axis = sampled_pupil.axis_mm(place, 0.004)
+    axis = pupil_grid.axis_mm(place, 0.004)
     for flares in ((), dirty):  # energy from areas, and of the drawn cells
         drawn = energy_of(
-            sampled_pupil.amplitude(place, flares, axis, axis, 550.0), 0.004, cell_means=True
+            pupil_cells.amplitude(place, flares, axis, axis, 550.0), 0.004, cell_means=True
         )
         even = replace(place, uneven=())
         # cells on the border
-        assert drawn == pytest.approx(sampled_pupil.open_energy_mm2(even, flares, 550.0), rel=2e-3)
+        assert drawn == pytest.approx(pupil_energy.open_energy_mm2(even, flares, 550.0), rel=2e-3)
 
 
 def test_a_point_keeps_its_light_whatever_the_shape_of_its_pupil():

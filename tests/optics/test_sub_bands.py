@@ -8,6 +8,7 @@ from isethdr_optics import ApertureFlare, WavefrontLens
 from isethdr_optics.psf import exact_core, kernel_sampling_error, kernels, wings
 from isethdr_optics.psf.exact_core import Wavelengths
 from isethdr_optics.psf.kernels import BandPlan, KernelRequest
+from isethdr_optics.pupil import pupil_grid
 
 from isethdr_core import build
 
@@ -100,7 +101,7 @@ def test_cells_of_the_pupil_leave_at_most_what_is_stated(lens, flares, tiles):
     energy = 1.0 if plan.energy is None else plan.energy
     usual = exact_core.exact_core(plan, centre, width, waves, energy)
     step = plan.axis[1] - plan.axis[0]
-    plan.axis = exact_core.sampled_pupil.axis_mm(lens, step / 2)
+    plan.axis = pupil_grid.axis_mm(lens, step / 2)
     finer = exact_core.exact_core(plan, centre, width, waves, energy)
     stated = exact_core.core_error_by_octave(exact_core.CELLS_AT_BORDER, tiles)
     found = kernel_sampling_error.by_octave(usual - finer, finer)

@@ -9,7 +9,7 @@ from isethdr_optics.field.lateral_colour import Course, displaced, magnified
 from isethdr_optics.imaging.sensor_plane import sensor_plane
 from isethdr_optics.lenses.field_point_lens import node_lens
 from isethdr_optics.prescription.wavefront import zernike_um
-from isethdr_optics.pupil import sampled_pupil
+from isethdr_optics.pupil import wavefronts
 
 from isethdr_core.data import quantities
 from isethdr_core.errors import ConfigError
@@ -49,15 +49,15 @@ def test_every_wavelength_has_its_own_wavefront_off_the_axis_too():
     angle = np.radians(11.0)
     place = node_lens(lens, lens.wavefront_at(angle), 0.0, angle)
     for wave in (430.0, 500.0, 650.0):
-        own = sampled_pupil.coefficients_um(place, wave)
+        own = wavefronts.coefficients_um(place, wave)
         exact = zernike_um(lens.real(), float(np.tan(angle)), wave)[0]
         off = sum((own.get(j, 0.0) - exact.get(j, 0.0)) ** 2 for j in {*own, *exact}) ** 0.5
         assert off < 1e-3  # um rms, half way between traced wavelengths: a five hundredth of a wave
-    reference = sampled_pupil.coefficients_um(place, 587.56)
-    lost = [sampled_pupil.coefficients_um(place, w)[4] - reference[4] for w in (430.0, 650.0)]
+    reference = wavefronts.coefficients_um(place, 587.56)
+    lost = [wavefronts.coefficients_um(place, w)[4] - reference[4] for w in (430.0, 650.0)]
     axis = node_lens(lens, lens.wavefront_at(0.0), 0.0, 0.0)
     kept = [
-        sampled_pupil.coefficients_um(axis, w)[4] - sampled_pupil.coefficients_um(axis, 587.56)[4]
+        wavefronts.coefficients_um(axis, w)[4] - wavefronts.coefficients_um(axis, 587.56)[4]
         for w in (430.0, 650.0)
     ]
     # there is colour, and not that of the axis

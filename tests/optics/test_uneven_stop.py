@@ -11,7 +11,7 @@ from isethdr_optics.lenses.field_point_lens import node_lens
 from isethdr_optics.prescription.amplitude import amplitude
 from isethdr_optics.prescription.exit_pupil import exit_pupil
 from isethdr_optics.prescription.prescription import load
-from isethdr_optics.pupil import apodization, sampled_pupil
+from isethdr_optics.pupil import apodization, pupil_shapes, pupil_size
 
 from isethdr_core.physics.optics import paraxial
 from isethdr_core.physics.optics.ray_trace import collimated, follow, sequential
@@ -119,7 +119,7 @@ def test_even_light_changes_nothing_and_uneven_light_keeps_its_energy():
         # the same light, and the same skirt but for the rim, a hundredth of which is brighter here
         # and darker there
         assert sums[0] == pytest.approx(sums[1], abs=3e-4) and sums[0] < 1
-    whole = sampled_pupil._shapes(replace(even, rims=()), ())[0]
-    assert apodization.share(
-        place.uneven, whole, (), sampled_pupil.radius_mm(place)
-    ) == pytest.approx(1.0, abs=1e-4)
+    whole = pupil_shapes.opening_and_dirt(replace(even, rims=()), ())[0]
+    assert apodization.share(place.uneven, whole, (), pupil_size.radius_mm(place)) == pytest.approx(
+        1.0, abs=1e-4
+    )

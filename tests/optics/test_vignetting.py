@@ -15,7 +15,7 @@ from isethdr_optics.prescription.prescription import load, parse
 from isethdr_optics.prescription.rims import rims
 from isethdr_optics.psf import kernels
 from isethdr_optics.psf.kernels import KernelRequest
-from isethdr_optics.pupil import apodization, sampled_pupil
+from isethdr_optics.pupil import apodization, pupil_cells, pupil_energy, pupil_grid, pupil_size
 
 from isethdr_core.data import quantities
 from isethdr_core.error_terms import ErrorTerm
@@ -122,8 +122,8 @@ def test_a_place_s_pupil_is_open_where_its_rays_get_through():
     )
     u, v = (h / real.surfaces[real.stop].semi_diameter_mm for h in rays.hits_mm[real.stop])
     inside = np.isfinite(rays.position_mm[0]) & (np.hypot(u, v) < 0.98)
-    axis = sampled_pupil.axis_mm(place, 0.02 * sampled_pupil.radius_mm(place))
-    cells = sampled_pupil.amplitude(place, (), axis, axis, 550.0)
+    axis = pupil_grid.axis_mm(place, 0.02 * pupil_size.radius_mm(place))
+    cells = pupil_cells.amplitude(place, (), axis, axis, 550.0)
     centre = exit_pupil(real, float(np.tan(angle)), real.reference_nm).centre
     middle = (centre * np.cos(azimuth), -centre * np.sin(azimuth))
     crossed = [-lens.focal_length_mm * (d[inside] - c) for d, c in zip(rays.direction, middle)]
@@ -145,7 +145,7 @@ def test_a_place_s_pupil_is_open_where_its_rays_get_through():
 def test_energy_of_a_cut_pupil_is_its_area_and_its_point_spread_keeps_it():
     whole = WavefrontLens()
     cut = replace(node_lens(whole, {}, 0.0), rims=((-0.5, 1.0, 1.0),))
-    assert sampled_pupil.open_energy_mm2(cut, (), 550.0) == pytest.approx(
+    assert pupil_energy.open_energy_mm2(cut, (), 550.0) == pytest.approx(
         np.pi * 0.25 * energy(disc(0, 0, 1.0) & disc(-0.5, 1.0, 1.0), []) / np.pi
     )
     sharp, wide = (lens.psf(550.0, 2.0, 129).values[0] for lens in (whole, cut))

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from isethdr_optics.lenses.limits import Zernikes
 from isethdr_optics.psf.interpolation_wavelengths import _change
-from isethdr_optics.pupil import sampled_pupil
+from isethdr_optics.pupil import fine_cells, pupil_grid, pupil_size, wavefronts
 from scipy.special import eval_jacobi, jv
 
 from isethdr_core.errors import ConfigError
@@ -39,10 +39,10 @@ def pupil_mean(j: int, rms_um: float) -> float:
 
 def mean_of_cells(j: int, rms_um: float) -> complex:
     given = lens(j, rms_um)
-    pitch = sampled_pupil.core_pitch_mm(given, 90.0, WAVE_NM, sampled_pupil.FEWEST_SAMPLES)
-    axis = sampled_pupil.axis_mm(given, pitch)
-    cells = sampled_pupil.resolved(given, (), axis, axis, WAVE_NM)
-    return cells.sum(dtype=complex) * pitch**2 / (np.pi * sampled_pupil.radius_mm(given) ** 2)
+    pitch = pupil_grid.core_pitch_mm(given, 90.0, WAVE_NM, pupil_grid.FEWEST_SAMPLES)
+    axis = pupil_grid.axis_mm(given, pitch)
+    cells = fine_cells.resolved(given, (), axis, axis, WAVE_NM)
+    return cells.sum(dtype=complex) * pitch**2 / (np.pi * pupil_size.radius_mm(given) ** 2)
 
 
 # cells hold their part of the integral to 1.1e-4 of the open pupil, measured over all orders
@@ -63,7 +63,7 @@ def test_pupil_mean_of_every_index():
 def test_light_of_high_orders_is_kept(j):
     rms_um = 0.03 if order(j)[0] < 20 else 0.003
     # where the steepest part of the wavefront sends light
-    steepest_um = 2 * 4.0 * sampled_pupil.steepest_um(lens(j, rms_um), WAVE_NM)
+    steepest_um = 2 * 4.0 * wavefronts.steepest_um(lens(j, rms_um), WAVE_NM)
     count = int(steepest_um / 2) + 40
     light = float(lens(j, rms_um).psf(WAVE_NM, 4.0, count, integrated=True).sum())
     clean = float(

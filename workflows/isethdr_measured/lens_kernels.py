@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from isethdr_optics.psf.kernels import KernelRequest, kernels
-from isethdr_optics.pupil import sampled_pupil
+from isethdr_optics.pupil import pupil_energy, pupil_shapes, pupil_size
 
 from isethdr_core import quantities
 from isethdr_core.demand import Demand, Response
@@ -67,11 +67,11 @@ class Pupil:
     def of(cls, lens: Any, flares: tuple[Any, ...]) -> Pupil:
         """Return the pupil of a lens with flares."""
         return cls(
-            sampled_pupil.terms(lens, flares),
-            sampled_pupil.radius_mm(lens),
-            sampled_pupil.distance_mm(lens),
-            sampled_pupil.open_energy_mm2(lens, flares, BANDS_NM[0]),
-            sampled_pupil.blur_um(lens, 1.0),
+            pupil_shapes.terms(lens, flares),
+            pupil_size.radius_mm(lens),
+            pupil_size.distance_mm(lens),
+            pupil_energy.open_energy_mm2(lens, flares, BANDS_NM[0]),
+            pupil_size.blur_um(lens, 1.0),
         )
 
     def light(self, patch: Patch) -> np.ndarray:

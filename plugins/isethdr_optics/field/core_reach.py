@@ -12,7 +12,7 @@ import numpy as np
 
 from ..psf import kernel_sampling_error
 from ..psf.kernels import core_size
-from ..pupil import sampled_pupil
+from ..pupil import pupil_size, wavefronts
 from .reference_bands import WIDTH_NM
 
 if TYPE_CHECKING:
@@ -56,9 +56,9 @@ def core_reach(
     """
     lens = along[0]
     ends = (waves[0], waves[-1])
-    blur = sampled_pupil.blur_um(lens, waves[0] - WIDTH_NM / 2)
-    slope = max(sampled_pupil.steepest_um(at, w) for at in along for w in ends)
-    geometrical = slope / sampled_pupil.radius_mm(lens) * sampled_pupil.distance_mm(lens)
+    blur = pupil_size.blur_um(lens, waves[0] - WIDTH_NM / 2)
+    slope = max(wavefronts.steepest_um(at, w) for at in along for w in ends)
+    geometrical = slope / pupil_size.radius_mm(lens) * pupil_size.distance_mm(lens)
     least = [min(n - 1, max(3, int(1.5 * geometrical / p) + 3)) for n, p in zip(shape, pitch_um)]
     exact = [
         min(n - 1, int(core_size.CORE_SAMPLES / np.ceil(2 * p / blur)))

@@ -21,14 +21,23 @@ import scipy.fft as sf
 from scipy.sparse import csr_array
 
 from isethdr_core.errors import ConfigError
-from isethdr_core.physics.optics import pupil as shapes
+from isethdr_core.physics.optics.pupil import disc, raster
 from isethdr_core.physics.radiometry import band_widths_nm
 from isethdr_core.uncertainty.error_terms import ErrorTerm
 
 from ..psf import kernel_sampling_error, kernels, scatter
 from ..psf.error_parts import term
 from ..psf.exact_core import Wavelengths
-from ..pupil import sampled_pupil
+from ..pupil import (
+    pupil_cells,
+    pupil_energy,
+    pupil_grid,
+    pupil_phase,
+    pupil_shapes,
+    pupil_size,
+    wavefront_cells,
+    wavefronts,
+)
 
 if TYPE_CHECKING:
     from numpy.polynomial.polynomial import Polynomial
@@ -52,9 +61,9 @@ ALIASED = 0.006  # largest L1 error measured with that sampling, share of a poin
 TURNS = (
     1 / 8
     # largest change of phase between adjacent cells of the pupil, wavelengths.
-    # `sampled_pupil.FINE_TURNS`, for an accuracy of 0.3 %, is a quarter of it.
+    # `fine_cells.FINE_TURNS`, for an accuracy of 0.3 %, is a quarter of it.
 )
-# Number of cells across the stop, as in `sampled_pupil.core_pitch_mm`: least number; number per
+# Number of cells across the stop, as in `pupil_grid.core_pitch_mm`: least number; number per
 # wavelength x f-number of the image width, used up to `USUAL`; largest number
 FEWEST = 256
 BORDER = 4.0
@@ -147,7 +156,7 @@ def errors(
             if drawn
             for _, ends in band
         }
-        rows += [sampled_pupil.phase_change(lens, flares, c[0], c[-1]) for c in cells]
+        rows += [pupil_phase.phase_change(lens, flares, c[0], c[-1]) for c in cells]
     if not rows:
         return []
     value = ALIASED + STRAIGHT * max(rows) ** 2
@@ -168,7 +177,7 @@ def _lines(request: KernelRequest, read: Sequence[list[tuple[Any, ...]]]) -> ker
     pitch_um = request.pitch_um
     half = request.reach
     light = _light(lens, flares)
-    scaled_nm = partial(sampled_pupil.scaled_nm, lens)
+    scaled_nm = partial(pupil_size.scaled_nm, lens)
     pattern = lru_cache(maxsize=2)(
         lambda w, step: _points(lens, light, (w, w - step), pitch_um, half)
     )
@@ -193,7 +202,7 @@ def _lines(request: KernelRequest, read: Sequence[list[tuple[Any, ...]]]) -> ker
         bands,
         outside,
         nothing,
-        np.array([light.energy_mm2(w) for w in wave]) / sampled_pupil.stop_mm2(lens),
+        np.array([light.energy_mm2(w) for w in wave]) / pupil_size.stop_mm2(lens),
         0.0,
         nothing,
         np.full(len(wave), float(max(half))),
@@ -213,9 +222,9 @@ def _light(lens: PupilOptics, flares: Sequence[Flare]) -> _Light:
     """Return the light through a pupil; it is computed once if it is the same at all
     wavelengths.
     """
-    flare_shapes = sampled_pupil.all_shapes(flares)
-    fixed = flare_shapes and not sampled_pupil.delays_um(lens, flares)
-    energy = cache(partial(sampled_pupil.open_energy_mm2, lens, flares))
+    flare_shapes = pupil_shapes.all_shapes(flares)
+    fixed = flare_shapes and not pupil_shapes.delays_um(lens, flares)
+    energy = cache(partial(pupil_energy.open_energy_mm2, lens, flares))
     stop = cache(partial(_stop, lens, flares))
     return _Light(
         lambda w: energy(FIRST_NM if flare_shapes else w),
@@ -253,8 +262,8 @@ def _read(
     nm. The shares of a band sum to 1.
     """
     change = (
-        cache(partial(sampled_pupil.phase_change, lens, flares))
-        if sampled_pupil.all_shapes(flares)
+        cache(partial(pupil_phase.phase_change, lens, flares))
+        if pupil_shapes.all_shapes(flares)
         else None
     )
     return [
@@ -348,10 +357,10 @@ def transform(
     half : (y, x) tiles from the axis to the border of the kernel.
     """
     wave, shortest = waves_nm
-    blur = sampled_pupil.blur_um(lens, wave)
+    blur = pupil_size.blur_um(lens, wave)
     extent = max((h + 1) * p for h, p in zip(half, pitch_um))
     across = 2 * extent / (blur * min(1.0, shortest / wave))
-    steep = 2 * sampled_pupil.steepest_um(lens, wave) / (wave * 1e-3) / TURNS
+    steep = 2 * wavefronts.steepest_um(lens, wave) / (wave * 1e-3) / TURNS
     cells = _rounded(
         min(
             max(FEWEST, min(USUAL, BORDER * across), min(2 * across, 2 * WIDEST / PER_BLUR), steep),
@@ -403,15 +412,17 @@ def _points(
     """
     wave = waves_nm[0]
     total = light.energy_mm2(wave)  # raises an error if no light passes the stop
-    radius = sampled_pupil.radius_mm(lens)
+    radius = pupil_size.radius_mm(lens)
     cells, size, step, reach = transform(lens, waves_nm, pitch_um, half)
     stop = light.amplitude(cells, wave)
-    axis = sampled_pupil.axis_mm(lens, 2 * radius / cells)
+    axis = pupil_grid.axis_mm(lens, 2 * radius / cells)
     rows, columns = (
         slice(open_rows[0], open_rows[-1] + 1)
         for open_rows in (np.flatnonzero(stop.any(axis=a)) for a in (1, 0))
     )
-    field = sampled_pupil.with_wavefront(lens, stop[rows, columns], axis[columns], axis[rows], wave)
+    field = wavefront_cells.with_wavefront(
+        lens, stop[rows, columns], axis[columns], axis[rows], wave
+    )
     reached = np.arange(-reach, reach + 1)
     for a in (1, 0):
         field = sf.fft(field, size, axis=a).take(reached, axis=a, mode="wrap")
@@ -436,14 +447,14 @@ def _stop(lens: PupilOptics, flares: Sequence[Flare], cells: int, wave: float) -
     """Return the pupil amplitude (y, x) of a field point: the stop with its dirt, times the share
     of each cell that the rims leave open.
     """
-    radius = sampled_pupil.radius_mm(lens)
-    axis = sampled_pupil.axis_mm(lens, 2 * sampled_pupil.radius_mm(lens) / cells)
-    drawn = sampled_pupil.amplitude(replace(lens, rims=()), flares, axis, axis, wave)
+    radius = pupil_size.radius_mm(lens)
+    axis = pupil_grid.axis_mm(lens, 2 * pupil_size.radius_mm(lens) / cells)
+    drawn = pupil_cells.amplitude(replace(lens, rims=()), flares, axis, axis, wave)
     for rim in lens.rims:
-        opening = shapes.disc(*(radius * v for v in rim))
+        opening = disc(*(radius * v for v in rim))
         if lens.pupil_matrix is not None:
             opening = opening.mapped(lens.pupil_matrix)
-        drawn = drawn * shapes.raster([(opening, 1.0)], axis, axis)
+        drawn = drawn * raster([(opening, 1.0)], axis, axis)
     return drawn
 
 

@@ -10,7 +10,7 @@ import numpy as np
 from isethdr_core.pipeline.memory import Frame
 
 from ..psf import kernels, scatter
-from ..pupil import sampled_pupil
+from ..pupil import pupil_grid, pupil_shapes
 from . import wing_truncation
 
 if TYPE_CHECKING:
@@ -44,7 +44,7 @@ def kernel_bytes(lens: LensOptics, flares: Sequence[Flare], frame: Frame) -> flo
     pitch_um = [1e3 * lens.focal_length_mm * p for p in frame.pitch]
     if blurred and lens.zernike_um:
         # refuses what no pupil can follow
-        sampled_pupil.core_pitch_mm(lens, min(pitch_um), wave.min(), sampled_pupil.FEWEST_SAMPLES)
+        pupil_grid.core_pitch_mm(lens, min(pitch_um), wave.min(), pupil_grid.FEWEST_SAMPLES)
     if blurred:
-        sampled_pupil.check_dirt(lens, flares)
+        pupil_shapes.check_dirt(lens, flares)
     return kernels.held_bytes(kernels.KernelRequest(lens, flares, wave, pitch_um, reach))

@@ -10,7 +10,7 @@ from isethdr_core.ledger import LeftOut, Note
 from isethdr_core.uncertainty.error_terms import ErrorTerm, Quantity
 
 from ..psf.error_parts import FAR_PERIOD, POINT_SPREAD, SPECKLE, SPREAD, term
-from ..pupil import sampled_pupil
+from ..pupil import fine_cells
 from . import wing_truncation
 from .field_optics import FieldOptics
 
@@ -47,7 +47,7 @@ def kernel_notes(lens: LensOptics, optics: FieldOptics, margin: Margin) -> list[
             notes.append(term(error, "relative", "statistical", label, key=SPECKLE, part=SPREAD))
     if lens.blurs and lens.zernike_um:
         cells = term(
-            sampled_pupil.CELLS,
+            fine_cells.CELL_ERROR,
             "fraction of energy",
             "measured",
             "point spread near the axis, finite cells of a pupil with a wavefront",

@@ -25,7 +25,7 @@ from ..psf import kernel_spectra, kernels
 from ..psf.error_parts import term
 from ..psf.kernels import core_size
 from ..psf.kernels.kernel_set import SPECTRA_BYTES
-from ..pupil import sampled_pupil
+from ..pupil import pupil_size
 from .photoelectron_map import electrons
 
 if TYPE_CHECKING:
@@ -138,7 +138,7 @@ def truncated_kernels(
         response,
     )
     widest = min(WORTH * n * p for n, p in zip(full, pitch_um))
-    edges = EDGES * wave / wave[0] * sampled_pupil.blur_um(lens, wave[0]) / widest  # of every stop
+    edges = EDGES * wave / wave[0] * pupil_size.blur_um(lens, wave[0]) / widest  # of every stop
     # a bright scene fails here, before any kernel is computed
     if any(
         light.share(edges, most=most()) > allowed
@@ -259,7 +259,7 @@ def _core(
     shape: tuple[int, int],
 ) -> tuple[int, int]:
     """Return the tiles (y, x) within which kernels are exact: a shorter kernel saves no time."""
-    blur = sampled_pupil.blur_um(lens, float(wavelength_nm.min()))
+    blur = pupil_size.blur_um(lens, float(wavelength_nm.min()))
     return tuple(
         min(n - 1, max(3, int(core_size.CORE_SAMPLES / max(2.0, np.ceil(2 * p / blur)))))
         for n, p in zip(shape, pitch_um)

@@ -29,7 +29,7 @@ from ..imaging.photoelectron_map import electrons
 from ..imaging.sensor_plane import sensor_plane, without_geometry
 from ..psf import kernels
 from ..psf.error_parts import term
-from ..pupil import sampled_pupil
+from ..pupil import pupil_size
 from .region import UNSEEN, tiles_left_out
 
 if TYPE_CHECKING:
@@ -153,7 +153,7 @@ def _without_dark_tiles(
         wing_truncation.EDGES
         * wave
         / wave[0]
-        * sampled_pupil.blur_um(axis_lens, wave[0])
+        * pupil_size.blur_um(axis_lens, wave[0])
         / ((largest_reach + 1) * max(pitch_um))
     )
     # every stop spreads at least this share of the light; it is known without a kernel

@@ -17,7 +17,7 @@ from isethdr_core.errors import ConfigError
 from isethdr_core.physics.radiometry import band_widths_nm
 from isethdr_core.uncertainty.error_terms import ErrorTerm
 
-from ..pupil import sampled_pupil
+from ..pupil import pupil_phase, pupil_shapes
 from . import wings
 from .error_parts import SPREAD, term
 
@@ -48,7 +48,7 @@ def check(lens: PupilOptics, flares: Sequence[Flare], wavelength_nm: np.ndarray)
     ConfigError : the phase changes too much; the message says which bands are narrow enough.
     """
     change, wave, width = _worst((lens,), wavelength_nm)
-    delays = sampled_pupil.delays_um(lens, flares)
+    delays = pupil_shapes.delays_um(lens, flares)
     if delays:
         wings.check_delay(
             max(delays, key=abs), wavelength_nm, band_widths_nm(wavelength_nm), change
@@ -93,7 +93,7 @@ def _worst(lenses: Sequence[PupilOptics], wavelength_nm: np.ndarray) -> tuple[fl
     wave = np.asarray(wavelength_nm, float)
     width = band_widths_nm(wavelength_nm)
     errors_of_lenses = [
-        (sampled_pupil.phase_change(one, (), w - d / 2, w + d / 2), w, d)
+        (pupil_phase.phase_change(one, (), w - d / 2, w + d / 2), w, d)
         for one in lenses
         for w, d in zip(wave, width)
         if w > d / 2

@@ -14,7 +14,7 @@ import numpy as np
 
 from isethdr_core.physics.diffraction import integrated_airy, integrated_psf
 
-from ..pupil import sampled_pupil
+from ..pupil import fine_cells, pupil_cells, pupil_phase, pupil_size
 from . import kernel_sampling_error
 
 if TYPE_CHECKING:
@@ -96,7 +96,7 @@ def gauss_wavelengths(
     pitch_um : (y, x) pitch of the tiles, um.
     reach : (y, x) tiles from the axis to the border of the core.
     """
-    phase_rad = sampled_pupil.phase_change(lens, flares, *band_nm)
+    phase_rad = pupil_phase.phase_change(lens, flares, *band_nm)
     return wavelengths_of_phase(lens, phase_rad, band_nm, pitch_um, reach)
 
 
@@ -121,7 +121,7 @@ def wavelengths_of_phase(
     middle = (low + high) / 2
     width = high - low
     moved = float(np.hypot(*(r * p for r, p in zip(reach, pitch_um)))) * width / middle
-    blur = sampled_pupil.blur_um(lens, middle)
+    blur = pupil_size.blur_um(lens, middle)
     dense = np.interp(min(pitch_um) / blur, DENSE_WIDTHS, DENSE_GAUSS)
     count = int(np.ceil(dense * (moved / blur + phase_rad))) + MORE_GAUSS
     place, weight = np.polynomial.legendre.leggauss(count)
@@ -130,7 +130,7 @@ def wavelengths_of_phase(
 
 def is_closed_form(lens: PupilOptics, flares: Sequence[Flare]) -> bool:
     """Return whether a closed form gives the exact core, without an error from pupil cells."""
-    return sampled_pupil.round_and_clean(lens, flares)
+    return pupil_phase.round_and_clean(lens, flares)
 
 
 def core_error(at_border: float, tiles: np.ndarray, reach: float) -> np.ndarray:
@@ -201,24 +201,22 @@ def _computed(plan: BandPlan, waves: Wavelengths, energy: float) -> np.ndarray:
         return sum(
             share
             * integrated_airy(
-                sampled_pupil.radius_mm(plan.lens), wave, plan.distance, sides, plan.pitch, boxes=2
+                pupil_size.radius_mm(plan.lens), wave, plan.distance, sides, plan.pitch, boxes=2
             )
             for wave, share in zip(*waves)
         )
     cells = (
-        sampled_pupil.amplitude(plan.lens, plan.flares, axis, axis, plan.shortest)
+        pupil_cells.amplitude(plan.lens, plan.flares, axis, axis, plan.shortest)
         if plan.fixed
         else None
     )
     for wave, share in zip(*waves):
         own = (
-            cells
-            if plan.fixed
-            else sampled_pupil.amplitude(plan.lens, plan.flares, axis, axis, wave)
+            cells if plan.fixed else pupil_cells.amplitude(plan.lens, plan.flares, axis, axis, wave)
         )
-        pupil = sampled_pupil.resolved(plan.lens, plan.flares, axis, axis, wave, own)
+        pupil = fine_cells.resolved(plan.lens, plan.flares, axis, axis, wave, own)
         step = axis[1] - axis[0]
-        scaled_nm = sampled_pupil.scaled_nm(plan.lens, wave)
+        scaled_nm = pupil_size.scaled_nm(plan.lens, wave)
         total = total + share * integrated_psf(
             pupil,
             scaled_nm,

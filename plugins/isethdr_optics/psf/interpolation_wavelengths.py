@@ -18,7 +18,7 @@ import numpy as np
 from isethdr_core.errors import ConfigError
 from isethdr_core.physics.optics.zernike import largest_um
 
-from ..pupil import sampled_pupil
+from ..pupil import pupil_shapes, wavefronts
 from . import wings
 
 if TYPE_CHECKING:
@@ -155,7 +155,7 @@ def _change(plan: BandPlan, first_nm: float, last_nm: float) -> float:
     """Return the largest change of phase anywhere in the stop, radians. Piston is left out; the
     delay of dirt is added in full.
     """
-    first, last = (sampled_pupil.coefficients_um(plan.lens, w) for w in (first_nm, last_nm))
+    first, last = (wavefronts.coefficients_um(plan.lens, w) for w in (first_nm, last_nm))
     waves = {
         j: 1e3 * (first.get(j, 0.0) / first_nm - last.get(j, 0.0) / last_nm)
         for j in {*first, *last} - {0}
@@ -163,7 +163,7 @@ def _change(plan: BandPlan, first_nm: float, last_nm: float) -> float:
     delayed = max(
         (
             abs(1e3 * d * (1 / first_nm - 1 / last_nm))
-            for d in sampled_pupil.delays_um(plan.lens, plan.flares)
+            for d in pupil_shapes.delays_um(plan.lens, plan.flares)
         ),
         default=0.0,
     )
@@ -174,7 +174,7 @@ def _cell(plan: BandPlan, middle: float, span: float) -> tuple[float, float]:
     """Return (knot below a wavelength, step to the next knot), nm. The step is 0 where the phase
     changes too fast or is not known at the knots.
     """
-    if not sampled_pupil.all_shapes(plan.flares):
+    if not pupil_shapes.all_shapes(plan.flares):
         return middle, 0.0
     for step in STEPS_NM:
         if step < WORTH * span:

@@ -13,7 +13,7 @@ import numpy as np
 
 from isethdr_core.physics.optics import exact_tiles, pattern_columns, ray_sums
 
-from ..pupil import sampled_pupil
+from ..pupil import pupil_shapes, pupil_size
 from . import phase_patterns, scaled_pattern
 from .scaled_pattern import Frame
 
@@ -65,7 +65,7 @@ def one_pattern(frame: Frame) -> Counts:
         (level, outer, scaled_pattern.lattice(frame, level, outer, read))
         for level, outer in scaled_pattern.reaches(frame, read)
     ]
-    terms = sampled_pupil.terms(frame.lens, frame.flares)
+    terms = pupil_shapes.terms(frame.lens, frame.flares)
     blur = frame.blur_um
     lattices = [patterns for _, _, patterns in levels]
     core = exact_tiles.exact_lattice(frame.pitch_um, frame.core, blur, scaled_pattern.FINE_STRIPS)
@@ -97,7 +97,7 @@ def with_phase(frame: Frame) -> Counts:
     read = scaled_pattern.finer_rings(frame)
     levels = list(phase_patterns.lattices(frame, read))
     count = len(phase_patterns.wavenumbers(frame))
-    terms = sampled_pupil.terms(frame.lens, frame.flares)
+    terms = pupil_shapes.terms(frame.lens, frame.flares)
     blur = frame.blur_um
     chords = sum(
         _chords(
@@ -159,5 +159,5 @@ def _chords(
     cell : height of a row of cells, in diameters of the stop.
     strips : strips per row of cells.
     """
-    across = cell * 2 * sampled_pupil.radius_mm(lens)
+    across = cell * 2 * pupil_size.radius_mm(lens)
     return float(sum((shape.high - shape.low) / across + 1 for shape, _ in terms) * 2 * strips)

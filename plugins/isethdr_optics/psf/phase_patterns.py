@@ -21,7 +21,7 @@ from isethdr_core.physics.optics import pattern_columns, ray_sums
 from isethdr_core.physics.optics import whole_plane_pattern as whole
 from isethdr_core.physics.optics.zernike import wavefront_um
 
-from ..pupil import sampled_pupil
+from ..pupil import pupil_phase, pupil_shapes, pupil_size, wavefronts
 from ..pupil.wavefronts import coefficients_um
 from . import kernel_sampling_error
 from . import scaled_pattern as scaled
@@ -52,7 +52,7 @@ def serves(frame: Frame) -> bool:
     flares = frame.flares
     if not lens.zernike_um or lens.focal_shift_um or lens.traced is not None or lens.uneven:
         return False
-    if not sampled_pupil.all_shapes(flares) or sampled_pupil.delays_um(lens, flares):
+    if not pupil_shapes.all_shapes(flares) or pupil_shapes.delays_um(lens, flares):
         return False
     if lens.pupil_matrix is not None or frame.core == frame.reach:
         return False
@@ -60,13 +60,11 @@ def serves(frame: Frame) -> bool:
         return False
     if whole.left_by(MOST_WAVENUMBERS, _change(frame)) > INTERPOLATED:
         return False
-    within = (sampled_pupil.phase_change(lens, flares, *band) for band in frame.edges_nm)
+    within = (pupil_phase.phase_change(lens, flares, *band) for band in frame.edges_nm)
     if max(within) > PHASE_CHANGE or not scaled.lattices_fit(frame):
         return False
     wave = frame.scaled_nm
-    outline = patterns.RealPupil(
-        [], sampled_pupil.reach_mm(lens), sampled_pupil.distance_mm(lens), 1.0
-    )
+    outline = patterns.RealPupil([], pupil_size.reach_mm(lens), pupil_size.distance_mm(lens), 1.0)
     return all(
         whole.fits(outline, wave, lattice)
         and _steepest_turns(frame, lattice) <= 1.01 * whole.MOST_TURNS
@@ -206,7 +204,7 @@ def _wrong(
     """
     first, band, turned = place
     count = min(scaled.columns_together(frame), frame.reach[1] + 1 - first)
-    edges = tuple(float(sampled_pupil.scaled_nm(frame.lens, w)) for w in frame.edges_nm[band])
+    edges = tuple(float(pupil_size.scaled_nm(frame.lens, w)) for w in frame.edges_nm[band])
     asked = pattern_columns.Place(
         first,
         count,
@@ -237,7 +235,7 @@ def _turns(lens: PupilOptics, wavelength_nm: float, turned: bool = False) -> who
     wavelength_nm : wavelength, nm.
     turned : return the negative phase, which rotates the pattern by 180 degrees.
     """
-    radius = sampled_pupil.radius_mm(lens)
+    radius = pupil_size.radius_mm(lens)
     wavefront = coefficients_um(lens, wavelength_nm)
     scale = (-1 if turned else 1) / (wavelength_nm * 1e-3)
 
@@ -253,15 +251,15 @@ def _change(frame: Frame) -> float:
     """Return the change of phase from the shortest to the longest wavelength of all bands, rad
     rms.
     """
-    return sampled_pupil.phase_change(
+    return pupil_phase.phase_change(
         frame.lens, frame.flares, float(frame.edges_nm.min()), float(frame.edges_nm.max())
     )
 
 
 def _displacement_um(frame: Frame) -> float:
     """Return the displacement of light in the image by the steepest slope of the wavefront, um."""
-    slope = sampled_pupil.steepest_um(frame.lens, frame.shortest_nm)
-    return slope / sampled_pupil.radius_mm(frame.lens) * sampled_pupil.distance_mm(frame.lens)
+    slope = wavefronts.steepest_um(frame.lens, frame.shortest_nm)
+    return slope / pupil_size.radius_mm(frame.lens) * pupil_size.distance_mm(frame.lens)
 
 
 def _period(frame: Frame, reach_um: float, turns: float) -> float:

@@ -10,7 +10,7 @@ import xarray as xr
 
 from isethdr_core.physics.diffraction import psf_from_pupil
 
-from ..pupil import sampled_pupil
+from ..pupil import fine_cells, pupil_energy, pupil_grid, pupil_size
 from . import memory, scatter
 
 if TYPE_CHECKING:
@@ -44,21 +44,21 @@ def point_spread(
     waves = np.atleast_1d(np.asarray(wavelength_nm, float))
     memory.check_psf(waves, pitch_um, size)
     if integrated is None:
-        integrated = bool(pitch_um >= min(sampled_pupil.blur_um(lens, w) for w in waves))
+        integrated = bool(pitch_um >= min(pupil_size.blur_um(lens, w) for w in waves))
     out = []
     for wave in waves:
-        pitch_mm = sampled_pupil.core_pitch_mm(lens, (size + 8) * pitch_um, wave)
-        axis = sampled_pupil.axis_mm(lens, pitch_mm)
-        pupil = sampled_pupil.resolved(lens, flares, axis, axis, wave)
+        pitch_mm = pupil_grid.core_pitch_mm(lens, (size + 8) * pitch_um, wave)
+        axis = pupil_grid.axis_mm(lens, pitch_mm)
+        pupil = fine_cells.resolved(lens, flares, axis, axis, wave)
         psf = psf_from_pupil(
             pupil,
             None,
-            sampled_pupil.scaled_nm(lens, wave),
+            pupil_size.scaled_nm(lens, wave),
             pitch_mm,
-            sampled_pupil.distance_mm(lens),
+            pupil_size.distance_mm(lens),
             pitch_um,
             size,
-            sampled_pupil.open_energy_mm2(lens, flares, wave),
+            pupil_energy.open_energy_mm2(lens, flares, wave),
             cell_means=True,
             integrated=integrated,
         )

@@ -9,7 +9,7 @@ from isethdr_optics.field import grid, point_choice
 from isethdr_optics.lenses.field_point_lens import node_lens
 from isethdr_optics.prescription.prescription import load
 from isethdr_optics.prescription.wavefront import zernike_um
-from isethdr_optics.pupil import sampled_pupil
+from isethdr_optics.pupil import pupil_grid
 
 from isethdr_core.data import quantities
 from isethdr_core.errors import ConfigError
@@ -72,7 +72,7 @@ def test_shares_are_a_partition_of_unity(symmetric):
 @pytest.mark.slow
 def test_a_wavefront_that_does_not_vary_gives_the_one_point_spread(monkeypatch):
     # small cores are sampled as the frame's is
-    monkeypatch.setattr(sampled_pupil, "FEWEST_SAMPLES", sampled_pupil.CORE_SAMPLES)
+    monkeypatch.setattr(pupil_grid, "FEWEST_SAMPLES", pupil_grid.CORE_SAMPLES)
     scene = field([(5, 90), (36, 48), (60, 10)])
     one, row = noted(lambda: WavefrontLens(zernike_um={4: 0.05, 12: 0.02}, **KEEP)(scene))
     constant = WavefrontLens(

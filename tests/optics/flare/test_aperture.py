@@ -11,7 +11,8 @@ from isethdr_optics import (
     IdealLens,
     WavefrontLens,
 )
-from isethdr_optics.pupil.sampled_pupil import amplitude, open_energy_mm2
+from isethdr_optics.pupil.pupil_cells import amplitude
+from isethdr_optics.pupil.pupil_energy import open_energy_mm2
 
 from isethdr_core.data import quantities
 from isethdr_core.errors import ConfigError, PluginError

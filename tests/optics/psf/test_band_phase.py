@@ -8,7 +8,7 @@ from isethdr_optics import WavefrontLens
 from isethdr_optics.psf import band_phase, kernels, wings
 from isethdr_optics.psf.kernels import BandPlan, KernelRequest, core_size
 from isethdr_optics.psf.wings import band_parts, band_rings
-from isethdr_optics.pupil import sampled_pupil
+from isethdr_optics.pupil import pupil_energy, pupil_phase
 
 from isethdr_core.data import quantities
 from isethdr_core.errors import ConfigError
@@ -29,9 +29,9 @@ def test_too_few_parts_are_as_wrong_as_stated(monkeypatch):
     monkeypatch.setattr(core_size, "CORE_SAMPLES", 30)
     lens = WavefrontLens(zernike_um={8: 0.3, 4: 0.15})
     reach = (12, 12)
-    change = sampled_pupil.phase_change(lens, (), WAVE - WIDTH / 2, WAVE + WIDTH / 2)
+    change = pupil_phase.phase_change(lens, (), WAVE - WIDTH / 2, WAVE + WIDTH / 2)
     plan = BandPlan(lens, (), (WAVE, WIDTH), wings.Grid(1, (3.0, 3.0), reach))
-    energy = sampled_pupil.open_energy_mm2(lens, (), WAVE)
+    energy = pupil_energy.open_energy_mm2(lens, (), WAVE)
 
     def ring(parts):
         monkeypatch.setattr(band_rings, "parts_of", lambda *given: parts)

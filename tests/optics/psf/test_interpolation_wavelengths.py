@@ -10,7 +10,7 @@ from isethdr_optics import ApertureFlare, DiffractionLimitedLens, WavefrontLens
 from isethdr_optics.psf import interpolation_wavelengths, kernel_sampling_error, wings
 from isethdr_optics.psf.kernels import BandPlan, KernelRequest
 from isethdr_optics.psf.kernels.lattices import of_lattices
-from isethdr_optics.pupil import sampled_pupil
+from isethdr_optics.pupil import pupil_energy
 
 DIRT = ApertureFlare()
 LENS = WavefrontLens(zernike_um={4: 0.05, 8: 0.03, 12: 0.02})
@@ -35,7 +35,7 @@ def ring(lens, flares, wave, width=10.0):
     its points.
     """
     of_band = plan(lens, flares, wave, width)
-    open_mm2 = sampled_pupil.open_energy_mm2(lens, flares, wave)
+    open_mm2 = pupil_energy.open_energy_mm2(lens, flares, wave)
     return wings.ring(of_band, of_band.reach, wave, width, open_mm2)
 
 

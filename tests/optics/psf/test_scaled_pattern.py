@@ -15,7 +15,7 @@ from isethdr_optics.psf import (
 )
 from isethdr_optics.psf.kernels import KernelRequest, computing, wider
 from isethdr_optics.psf.kernels.patterns import one_pattern_frame
-from isethdr_optics.pupil import sampled_pupil
+from isethdr_optics.pupil import pupil_size
 from scipy.special import j1
 
 from isethdr_core.physics.convolution.mirrored import Mirrored
@@ -154,7 +154,7 @@ def light_of_tiles(y, x, frame, wavelengths):
     )
     light = 0.0
     for wave, share in zip(*wavelengths):
-        per_um = np.pi / sampled_pupil.blur_um(frame.lens, wave)
+        per_um = np.pi / pupil_size.blur_um(frame.lens, wave)
         pattern = (j1(per_um * radius_um) / (per_um * radius_um)) ** 2 * per_um**2 / np.pi
         light = light + share * tall * wide * np.einsum("tij,i,j->t", pattern, weight, weight)
     return light

@@ -9,7 +9,7 @@ import pytest
 from isethdr_optics import ApertureFlare, DiffractionLimitedLens
 from isethdr_optics.psf import kernels
 from isethdr_optics.psf.kernels import KernelRequest
-from isethdr_optics.pupil import sampled_pupil
+from isethdr_optics.pupil import pupil_shapes
 
 from isethdr_core.errors import ConfigError
 from isethdr_core.pipeline.memory import Frame
@@ -90,8 +90,8 @@ def test_dirt_of_a_large_pupil_is_refused_before_anything_is_rendered(kind, monk
 def test_what_is_typed_for_less_dirt_is_accepted(monkeypatch):
     monkeypatch.setattr("isethdr_core.physics.optics.pupil.shape_sum.MOST_TERMS", 400)
     with pytest.raises(ConfigError) as refused:
-        sampled_pupil.check_dirt(lens(4.0), DIRT)
+        pupil_shapes.check_dirt(lens(4.0), DIRT)
     told = dict(word.split("=") for word in str(refused.value).split() if "per_mm2=" in word)
     fewer = {name.rpartition(".")[2]: float(value.strip(",")) for name, value in told.items()}
-    sampled_pupil.check_dirt(lens(4.0), (ApertureFlare(**fewer),))
-    assert len(sampled_pupil.terms(lens(4.0), (ApertureFlare(**fewer),))) > 100
+    pupil_shapes.check_dirt(lens(4.0), (ApertureFlare(**fewer),))
+    assert len(pupil_shapes.terms(lens(4.0), (ApertureFlare(**fewer),))) > 100

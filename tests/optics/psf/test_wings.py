@@ -9,7 +9,10 @@ from isethdr_optics.psf import kernel_sampling_error, phase_patterns, wings
 from isethdr_optics.psf.kernels import BandPlan, KernelRequest, computed
 from isethdr_optics.psf.kernels.lattices import shared_lattices
 from isethdr_optics.psf.wings import band_rings, lattice_size, patterns
-from isethdr_optics.pupil.sampled_pupil import amplitude, axis_mm, open_energy_mm2, with_wavefront
+from isethdr_optics.pupil.pupil_cells import amplitude
+from isethdr_optics.pupil.pupil_energy import open_energy_mm2
+from isethdr_optics.pupil.pupil_grid import axis_mm
+from isethdr_optics.pupil.wavefront_cells import with_wavefront
 
 from isethdr_core.errors import ConfigError
 

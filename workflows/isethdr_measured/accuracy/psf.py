@@ -9,7 +9,7 @@ from isethdr_optics import DiffractionLimitedLens
 from isethdr_optics.psf.exact_core import Wavelengths
 from isethdr_optics.psf.kernels import BandPlan
 from isethdr_optics.psf.wings import Grid
-from isethdr_optics.pupil.sampled_pupil import distance_mm, radius_mm
+from isethdr_optics.pupil.pupil_size import distance_mm, radius_mm
 from isethdr_workflows.accuracy.point import Point, Work, refuse_what_does_not_fit, timed
 from scipy.special import j1
 

@@ -21,11 +21,11 @@ from .verdict import Measured, relative, with_ledger
 
 GREEN = np.array([550.0])
 ROUNDING = 2.0**-23  # relative error of irradiance: one step of float32
-PUPIL = 1e-4  # L1 error of kernel values, as the plugin's `sampled_pupil.CORE_SAMPLES` states
+PUPIL = 1e-4  # L1 error of kernel values, as the plugin's `pupil_grid.CORE_SAMPLES` states
 # L1 error of kernel values where the pupil is as coarse as a quarter wave per cell allows; no stage
 # states a bound, so this is a requirement
 WAVEFRONT = 1e-2
-ORDERS = 4e-4  # error, share of a point's light, as the plugin's `sampled_pupil.CELLS` states
+ORDERS = 4e-4  # error, share of a point's light, as the plugin's `fine_cells.CELL_ERROR` states
 DEFOCUS = (0.5, 5.5, 50.5)  # waves at the rim of the pupil
 
 

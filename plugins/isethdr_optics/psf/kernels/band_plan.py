@@ -9,7 +9,7 @@ import numpy as np
 
 from isethdr_core.errors import ConfigError
 
-from ...pupil import sampled_pupil
+from ...pupil import pupil_energy, pupil_grid, pupil_shapes, pupil_size
 from .. import interpolation_wavelengths, kernel_sampling_error, wings
 from ..exact_core import exact_core, gauss_wavelengths
 from .core_size import core_half
@@ -63,7 +63,7 @@ class BandPlan:
         self.flares = flares
         self.pitch = tuple(pitch_um)
         self.reach = tuple(reach)
-        self.distance = sampled_pupil.distance_mm(lens)
+        self.distance = pupil_size.distance_mm(lens)
         self.split = split
         self.lattices = lattices
         self.knots = shared or interpolation_wavelengths.Knots()
@@ -76,20 +76,18 @@ class BandPlan:
             )
         self.half = core_half(lens, self.shortest, pitch_um, reach)
         extent = max(2 * (h + 4) * p for h, p in zip(self.half, pitch_um))
-        pitch = sampled_pupil.core_pitch_mm(
-            lens, extent, self.shortest, sampled_pupil.FEWEST_SAMPLES
-        )
-        self.axis = sampled_pupil.axis_mm(lens, pitch)
-        self.fixed = sampled_pupil.all_shapes(flares) and not sampled_pupil.delays_um(lens, flares)
+        pitch = pupil_grid.core_pitch_mm(lens, extent, self.shortest, pupil_grid.FEWEST_SAMPLES)
+        self.axis = pupil_grid.axis_mm(lens, pitch)
+        self.fixed = pupil_shapes.all_shapes(flares) and not pupil_shapes.delays_um(lens, flares)
         self.energy = (
-            sampled_pupil.open_energy_mm2(lens, flares, self.shortest) if self.fixed else None
+            pupil_energy.open_energy_mm2(lens, flares, self.shortest) if self.fixed else None
         )
 
     def band(self, centre: float, width: float) -> BandKernel:
         """Return the kernel of the band, `centre` and `width` in nm."""
         lens = self.lens
         flares = self.flares
-        energy = self.energy or sampled_pupil.open_energy_mm2(lens, flares, centre)
+        energy = self.energy or pupil_energy.open_energy_mm2(lens, flares, centre)
         core = exact_core(self, centre, width, self.wavelengths(centre, width), energy)
         kernel = core
         wrong = None

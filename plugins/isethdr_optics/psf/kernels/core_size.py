@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ...pupil import sampled_pupil
+from ...pupil import pupil_size
 from ..wings import Grid
 
 if TYPE_CHECKING:
@@ -37,7 +37,7 @@ def core_half(
     pitch_um : (y, x) pitch of the tiles, um.
     reach : (y, x) tiles from the axis to the border of the kernel.
     """
-    blur = sampled_pupil.blur_um(lens, shortest_nm)
+    blur = pupil_size.blur_um(lens, shortest_nm)
     half = [
         min(r, max(3, int(CORE_SAMPLES / np.ceil(2 * p / blur)))) for r, p in zip(reach, pitch_um)
     ]
@@ -74,7 +74,7 @@ def _split(request: KernelRequest, shortest_nm: float) -> int:
     """
     if shortest_nm <= 0:
         return 1
-    blur = sampled_pupil.blur_um(request.lens, shortest_nm)
+    blur = pupil_size.blur_um(request.lens, shortest_nm)
     parts = np.ceil(max(request.pitch_um) / (8 * blur))
     tiles = np.prod([2 * r + 1 for r in request.reach])
     return int(max(1, min(parts, np.sqrt(MOST_TILES / tiles))))

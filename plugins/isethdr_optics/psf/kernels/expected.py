@@ -8,7 +8,7 @@ import numpy as np
 
 from isethdr_core.pipeline.memory import FLOAT32_BYTES
 
-from ...pupil import sampled_pupil
+from ...pupil import pupil_phase, pupil_size
 from .. import interpolation_wavelengths, kernel_work, phase_patterns, scaled_pattern, wings
 from . import core_size
 from .band_plan import BandPlan
@@ -40,7 +40,7 @@ def _lattices_s(request: KernelRequest) -> float:
     """Return the CPU seconds of kernels from lattices, or of exact cores alone."""
     lens = request.lens
     flares = request.flares
-    mirrored = not sampled_pupil.has_phase(lens, flares)
+    mirrored = not pupil_phase.has_phase(lens, flares)
     total = 0.0
     cells = set()
     for centre, width in zip(request.wavelength_nm, request.band_width_nm):
@@ -49,7 +49,7 @@ def _lattices_s(request: KernelRequest) -> float:
         half = core_half(lens, shortest, fine, wide)
         plan = BandPlan(lens, flares, (centre, width), grid)
         waves = plan.wavelengths(centre, width).nm
-        blur = sampled_pupil.blur_um(lens, shortest)
+        blur = pupil_size.blur_um(lens, shortest)
         samples = max(h * np.ceil(2 * p / blur) for h, p in zip(half, fine))
         total += CORE_WAVELENGTH_S * len(waves) * max(0.1, samples / core_size.CORE_SAMPLES)
         if tuple(half) != tuple(wide):

@@ -15,7 +15,7 @@ import numpy as np
 from isethdr_core.cli.progress import track
 
 from ...imaging.threads import MOST_THREADS, cpus, executor
-from ...pupil import sampled_pupil
+from ...pupil import pupil_phase, pupil_size
 from .. import (
     exact_core,
     interpolation_wavelengths,
@@ -54,7 +54,7 @@ def of_lattices(request: KernelRequest, name: str | None = None) -> Kernels:
     lens = request.lens
     flares = request.flares
     lattices = shared_lattices(request)
-    mirrored = not sampled_pupil.has_phase(lens, flares)
+    mirrored = not pupil_phase.has_phase(lens, flares)
     shared = interpolation_wavelengths.Knots()
 
     # interpolation wavelengths are fixed: a band does not depend on the other bands
@@ -75,7 +75,7 @@ def of_lattices(request: KernelRequest, name: str | None = None) -> Kernels:
                 kernel_sampling_error.deviation(wrong, kernel),
                 kernel_sampling_error.core(wrong),
             )
-        return _Band(kernel, *errors, energy / sampled_pupil.stop_mm2(lens))
+        return _Band(kernel, *errors, energy / pupil_size.stop_mm2(lens))
 
     # bands are stored one by one, so that a run that was interrupted can continue
     def stored_band(centre: float, width: float) -> _Band:
@@ -125,7 +125,7 @@ def shared_lattices(request: KernelRequest) -> list[wings.Lattice]:
     cores cover the frame.
     """
     shortest = request.edges_nm[:, 0]
-    if shortest.min() <= 0 or sampled_pupil.has_phase(request.lens, request.flares):
+    if shortest.min() <= 0 or pupil_phase.has_phase(request.lens, request.flares):
         return []
     if all(without_lattices(request, first) for first in shortest):
         return []

@@ -9,7 +9,7 @@ import numpy as np
 from isethdr_core.physics.convolution.mirrored import Mirrored
 
 from ...imaging.threads import MOST_THREADS, cpus, executor
-from ...pupil import sampled_pupil
+from ...pupil import pupil_energy, pupil_size
 from .. import exact_core, phase_patterns, scaled_pattern, scatter, wings
 from .band_plan import BandPlan
 from .core_size import core_half, without_lattices
@@ -71,9 +71,9 @@ def of_one_pattern(frame: Frame) -> Kernels:
     mix_scatter(halves, frame)
     bands = [Mirrored(half) for half in halves]
     count = len(halves)
-    energy = sampled_pupil.open_energy_mm2(
-        lens, flares, frame.shortest_nm
-    ) / sampled_pupil.stop_mm2(lens)
+    energy = pupil_energy.open_energy_mm2(lens, flares, frame.shortest_nm) / pupil_size.stop_mm2(
+        lens
+    )
     has_rings = errors.relative.any()
     core = min(frame.core) if has_rings else max(frame.core)
     of_core = exact_core.core_error_by_octave(exact_core.PATTERN_ERROR, max(frame.core))
@@ -116,7 +116,7 @@ def of_phase_patterns(frame: Frame) -> Kernels:
     for kernel, wave in zip(bands, middles):
         if scatter.active(flares, wave):
             kernel[...] = scatter.mix(kernel, flares, wave, frame.pitch_um, lens.focal_length_mm)
-    energy = sampled_pupil.open_energy_mm2(lens, flares, frame.shortest_nm)
+    energy = pupil_energy.open_energy_mm2(lens, flares, frame.shortest_nm)
     return Kernels(
         list(bands),
         np.array([1 - float(b.sum(dtype=float)) for b in bands]),
@@ -127,7 +127,7 @@ def of_phase_patterns(frame: Frame) -> Kernels:
             ),
             (count, 1),
         ),
-        np.full(count, energy / sampled_pupil.stop_mm2(lens)),
+        np.full(count, energy / pupil_size.stop_mm2(lens)),
         max(errors_of_bands.mean, scaled_pattern.WRAP),
         np.tile(errors_of_bands.deviation, (count, 1)),
         np.full(count, float(min(frame.core))),

@@ -9,7 +9,7 @@ import numpy as np
 
 from isethdr_core.physics.optics import pattern_columns
 
-from ...pupil import sampled_pupil
+from ...pupil import pupil_phase, pupil_size
 from .. import kernel_sampling_error
 from .rings import USUAL, Rings
 
@@ -99,7 +99,7 @@ def _border_columns(frame: Frame) -> list[int]:
     The errors of such a pupil's diffraction rings are correlated over many tiles. At the border
     they are three times as large as in the far columns.
     """
-    if not sampled_pupil.round_and_clean(frame.lens, frame.flares):
+    if not pupil_phase.round_and_clean(frame.lens, frame.flares):
         return []
     return [max(2, frame.reach[1] + 1 - columns_together(frame))]
 
@@ -156,7 +156,7 @@ def wrong_columns(
     **fine : fields of a `pattern_columns.Place`: sampling of the direct sums.
     """
     count = min(columns_together(frame), frame.reach[1] + 1 - first)
-    edges = tuple(float(sampled_pupil.scaled_nm(frame.lens, w)) for w in frame.edges_nm[band])
+    edges = tuple(float(pupil_size.scaled_nm(frame.lens, w)) for w in frame.edges_nm[band])
     place = pattern_columns.Place(first, count, frame.reach[0], frame.pitch_um, edges, **fine)
     light = pattern_columns.columns(frame.pupil(frame.shortest_nm), place, apply)
     middle = frame.reach[1]

@@ -10,7 +10,7 @@ import numpy as np
 from isethdr_core.physics.optics import exact_tiles
 from isethdr_core.physics.optics import half_plane_pattern as patterns
 
-from ...pupil import sampled_pupil
+from ...pupil import pupil_size
 from ..exact_core import wavelengths_of_phase
 from .rings import FINE_STRIPS
 
@@ -46,7 +46,7 @@ def exact_halves(
 
     def one(band_nm: np.ndarray) -> np.ndarray:
         return sum(
-            np.float32(share) * tiles.at(sampled_pupil.scaled_nm(frame.lens, w))
+            np.float32(share) * tiles.at(pupil_size.scaled_nm(frame.lens, w))
             for w, share in zip(*_wavelengths(frame, band_nm, reach))
         )
 
@@ -62,7 +62,7 @@ def exact_sums(frame: Frame, reach: tuple[int, int]) -> float:
     reach : (y, x) tiles from the axis to the border of the exact core.
     """
     wave = frame.shortest_nm
-    step = exact_tiles.STEP * sampled_pupil.blur_um(frame.lens, wave)
+    step = exact_tiles.STEP * pupil_size.blur_um(frame.lens, wave)
     rows, columns = ((2 * r + 3) * p / step for r, p in zip(reach, frame.pitch_um))
     tall, wide = (
         (exact_tiles.BLOCK + 2) * p / step + 2 * exact_tiles.SUPPORT for p in frame.pitch_um

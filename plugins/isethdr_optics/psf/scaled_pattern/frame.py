@@ -10,7 +10,7 @@ import numpy as np
 
 from isethdr_core.physics.optics import half_plane_pattern as patterns
 
-from ...pupil import sampled_pupil
+from ...pupil import pupil_energy, pupil_shapes, pupil_size
 from ..kernel_request import KernelRequest
 
 if TYPE_CHECKING:
@@ -63,17 +63,17 @@ class Frame:
     @property
     def blur_um(self) -> float:
         """Shortest wavelength times the working f-number, um."""
-        return sampled_pupil.blur_um(self.lens, self.shortest_nm)
+        return pupil_size.blur_um(self.lens, self.shortest_nm)
 
     @property
     def scaled_nm(self) -> float:
-        """Shortest wavelength, scaled as the pattern is (`sampled_pupil.scaled_nm`), nm."""
-        return sampled_pupil.scaled_nm(self.lens, self.shortest_nm)
+        """Shortest wavelength, scaled as the pattern is (`pupil_size.scaled_nm`), nm."""
+        return pupil_size.scaled_nm(self.lens, self.shortest_nm)
 
     @property
     def scaled_edges_nm(self) -> np.ndarray:
         """(band, 2) ends of the bands, scaled as the pattern is, nm."""
-        return np.vectorize(lambda w: sampled_pupil.scaled_nm(self.lens, w))(self.edges_nm)
+        return np.vectorize(lambda w: pupil_size.scaled_nm(self.lens, w))(self.edges_nm)
 
     @property
     def narrowest(self) -> float:
@@ -99,8 +99,8 @@ class Frame:
     def pupil(self, wavelength_nm: float) -> patterns.RealPupil:
         """Return the pupil of the lens without its phase, at a wavelength in nm."""
         return patterns.RealPupil(
-            sampled_pupil.terms(self.lens, self.flares),
-            sampled_pupil.reach_mm(self.lens),
-            sampled_pupil.distance_mm(self.lens),
-            sampled_pupil.open_energy_mm2(self.lens, self.flares, wavelength_nm),
+            pupil_shapes.terms(self.lens, self.flares),
+            pupil_size.reach_mm(self.lens),
+            pupil_size.distance_mm(self.lens),
+            pupil_energy.open_energy_mm2(self.lens, self.flares, wavelength_nm),
         )

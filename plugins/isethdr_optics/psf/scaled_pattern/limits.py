@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from ...pupil import sampled_pupil
+from ...pupil import pupil_phase
 from .rings import Rings, lattices, usual_rings
 
 if TYPE_CHECKING:
@@ -22,7 +22,7 @@ def serves(frame: Frame) -> bool:
     """Return whether one pattern can give the kernels of a frame: the pupil must have no phase and
     a uniform amplitude, and the lattices must not be too large.
     """
-    if sampled_pupil.has_phase(frame.lens, frame.flares) or frame.lens.uneven:
+    if pupil_phase.has_phase(frame.lens, frame.flares) or frame.lens.uneven:
         return False
     return lattices_fit(frame)
 

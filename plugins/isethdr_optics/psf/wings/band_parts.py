@@ -8,7 +8,7 @@ import numpy as np
 
 from isethdr_core.errors import ConfigError
 
-from ...pupil import sampled_pupil
+from ...pupil import pupil_phase, pupil_shapes
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
@@ -30,10 +30,10 @@ def parts_of(plan: BandPlan, centre: float, width: float) -> int:
     centre : centre of the band, nm.
     width : width of the band, nm.
     """
-    change = sampled_pupil.phase_change(
+    change = pupil_phase.phase_change(
         plan.lens, plan.flares, centre - width / 2, centre + width / 2
     )
-    fewest = 1 if sampled_pupil.all_shapes(plan.flares) else UNKNOWN_PARTS
+    fewest = 1 if pupil_shapes.all_shapes(plan.flares) else UNKNOWN_PARTS
     return int(np.clip(np.ceil(change / PHASE_CHANGE), fewest, MOST_PARTS))
 
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ...pupil import sampled_pupil
+from ...pupil import pupil_size
 from .. import kernel_sampling_error
 from .band_parts import parts_of
 from .lattice_size import OWN_SAMPLES, STRETCHED, Grid, Size, most_samples, sampling
@@ -100,7 +100,7 @@ def ring(
         for half, pattern_half in enumerate(pair):
             pattern = Pattern(
                 pattern_half,
-                sampled_pupil.scaled_nm(plan.lens, middle),
+                pupil_size.scaled_nm(plan.lens, middle),
                 span,
                 fine / parts,
                 1 / parts,

@@ -10,7 +10,7 @@ import scipy.fft as sf
 from isethdr_core.errors import ConfigError
 from isethdr_core.physics.optics import lattice as lattices
 
-from ...pupil import sampled_pupil
+from ...pupil import pupil_grid, pupil_shapes, pupil_size
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -102,7 +102,7 @@ def very_wide(lens: PupilOptics, wave: float, grid: Grid) -> bool:
     grid : tiles of the kernel.
     """
     width_um = min(grid.pitch_um) * grid.split
-    return width_um > VERY_WIDE * sampled_pupil.blur_um(lens, wave)
+    return width_um > VERY_WIDE * pupil_size.blur_um(lens, wave)
 
 
 def chords_per_cell(lens: PupilOptics, wave: float, grid: Grid) -> int:
@@ -134,7 +134,7 @@ def sampling(
     size : extent and fineness of the lattice.
     """
     extent = [(r + 1) * p * size.stretch for r, p in zip(grid.reach, grid.pitch_um)]
-    blur = sampled_pupil.blur_um(lens, wave)
+    blur = pupil_size.blur_um(lens, wave)
     pitch = min(grid.pitch_um)
     if size.shared:
         step_wanted = min(blur / np.sqrt(2), pitch / 3)
@@ -146,10 +146,10 @@ def sampling(
     step_affordable = PERIOD * np.sqrt(np.prod(extent) / size.most)
     step = min(max(step_wanted, step_affordable), max(pitch, blur / SMOOTH))
     far = tuple(int(np.ceil(e / step)) + 2 for e in extent)
-    least = max(RING_PUPIL, sampled_pupil.phase_samples(lens, wave) / 2) * blur / step
+    least = max(RING_PUPIL, pupil_grid.phase_samples(lens, wave) / 2) * blur / step
     period = tuple(sf.next_fast_len(int(np.ceil(max(PERIOD * n, least)))) for n in far)
-    scaled_nm = sampled_pupil.scaled_nm(lens, wave)
-    distance_mm = sampled_pupil.distance_mm(lens)
+    scaled_nm = pupil_size.scaled_nm(lens, wave)
+    distance_mm = pupil_size.distance_mm(lens)
     cells = lattices.lattice_pitch_mm(scaled_nm, period, distance_mm, (step, step))
     return step, far, period, cells
 
@@ -186,7 +186,7 @@ def fold_seconds(lens: PupilOptics, flares: Sequence[Flare], wave: float, grid: 
     wave = min(wave, REFERENCE_NM)
     size = Size(most_samples(lens, wave, grid, SHARED_SAMPLES), shared=True)
     cell_mm = sampling(lens, wave, grid, size)[3][0]
-    heights = sum(shape.high - shape.low for shape, _ in sampled_pupil.terms(lens, flares))
+    heights = sum(shape.high - shape.low for shape, _ in pupil_shapes.terms(lens, flares))
     return 2 * FOLD_S * heights / cell_mm * chords_per_cell(lens, wave, grid)
 
 
@@ -243,7 +243,7 @@ def check_pupil(
     ------
     ConfigError : there are more than `most` cells.
     """
-    across = 2 * sampled_pupil.radius_mm(lens) / min(cells_mm)
+    across = 2 * pupil_size.radius_mm(lens) / min(cells_mm)
     if across > most:
         raise ConfigError(
             f"at f/{lens.f_number:g} and {wave_nm:g} nm this frame is {across / PERIOD:.3g} times"

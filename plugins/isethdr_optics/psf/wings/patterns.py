@@ -14,7 +14,7 @@ import numpy as np
 
 from isethdr_core.physics.optics import lattice as lattices
 
-from ...pupil import sampled_pupil
+from ...pupil import folded_pupil, pupil_energy, pupil_shapes, pupil_size
 from .lattice_size import (
     MOST_ACROSS,
     MOST_ACROSS_PHASE,
@@ -49,7 +49,7 @@ class Lattice:
     values: np.ndarray
     # (y, x) distance between samples at `wavelength_nm`; without phase it scales with wavelength
     step_um: tuple[float, float]
-    wavelength_nm: float  # as `sampled_pupil.scaled_nm`
+    wavelength_nm: float  # as `pupil_size.scaled_nm`
     offset: tuple[float, float]  # (y, x) in steps
 
 
@@ -71,13 +71,13 @@ def shared(
     size = Size(most_samples(lens, wave, grid, SHARED_SAMPLES), fine=fine, shared=True)
     step, far, period, cells = sampling(lens, wave, grid, size)
     check_pupil(lens, wave, cells, MOST_ACROSS)
-    energy = sampled_pupil.open_energy_mm2(lens, flares, wave)
-    distance = sampled_pupil.distance_mm(lens)
+    energy = pupil_energy.open_energy_mm2(lens, flares, wave)
+    distance = pupil_size.distance_mm(lens)
     out = []
     for offset in ((0.0, 0.0), (0.5, 0.5)):
         pupil = lattices.fold_shapes(
-            sampled_pupil.terms(lens, flares),
-            sampled_pupil.reach_mm(lens),
+            pupil_shapes.terms(lens, flares),
+            pupil_size.reach_mm(lens),
             cells,
             period,
             offset,
@@ -111,9 +111,9 @@ def own(
     step, far, period, cells = sampling(lens, wave, grid, size)
     check_pupil(lens, wave, cells, MOST_ACROSS_PHASE)
     offsets = ((0.0, 0.0), (0.5, 0.5))
-    folded = sampled_pupil.folded(lens, flares, wave, cells, period, offsets)
+    folded = folded_pupil.folded(lens, flares, wave, cells, period, offsets)
     out = []
-    scaled_nm = sampled_pupil.scaled_nm(lens, wave)
+    scaled_nm = pupil_size.scaled_nm(lens, wave)
     for offset in offsets:  # `pop` frees the first pupil before the second is transformed
         samples = lattices.ImageSamples(scaled_nm, plan.distance, (step, step), offset)
         values = lattices.lattice_psf(

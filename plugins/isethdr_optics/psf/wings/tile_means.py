@@ -26,7 +26,7 @@ def tile_means(
     Parameters
     ----------
     pattern_half : lattices and their shares; the result is the weighted sum.
-    wave : wavelength at which the pattern is read, nm, as `sampled_pupil.scaled_nm`.
+    wave : wavelength at which the pattern is read, nm, as `pupil_size.scaled_nm`.
     pitch_um : (y, x) pitch of the tiles, um.
     grid : grid positions per tile.
     rows, cols : positions of the receiving tile, in units of a tile / grid.
