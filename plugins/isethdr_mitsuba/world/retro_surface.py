@@ -71,7 +71,8 @@ def _retro_class() -> type:
             self.entrance = number(properties["entrance"])
             self.half_power = number(float(properties["power"]) / 2)
             self.spread = number(spread(width, falloff))
-            self.whole = number(1 - (1 + 2 / width) ** (1 - falloff))  # range of the inversion
+            # integral of p(t) up to t = 2, relative to that up to infinity
+            self.whole = number(1 - (1 + 2 / width) ** (1 - falloff))
             flag = mi.BSDFFlags.GlossyReflection | mi.BSDFFlags.FrontSide
             self.m_components = [flag]
             self.m_flags = flag
