@@ -1,4 +1,4 @@
-"""Image sensors: from irradiance to numbers, through the charge of every pixel.
+"""Image sensors: from irradiance to digital numbers (DN), through the charge of every pixel.
 
 | module           | content                                                                      |
 |------------------|------------------------------------------------------------------------------|
@@ -12,16 +12,16 @@
 | `lofic`          | a photodiode that spills softly into a lateral overflow capacitor            |
 | `one_reading`    | the fields of a sensor that reads one photodiode per pixel once              |
 | `rgbw`           | a Bayer sensor with one green of each cell replaced by a clear filter        |
-| `sensor_model`   | photodiodes that collect charge, readings that turn charge into numbers      |
+| `sensor_model`   | photodiodes that collect charge, readings that convert charge to DN          |
 | `single`         | one photodiode and one reading per pixel, under any colour filter array      |
 | `split_pixel`    | a large and a small photodiode in every pixel                                |
 | `staggered`      | several exposures of one photodiode, one after the other, read with one gain |
 | `charge/`        | how a photodiode fills, overflows and shares with its neighbours             |
 | `conf/`          | presets                                                                      |
-| `noise/`         | of light, of charge, of reading, and what differs from pixel to pixel        |
+| `noise/`         | noise of light, charge and reading, and differences between pixels           |
 | `readout/`       | one shot, from light through charge and converter to captures                |
 | `sampling/`      | where the pixels lie, and how much light each photodiode collects            |
-| `spectral/`      | filters, quantum efficiency, and the bands that a sensor asks for            |
+| `spectral/`      | filters, quantum efficiency, and the bands that a sensor needs               |
 | `timing/`        | when each row is exposed, and for how long                                   |
 """
 

@@ -26,8 +26,8 @@ CAPTURES = ("LCG", "HCG")
 
 @dataclass(frozen=True)
 class DualGainSensor(ImagingSensor):
-    """Take two captures of one charge, at low and at high conversion gain: LCG, HCG (large
-    photodiode of the OVT figures).
+    """Take two captures of one charge, LCG and HCG, at low and at high conversion gain (figures of
+    the large photodiode of the OVT sensor).
     """
 
     pitch_um: Pitch = 2.8

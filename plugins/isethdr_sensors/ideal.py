@@ -32,7 +32,7 @@ class IdealSensor:
 
     THREAD_SAFE: ClassVar[bool] = True
 
-    noise: ClassVar[bool] = False  # one shot is as good as many
+    noise: ClassVar[bool] = False  # all shots are equal
 
     exposure_s: Exposure = 0.016  # exposure time
     pitch_um: Pitch = 3.0  # pixel pitch
@@ -50,8 +50,8 @@ class IdealSensor:
     qe_csv: str = ""
 
     def input_files(self) -> tuple[Any, ...]:
-        """Return the user's own curves, if they are named: their content is part of a run's
-        name.
+        """Return the user's file of curves, if one is set. Its content is part of the name of a
+        run.
         """
         return (self.qe_csv,) if self.qe_csv else ()
 
@@ -90,7 +90,7 @@ class IdealSensor:
         return ShotForm(names, cell(self.cfa))
 
     def check_field(self, width_m: float, height_m: float) -> None:
-        """Refuse a field, in metres on the sensor plane, that the pixels do not fit into."""
+        """Refuse a field, in metres on the sensor plane, that is too small for the pixels."""
         pixel_counts(width_m, height_m, self.pitch_um, self.rows, self.columns)
 
     def pixel_need(self, width_m: float, height_m: float) -> Need:
@@ -100,7 +100,7 @@ class IdealSensor:
         return pixel_need(self.model(), width_m, height_m)
 
     def narrow(self, demand: Demand) -> Demand:
-        """Return the demand for the sensor's window, without the outer bands in which it
-        is blind.
+        """Return the demand limited to the sensor's window, and without the outer bands in which
+        the sensor does not respond.
         """
         return narrow(self.model(), demand)

@@ -64,7 +64,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class ImagingSensor:
-    """A sensor with photodiodes under a colour filter array; an architecture adds `model`."""
+    """A sensor with photodiodes under a colour filter array. A subclass defines `model`."""
 
     THREAD_SAFE: ClassVar[bool] = True
 
@@ -89,26 +89,27 @@ class ImagingSensor:
     # global shutter
     line_time_s: LineTime = 22.2e-6
 
-    # --- exposure solved from the light; `exposure_s` counts only where it is fixed ---
+    # --- automatic exposure; `exposure_s` counts only with the rule `fixed` ---
     # rule of the automatic exposure; docs/explanation/sensors.md, Automatic exposure
     exposure_rule: Literal["fixed", "centre", "histogram", "percentile", "highlights"] = "fixed"
     exposure_target: Target = 0.5  # metered level / full scale at which the automatic exposure aims
     exposure_min_s: Exposure = 1e-5  # shortest exposure time of the automatic exposure
     # longest exposure time of the automatic exposure: a frame at 30 Hz
     exposure_max_s: Exposure = 0.033
-    exposure_percentile: Percent = 95.0  # over the pixels, that the rule `percentile` meters
-    # a lamp over the 95th percentile of the pixels; `highlights` ignores lamps
+    exposure_percentile: Percent = 95.0  # percentile of pixels that the rule `percentile` meters
+    # level from which a pixel counts as a lamp / 95th percentile of the pixels; the rule
+    # `highlights` ignores lamps
     exposure_lamp_ratio: LampRatio = 100.0
-    # speed of the camera in metres per second: an object 5 m beside the lane and 20 m ahead moves
-    # by 2 pixels at most; 0 sets no limit
+    # speed of the camera in metres per second: the exposure is limited so that an object 5 m to the
+    # side and 20 m ahead moves by at most 2 pixels; 0 sets no limit
     exposure_speed_m_s: Speed = 0.0
-    # frequency of lamps that must not flicker: the longest exposure takes whole periods of it; 0
+    # frequency of lamps that must not flicker: the exposure is rounded down to whole periods; 0
     # sets no limit
     exposure_flicker_hz: Flicker = 0.0
     # factor by which automatic gain may raise the analog gain, once the exposure is at its limit
     auto_gain_max: GainFactor = 1.0
 
-    # --- off unless a preset sets them ---
+    # --- effects that are off unless a preset sets them ---
     # chief-ray angle that the microlenses are shifted for: points [image height mm, degrees], from
     # [0, 0]; empty: pixels respond to all angles alike
     microlens_cra_deg: tuple[tuple[ImageHeight, DesignAngle], ...] = ()
@@ -128,31 +129,32 @@ class ImagingSensor:
     hot_dark_e_per_s: DarkCurrent = 1000.0
     row_e: Noise = 0.0  # rms over rows of the offset; persistent
     row_noise_e: Noise = 0.0  # rms over rows of the offset; new in every reading
-    # rms noise behind the analog gain; over conversion gain and analog gain it adds to
+    # rms noise behind the analog gain; divided by conversion gain and analog gain, it adds to
     # `read_noise_e` in squares
     after_gain_noise_uv: NoiseVoltage = 0.0
-    # share of pixels with 5 times the read noise of the others; the rms stays
+    # share of pixels with 5 times the read noise of the others; the rms over all pixels does not
+    # change
     read_tail_percent: Percent = 0.0
     # share of pixels with a trap that reads as random telegraph noise; persistent
     telegraph_percent: Percent = 0.0
-    # mean step of these traps (assumption): readings move by it, by minus it or not at all
+    # mean step of these traps (assumption): a reading changes by plus the step, minus the step or 0
     telegraph_e: Noise = 0.0
     # rows behind metal that are read after the image: black level and dark charge alone
     black_rows: Pixels = 0
-    # extra dark current at 60 C from which on a hot pixel is in the device's map of defects; inf:
-    # no pixel is
+    # smallest extra dark current at 60 C with which a hot pixel is in the device's map of defects;
+    # inf: the map is empty
     defect_e_per_s: DefectCurrent = inf
     # integral nonlinearity: largest deviation of the converter from a straight line
     inl_dn: Code = 0.0
     # knee points [linear DN, companded DN]; empty is linear
     companding: tuple[tuple[Code, Code], ...] = ()
-    # bits of one linear code into which the chip combines all captures, companded as above; 0
-    # keeps the captures apart
+    # bits of the linear code into which the chip combines all captures, companded by `companding`;
+    # 0 keeps the captures apart
     combine_bits: Literal[0, 20, 24] = 0
 
     def input_files(self) -> tuple[Any, ...]:
-        """Return the user's own curves, if they are named: their content is part of a run's
-        name.
+        """Return the user's file of curves, if one is set. Its content is part of the name of a
+        run.
         """
         return (self.qe_csv,) if self.qe_csv else ()
 
@@ -193,7 +195,7 @@ class ImagingSensor:
 
         Parameters
         ----------
-        floor_e : the read noise that no gain lowers, electrons rms.
+        floor_e : part of the read noise that does not depend on the gain, electrons rms.
         conversion_gain_uv_per_e : microvolts per electron at the floating diffusion.
         analog_gain : volts per volt, a multiplier.
         """
@@ -254,7 +256,9 @@ class ImagingSensor:
         raise NotImplementedError
 
     def with_gain(self, factor: float) -> Self:
-        """Return this sensor with the gain of that reading multiplied, without automatic gain."""
+        """Return this sensor with the gain of that reading multiplied by `factor`, and automatic
+        gain switched off.
+        """
         raise NotImplementedError
 
     def _check_gain(self) -> None:
@@ -269,12 +273,16 @@ class ImagingSensor:
             ) from None
 
     def check_focal_length(self, focal_length_m: float) -> None:
-        """Refuse limits of the exposure that contradict each other behind a lens."""
+        """Refuse limits of the automatic exposure that contradict each other for the focal length
+        of the lens.
+        """
         if self.exposure_rule != "fixed":
             exposure_limits(self, focal_length_m)
 
     def __call__(self, light: xr.DataArray, generator: Generator | None) -> xr.Dataset:
-        """Return captures of one shot, at the exposure solved for this light unless it is fixed."""
+        """Return captures of one shot, at the automatic exposure for this light, or at `exposure_s`
+        with the rule `fixed`.
+        """
         if self.exposure_rule != "fixed":
             return auto_exposure.exposed(self, light, generator)
         return self.take(light, generator)
@@ -285,7 +293,7 @@ class ImagingSensor:
 
     @property
     def longest_exposure_s(self) -> float | None:
-        """Longest automatic exposure; None where it is fixed."""
+        """Longest automatic exposure; None if the exposure is fixed."""
         return None if self.exposure_rule == "fixed" else self.exposure_max_s
 
     def settled_exposure(self, light: xr.DataArray) -> SettledExposure:
@@ -297,7 +305,7 @@ class ImagingSensor:
 
         Raises
         ------
-        ConfigError : ratios of captures, which only sensors with several exposures have.
+        ConfigError : the exposure has ratios of captures, which this sensor does not have.
         """
         if exposure.ratios:
             raise ConfigError(
@@ -330,7 +338,7 @@ class ImagingSensor:
         return ShotForm(names, cell(self.cfa), self.black_rows)
 
     def check_field(self, width_m: float, height_m: float) -> None:
-        """Refuse a field, in metres on the sensor plane, that the pixels do not fit into, or
+        """Refuse a field, in metres on the sensor plane, that is too small for the pixels, and
         pixels beyond the table of the microlenses.
         """
         counts = pixel_counts(width_m, height_m, self.pitch_um, self.rows, self.columns)
@@ -338,8 +346,8 @@ class ImagingSensor:
             microlens.check_corner(lenses, *counts, self.pitch_um)
 
     def shot_time_s(self, width_m: float, height_m: float) -> float:
-        """Return the duration of a shot of an image of this size, in metres; the longest one where
-        the exposure is automatic.
+        """Return the duration, s, of a shot of an image of this size in metres. With automatic
+        exposure it is that of the longest exposure.
         """
         rows, _ = pixel_counts(width_m, height_m, self.pitch_um, self.rows, self.columns)
         fixed = self.exposure_rule == "fixed"
@@ -352,8 +360,8 @@ class ImagingSensor:
         return pixel_need(self.model(), width_m, height_m)
 
     def narrow(self, demand: Demand) -> Demand:
-        """Return the demand for the sensor's window, without the outer bands in which it is blind,
-        and with its response.
+        """Return the demand limited to the sensor's window, without the outer bands in which the
+        sensor does not respond, and with the response of the sensor.
         """
         model = self.model()
         if self.exposure_rule == "fixed":

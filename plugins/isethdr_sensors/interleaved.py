@@ -16,11 +16,11 @@ from .single import SingleSensor
 
 @dataclass(frozen=True)
 class InterleavedSensor(SingleSensor):
-    """Take one capture in which pixels written in lower case in `cfa` collect less (AR0132AT
+    """Take one capture in which pixels written in lower case in `cfa` collect less light (AR0132AT
     figures).
 
-    The captures hold the channels of both cases (R, G, B, r, g, b), each with its own quantum
-    efficiency; the shorter exposure is part of that quantum efficiency.
+    The captures have the channels of both cases (R, G, B, r, g, b), each with its own quantum
+    efficiency. A shorter exposure is part of that quantum efficiency.
     """
 
     # repeated pattern of pairs of rows; a lower case filter marks pixels that collect less

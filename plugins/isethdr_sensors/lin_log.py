@@ -1,4 +1,4 @@
-"""Lin-log: a pixel that follows light linearly to a knee and logarithmically beyond, in one
+"""Lin-log: a pixel with a response that is linear up to a knee and logarithmic beyond, in one
 capture.
 """
 
@@ -27,26 +27,28 @@ if TYPE_CHECKING:
 
     from .sensor_model import Reading
 
-# largest of 13 levels, default fields (docs/explanation/charge_dynamics.md); below 1e-4 away from
-# the bend
+# Largest relative bias of the electrons, of 13 levels of light with default fields
+# (docs/explanation/charge_dynamics.md). Away from the knee it is below 1e-4.
 BIAS = 4e-4
-VARIANCE = 0.05  # of the same; below 0.01 off the bend
+# Largest relative error of the stated variance at the same levels. Away from the knee it is below
+# 0.01.
+VARIANCE = 0.05
 
 
 @dataclass(frozen=True)
 class LinLogSensor(OneReadingSensor):
-    """Take one capture that is linear to a knee and logarithmic beyond (AR0132AT figures below the
-    knee).
+    """Take one capture that is linear up to a knee and logarithmic beyond (AR0132AT figures below
+    the knee).
 
     `top_dn` and `saturated` mark codes beyond the knee, so that an isp for linear sensors stops
-    there. The captures also hold `response_dn`, `response_e` and `response_variance_e2`: the mean
-    electrons and their variance for every code, with which codes beyond the knee are read.
+    there. The captures also have `response_dn`, `response_e` and `response_variance_e2`: the mean
+    electrons and their variance for every code. They convert codes beyond the knee to electrons.
     """
 
     knee_e: Charge = 20000.0  # charge at which the overflow current is `knee_e_per_s` (assumption)
     knee_e_per_s: ChargeRate = 1.25e6  # overflow current at the knee: knee_e in 16 ms (assumption)
-    # charge that corresponds to a factor e of the overflow current, at 60 C: 1.5 kT / e at 110
-    # uV/e, 99 mV a decade (assumption)
+    # additional charge that raises the overflow current by the factor e, at 60 C: 1.5 kT / e at
+    # 110 uV/e, 99 mV a decade (assumption)
     thermal_e: Charge = 391.0
 
     def model(self) -> SensorModel:
@@ -57,8 +59,8 @@ class LinLogSensor(OneReadingSensor):
         return self.assemble([Photodiode("pixel", **self.diode_terms())], [reading])
 
     def check_bend(self, reading: Reading) -> None:
-        """Refuse a sensor whose range ends below the knee if it has no codes that decide the
-        resolution of the table.
+        """Refuse a sensor without a converter if its range ends at or below the knee. Without
+        codes, nothing sets the resolution of the table there.
         """
         if reading.bits:
             return
@@ -88,8 +90,8 @@ class LinLogSensor(OneReadingSensor):
         return [min(self.knee_e, *super().full_scale_e())]
 
     def take(self, light: xr.DataArray, generator: Generator | None) -> xr.Dataset:
-        """Return captures of one shot at `exposure_s`, with the table that reads it back; light is
-        constant over the exposure.
+        """Return captures of one shot at `exposure_s`, with the table that converts codes to
+        electrons. The table assumes light that is constant over the exposure.
         """
         out = take_shot(SoftKneePixel(self.model(), self.well(), (False,)), light, generator)
         if self.noise:

@@ -38,8 +38,8 @@ CAPTURES = ("LCG", "HCG")
 
 @dataclass(frozen=True)
 class LoficSensor(ImagingSensor):
-    """Take two captures of one exposure: the photodiode at high gain, and photodiode plus overflow
-    capacitor: LCG, HCG.
+    """Take two captures of one exposure: LCG, the photodiode with its overflow capacitor, and HCG,
+    the photodiode alone at high gain.
 
     200 uV/e and a full well of 100 000 e are from the title of Adachi et al. 2008, the pitch is
     that of Akahane et al. 2009, both for pixels with a lateral overflow capacitor
@@ -56,8 +56,8 @@ class LoficSensor(ImagingSensor):
     knee_e: Charge = 7000.0
     # overflow current at the knee: knee_e in 16 ms (assumption)
     knee_e_per_s: ChargeRate = 440000.0
-    # charge that corresponds to a factor e of the overflow current, at 60 C: 1.2 kT / e at 143 uV/e
-    # of the photodiode (assumption)
+    # additional charge that raises the overflow current by the factor e, at 60 C: 1.2 kT / e at
+    # 143 uV/e of the photodiode (assumption)
     thermal_e: Charge = 240.0
     dark_e_per_s: DarkCurrent = 25.6  # dark current at 60 C (assumption)
     dark_spread: DarkSpread = 0.2  # dark signal nonuniformity: rms over pixels / mean (assumption)
@@ -80,7 +80,9 @@ class LoficSensor(ImagingSensor):
         return CAPTURES.index("HCG")
 
     def with_gain(self, factor: float) -> Self:
-        """Return this sensor with the analog gain of HCG multiplied, without automatic gain."""
+        """Return this sensor with the analog gain of HCG multiplied by `factor`, and automatic gain
+        switched off.
+        """
         k = self.gained_reading()
         gains = self.analog_gain
         raised = (*gains[:k], gains[k] * factor, *gains[k + 1 :])

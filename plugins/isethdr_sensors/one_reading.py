@@ -50,11 +50,13 @@ class OneReadingSensor(ImagingSensor):
         return 0
 
     def with_gain(self, factor: float) -> Self:
-        """Return this sensor with the analog gain multiplied, without automatic gain."""
+        """Return this sensor with the analog gain multiplied by `factor`, and automatic gain
+        switched off.
+        """
         return replace(self, analog_gain=self.analog_gain * factor, auto_gain_max=1.0)
 
     def reading(self) -> Reading:
-        """Return the reading."""
+        """Return the only reading of a pixel."""
         return Reading(
             "single",
             0,

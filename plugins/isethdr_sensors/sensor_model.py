@@ -1,7 +1,7 @@
-"""Sensor model: photodiodes that collect charge, and readings that turn charge into numbers.
+"""Sensor model: photodiodes that collect charge, and readings that convert charge to DN.
 
-Every sensor of this plugin is a set of fields that builds one `SensorModel`, and `shot.py` works
-with this model only.
+Every sensor of this plugin builds one `SensorModel` from its fields. `shot.py` works with this
+model only.
 """
 
 from __future__ import annotations
@@ -20,22 +20,24 @@ from .spectral.spectral_curves import check_letters, read_csv
 
 @dataclass(frozen=True)
 class Photodiode:
-    """One charge well, a centred square of `fill_factor` of the pixel's area."""
+    """One charge well. It is a centred square with the share `fill_factor` of the pixel's area."""
 
     name: str
     fill_factor: float = 1.0
     full_well_e: float = inf
-    dark_e_per_s: float = 0.0  # mean at the reference temperature
+    dark_e_per_s: float = 0.0  # mean dark current at the reference temperature
     dark_spread: float = 0.0  # rms over pixels / mean, persistent
     prnu: float = 0.0  # rms over pixels / mean, persistent
     exposure_share: float = 1.0  # exposure / the model's exposure_s
-    # start of the exposure / the model's exposure_s, after the row's first start
+    # start of the exposure, counted from the start of the row's first exposure / the model's
+    # exposure_s
     start_share: float = 0.0
-    # key of the persistent maps; "": the name. Exposures of one photodiode share it
+    # key of the persistent maps; "": the name. Several exposures of one photodiode have the same
+    # key.
     silicon: str = ""
-    blooming_percent: float = 0.0  # of the charge beyond the well that runs along the column
-    hot_percent: float = 0.0  # of the pixels, persistent
-    # mean over the hot pixels of what they add at the reference temperature
+    blooming_percent: float = 0.0  # share of the charge beyond the well that flows along the column
+    hot_percent: float = 0.0  # share of hot pixels, persistent
+    # mean extra dark current of the hot pixels at the reference temperature
     hot_dark_e_per_s: float = 0.0
 
 
@@ -51,13 +53,13 @@ class Reading:
     gain_dn_per_e: float = 1.0
     black_dn: float = 0.0
     bits: int = 0  # 0: converter off, raw is float32
-    swing_e: float = inf  # charge at which the amplifier or the converter ends
+    swing_e: float = inf  # charge at the full scale of the amplifier or the converter
     row_e: float = 0.0  # rms over rows of the offset, persistent
     row_noise_e: float = 0.0  # rms over rows of the offset, new in every reading
-    read_tail_percent: float = 0.0  # of the pixels with a wider read noise, persistent
-    telegraph_percent: float = 0.0  # of the pixels with random telegraph noise, persistent
-    telegraph_e: float = 0.0  # mean step of their traps
-    inl_dn: float = 0.0  # largest distance of the converter from a straight line
+    read_tail_percent: float = 0.0  # share of pixels with more read noise, persistent
+    telegraph_percent: float = 0.0  # share of pixels with random telegraph noise, persistent
+    telegraph_e: float = 0.0  # mean step of the traps of these pixels
+    inl_dn: float = 0.0  # largest deviation of the converter from a straight line
     # knees (linear DN, companded DN); none: linear
     companding: tuple[tuple[float, float], ...] = ()
 
@@ -66,15 +68,15 @@ class Reading:
 class Microlenses:
     """Shift of microlenses over the image, and response of a pixel to the angle of the light."""
 
-    # points (image height mm, degrees): the chief-ray angle that microlenses are shifted for
+    # points (image height mm, degrees): the chief-ray angle for which microlenses are shifted
     design_deg: tuple[tuple[float, float], ...]
-    # points (degrees between a chief ray and that angle, response over the largest)
+    # points (degrees between a chief ray and that angle, response relative to the largest)
     response: tuple[tuple[float, float], ...]
 
 
 @dataclass(frozen=True)
 class SensorModel:
-    """All that one shot needs besides light and random numbers."""
+    """All that one shot needs in addition to light and random numbers."""
 
     exposure_s: float
     pitch_um: float
@@ -89,19 +91,23 @@ class SensorModel:
     qe_csv: str = ""
     temperature_c: float = 60.0
     noise: bool = True
-    # of a pixel's light at 550 nm that its neighbours collect
+    # share of a pixel's light at 550 nm that its neighbours collect
     optical_crosstalk_percent: float = 0.0
-    optical_crosstalk_power: float = 1.0  # that share grows as the wavelength to this power
-    electrical_crosstalk_percent: float = 0.0  # of a pixel's electrons that its neighbours collect
-    lower_case_share: float = 1.0  # sensitivity of pixels written in lower case in `cfa`
+    optical_crosstalk_power: float = 1.0  # exponent of the wavelength to which the share grows
+    # share of a pixel's electrons that its neighbours collect
+    electrical_crosstalk_percent: float = 0.0
+    # sensitivity of pixels written in lower case in `cfa` / that of the others
+    lower_case_share: float = 1.0
     lower_case_dark: float = 1.0  # dark charge of these pixels / that of the others
-    # rolling shutter: from the start of a row to that of the next; 0: global shutter
+    # rolling shutter: time from the start of a row to that of the next; 0: global shutter
     line_time_s: float = 0.0
 
-    black_rows: int = 0  # without light, read after the image
-    defect_e_per_s: float = inf  # extra dark charge of a pixel that the map of defects names
+    black_rows: int = 0  # number of rows without light, read after the image
+    # smallest extra dark current of a pixel in the map of defects, at the reference temperature
+    defect_e_per_s: float = inf
     microlenses: Microlenses | None = None  # None: pixels respond to all angles alike
-    combine_bits: int = 0  # of one code for all readings, made on the chip; 0: all leave it
+    # bits of the code into which the chip combines all readings; 0: all readings leave the chip
+    combine_bits: int = 0
     combine_companding: tuple[tuple[float, float], ...] = ()  # knees of that code
 
     def __post_init__(self) -> None:
@@ -116,7 +122,7 @@ class SensorModel:
             check(reading, OF_READING)
 
     def diode_of(self, reading: Reading) -> Photodiode:
-        """Return the photodiode whose charge `reading` reads."""
+        """Return the photodiode of `reading`."""
         return self.photodiodes[reading.diode]
 
     def exposure_of(self, diode: Photodiode) -> float:
@@ -125,11 +131,11 @@ class SensorModel:
 
 
 class Limit(NamedTuple):
-    """What fields may hold."""
+    """Allowed values of fields."""
 
     fields: tuple[str, ...]
-    allowed: Callable[[float], bool]  # false for NaN
-    expected: str
+    allowed: Callable[[float], bool]  # function of a value; false for NaN
+    expected: str  # description of allowed values
     known_as: str = ""  # name of the field that users set; "": the same name
 
 
@@ -196,8 +202,8 @@ def check(part: SensorModel | Photodiode | Reading, limits: Sequence[Limit]) -> 
 
     Parameters
     ----------
-    part : whose fields are checked.
-    limits : of its fields.
+    part : object with the fields to check.
+    limits : allowed values of its fields.
     """
     for limit in limits:
         for field in limit.fields:

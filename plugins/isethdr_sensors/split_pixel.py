@@ -1,8 +1,8 @@
 """Split-pixel sensor: a large and a small photodiode in every pixel, three or four readings of one
 exposure.
 
-LPLG and LPHG read the same charge of the large photodiode at low and high gain; SPLG and SPHG the
-small one.
+LPLG and LPHG read the charge of the large photodiode at low and high gain; SPLG and SPHG read that
+of the small one.
 """
 
 from __future__ import annotations
@@ -30,13 +30,15 @@ from .sensor_model import Photodiode, Reading, SensorModel
 
 CAPTURES = ("LPLG", "LPHG", "SPLG", "SPHG")
 DIODES = (0, 0, 1, 1)
-LARGEST_FILL = 1.01  # ISETHDR gives the large photodiode the whole pixel, the small one 0.01
+# largest sum of the fill factors; ISETHDR gives the large photodiode the whole pixel, the small one
+# 0.01
+LARGEST_FILL = 1.01
 
 
 @dataclass(frozen=True)
 class SplitPixelSensor(ImagingSensor):
-    """Take three captures with a split-pixel sensor (OVT figures): LPLG, LPHG, SPLG; four with
-    SPHG.
+    """Take three captures with a split-pixel sensor, LPLG, LPHG and SPLG, or four with SPHG (OVT
+    figures).
     """
 
     pitch_um: Pitch = 2.8
@@ -54,7 +56,7 @@ class SplitPixelSensor(ImagingSensor):
 
     # --- readings: LPLG, LPHG, SPLG (and SPHG) ---
     conversion_gain_uv_per_e: tuple[ConversionGain, ...] = (49.0, 49.0, 49.0)  # conversion gains
-    # analog gains before the converter; LPHG ends at 5390 e
+    # analog gains before the converter; the full scale of LPHG is 5390 e
     analog_gain: tuple[Gain, ...] = (1.0, 200 / 49, 1.0)
     swing_v: tuple[Swing, ...] = (1.078, 1.078, 0.3871)  # full scale of the converter
     read_noise_e: tuple[Noise, ...] = (3.05, 0.83, 0.83)  # rms read noise
@@ -67,7 +69,9 @@ class SplitPixelSensor(ImagingSensor):
         return CAPTURES.index("LPHG")
 
     def with_gain(self, factor: float) -> Self:
-        """Return this sensor with the analog gain of LPHG multiplied, without automatic gain."""
+        """Return this sensor with the analog gain of LPHG multiplied by `factor`, and automatic
+        gain switched off.
+        """
         k = self.gained_reading()
         gains = self.analog_gain
         raised = (*gains[:k], gains[k] * factor, *gains[k + 1 :])

@@ -22,17 +22,17 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class StaggeredSensor(SingleSensor):
-    """Take several exposures one after the other: T1 the longest, T2, ... (AR0132AT figures; the
-    scene moves between them only with `motion.within_exposure`).
+    """Take several exposures one after the other: T1, the longest, then T2, ... (AR0132AT figures).
 
-    Each exposure of a row starts when the previous one ends.
+    Each exposure of a row starts when the previous one ends. The scene moves between them only with
+    `motion.within_exposure`.
     """
 
     cfa: str = "RGGB"
     # exposure times / exposure_s; the first is 1
     exposure_ratios: tuple[Ratio, ...] = (1.0, 1 / 16, 1 / 256)
-    # with an automatic exposure: T1 is solved by the rule, the last exposure for the brightest
-    # pixel, those between at equal ratios
+    # with an automatic exposure: the rule sets T1, the brightest pixel sets the last exposure, and
+    # the others lie between them at equal ratios
     exposure_each: bool = False
 
     def automatic(self, light: xr.DataArray) -> Automatic:
@@ -46,7 +46,7 @@ class StaggeredSensor(SingleSensor):
 
         Raises
         ------
-        ConfigError : another number of ratios than that of its exposures.
+        ConfigError : the number of ratios differs from the number of exposures.
         """
         ratios = exposure.ratios or self.exposure_ratios
         if len(ratios) != len(self.exposure_ratios):

@@ -6,8 +6,8 @@ import numpy as np
 
 
 def bloom(charge_e: np.ndarray, full_well_e: float, percent: float) -> np.ndarray:
-    """Return the charge (y, x) after `percent` of every excess has flowed along its column; the
-    rest is drained.
+    """Return the charge (y, x), electrons, after `percent` of the excess of each pixel has flowed
+    along its column. The rest of the excess is drained.
 
     Half of the excess flows down and half flows up. Each stream fills the wells that it meets, and
     the remainder flows on; at the border it is lost. The result is the mean of both orders, down
@@ -15,9 +15,9 @@ def bloom(charge_e: np.ndarray, full_well_e: float, percent: float) -> np.ndarra
 
     Parameters
     ----------
-    charge_e : collected charge (y, x), electrons; rows run along the columns that overflow.
+    charge_e : collected charge (y, x), electrons; charge flows along y.
     full_well_e : largest charge that a photodiode holds, electrons.
-    percent : share of every excess that flows on, 0 to 100.
+    percent : share of the excess that flows along the column, 0 to 100.
     """
     excess = np.maximum(charge_e - full_well_e, 0.0) * (percent / 100 / 2)
     capped_e = np.minimum(charge_e, full_well_e)
@@ -29,7 +29,7 @@ def bloom(charge_e: np.ndarray, full_well_e: float, percent: float) -> np.ndarra
 
 
 def _run(capped_e: np.ndarray, excess: np.ndarray, full_well_e: float) -> np.ndarray:
-    """Return the charge after every row's excess has run to the rows below it."""
+    """Return the charge after the excess of each row has flowed to the rows below it."""
     charge_e = capped_e.copy()
     carry = np.zeros(capped_e.shape[1])
     for y in range(len(charge_e)):

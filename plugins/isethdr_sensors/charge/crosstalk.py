@@ -1,5 +1,5 @@
-"""Crosstalk: light and electrons that neighbouring pixels collect. The total of the means does not
-change.
+"""Crosstalk: light and electrons that neighbouring pixels collect. The sum of the mean charges of
+all pixels does not change.
 
 Each photon or electron moves independently, so the counts of all pixels stay independent Poisson
 counts. Crosstalk therefore acts on the mean charge, before the shot noise, and causes no correlated
@@ -8,7 +8,7 @@ noise.
 Light spreads by diffraction between the microlens and the silicon, more at longer wavelengths. The
 share that reaches a neighbour is a power of the wavelength, with the exponent 1 if the diffraction
 angle dominates (lambda / pitch; Catrysse and Wandell 2002, "Optical efficiency of image sensor
-pixels"). It keeps the colour of the filter that it came through.
+pixels"). This light keeps the spectrum behind the filter that it passed.
 """
 
 from __future__ import annotations
@@ -22,16 +22,24 @@ from isethdr_core.errors import ConfigError
 from ..sensor_model import SensorModel
 from ..spectral.colour_filter_array import channels, filter_map
 
-OPTICAL = np.array([[0, 1, 0], [1, 0, 1], [0, 1, 0]]) / 4  # through the side walls: edge neighbours
+# shares of stray light by neighbour; light passes through side walls to the 4 nearest neighbours
+OPTICAL = np.array([[0, 1, 0], [1, 0, 1], [0, 1, 0]]) / 4
 STATED_NM = 550.0  # wavelength at which the optical share is stated
-LARGEST_SHARE = 0.8  # with 4 neighbours: a pixel keeps at least as much as each neighbour gets
-# diffusion: corners are sqrt(2) away (assumption)
+# largest optical share; with 4 neighbours, a pixel then keeps as much as each neighbour gets
+LARGEST_SHARE = 0.8
+# shares of diffusing electrons by neighbour; corners get less because they are sqrt(2) pixels away
+# (assumption)
 ELECTRICAL = np.array([[1, 4, 1], [4, 0, 4], [1, 4, 1]]) / 20
 
 
 def kernel(optical_percent: float, electrical_percent: float) -> np.ndarray:
-    """Return the (5, 5) share of a pixel's electrons that each pixel about it collects; the sum is
-    1.
+    """Return the (5, 5) shares of a pixel's electrons that the pixel itself and its neighbours
+    collect; the sum is 1.
+
+    Parameters
+    ----------
+    optical_percent : share of light that reaches the 4 nearest neighbours.
+    electrical_percent : share of electrons that diffuse to the 8 neighbours.
     """
     from scipy.signal import convolve2d
 
@@ -45,8 +53,8 @@ def kernel(optical_percent: float, electrical_percent: float) -> np.ndarray:
 
 
 def stray_share(model: SensorModel, wavelength_nm: np.ndarray) -> np.ndarray:
-    """Return the share of a pixel's light that its neighbours collect, per wavelength;
-    `optical_crosstalk_percent` holds at 550 nm.
+    """Return the share (wavelength,) of a pixel's light that its neighbours collect;
+    `optical_crosstalk_percent` is the share at 550 nm.
     """
     share = (
         model.optical_crosstalk_percent
@@ -65,8 +73,8 @@ def stray_share(model: SensorModel, wavelength_nm: np.ndarray) -> np.ndarray:
 
 
 def parts(qe: np.ndarray, model: SensorModel, wavelength_nm: np.ndarray) -> list[np.ndarray]:
-    """Return the (channel, wavelength) electrons per photon that stay and that go astray as light;
-    all of them where none does.
+    """Return the (channel, wavelength) electrons per photon of light that stays in its pixel, and
+    of light that reaches a neighbour. Without optical crosstalk, return only the first.
 
     Parameters
     ----------
@@ -81,8 +89,8 @@ def parts(qe: np.ndarray, model: SensorModel, wavelength_nm: np.ndarray) -> list
 
 
 def spread(parts_e: Sequence[np.ndarray], model: SensorModel) -> np.ndarray:
-    """Return mean light electrons after crosstalk, (y, x), from those of `parts`; the border
-    mirrors, so that the sum stays.
+    """Return mean light electrons after crosstalk, (y, x), from the electrons (y, x) of each of
+    `parts`. The border is mirrored, so that the sum does not change.
     """
     if not model.optical_crosstalk_percent and not model.electrical_crosstalk_percent:
         return parts_e[0]
@@ -90,7 +98,7 @@ def spread(parts_e: Sequence[np.ndarray], model: SensorModel) -> np.ndarray:
     out = np.zeros((height, width))
     for mean_e, around in zip(parts_e, _kernels(model)):
         wide = np.pad(mean_e, 2, mode="symmetric")
-        # a plain sum of positive terms is never negative, even beside a lamp
+        # a direct sum of positive terms is never negative, even next to a lamp
         for dy, dx in np.ndindex(around.shape):
             if around[dy, dx]:
                 out += around[dy, dx] * wide[dy : dy + height, dx : dx + width]
@@ -98,10 +106,10 @@ def spread(parts_e: Sequence[np.ndarray], model: SensorModel) -> np.ndarray:
 
 
 def mixed_efficiency(qe: np.ndarray, model: SensorModel, wavelength_nm: np.ndarray) -> np.ndarray:
-    """Return the (channel, wavelength) electrons per photon of an evenly lit sensor, crosstalk
-    between filters included.
+    """Return the (channel, wavelength) electrons per photon of a uniformly lit sensor, including
+    crosstalk between filters.
 
-    Pixels of one channel with unlike neighbours are averaged.
+    Pixels of one channel with different neighbours are averaged.
 
     Parameters
     ----------
@@ -111,7 +119,8 @@ def mixed_efficiency(qe: np.ndarray, model: SensorModel, wavelength_nm: np.ndarr
     """
     if not model.optical_crosstalk_percent and not model.electrical_crosstalk_percent:
         return qe
-    # whole periods of 1, 2, 4, 5, 8, 10 pixels, far from the border in the middle
+    # 40 pixels are whole periods of arrays of 1, 2, 4, 5, 8 or 10 pixels, so that `roll` wraps
+    # around correctly
     filters = filter_map(model.cfa, 40, 40)
     out = np.zeros(np.shape(qe))
     for part, around in zip(parts(qe, model, wavelength_nm), _kernels(model)):
@@ -123,7 +132,7 @@ def mixed_efficiency(qe: np.ndarray, model: SensorModel, wavelength_nm: np.ndarr
 
 
 def _kernels(model: SensorModel) -> list[np.ndarray]:
-    """Return where the electrons of each of `parts` are collected: light that stays, light that
-    goes astray.
+    """Return the kernels of the electrons of each of `parts`: of light that stays, and of light
+    that reaches a neighbour.
     """
     return [kernel(optical, model.electrical_crosstalk_percent) for optical in (0.0, 100.0)]

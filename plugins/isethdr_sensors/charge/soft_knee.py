@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
     from ..imaging_sensor import ImagingSensor
 
-# at which `thermal_e` is given
+# temperature at which `thermal_e` is stated, degrees Celsius and kelvins
 REFERENCE_C = 60.0
 REFERENCE_K = 333.15
 
@@ -30,13 +30,14 @@ class HasSoftKnee(Protocol):
 
 
 def well(knee_e: float, thermal_e: float, knee_e_per_s: float, temperature_c: float) -> Well:
-    """Return the `charge_dynamics.Well` of these fields; `thermal_e` is proportional to the
-    absolute temperature.
+    """Return the `charge_dynamics.Well` of these fields at the temperature of the sensor.
+    `thermal_e` is proportional to the absolute temperature.
 
     Parameters
     ----------
     knee_e : charge at which the overflow current is `knee_e_per_s`, electrons.
-    thermal_e : electrons for which the overflow grows by the factor e, at 60 C.
+    thermal_e : additional charge that raises the overflow current by the factor e, at 60 C,
+        electrons.
     knee_e_per_s : overflow current at the knee, electrons per second.
     temperature_c : temperature of the sensor, degrees Celsius.
     """
@@ -44,8 +45,8 @@ def well(knee_e: float, thermal_e: float, knee_e_per_s: float, temperature_c: fl
 
 
 def check(sensor: ImagingSensor) -> None:
-    """Refuse fields of `sensor` that describe no knee. Refuse blooming too, because overflowing
-    charge has its own path here.
+    """Refuse fields of `sensor` that a pixel with a soft knee does not support, or that describe no
+    knee. Blooming is refused because overflowing charge has its own path here.
     """
     for name, off in (
         ("combine_bits", 0),

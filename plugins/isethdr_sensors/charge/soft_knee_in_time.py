@@ -1,8 +1,8 @@
-"""The charge of a pixel with a soft knee under light that varies during its exposure, composed from
-piece to piece.
+"""The charge of a pixel with a soft knee under light that varies during its exposure.
 
-Whether a lamp flashes early or late in the exposure decides how much of its charge is still there
-at the end.
+The exposure is divided into pieces of constant light, and the charge is computed from piece to
+piece. The share of a flash that is left at the end depends on whether it comes early or late in the
+exposure.
 """
 
 from __future__ import annotations
@@ -25,11 +25,17 @@ if TYPE_CHECKING:
     from isethdr_core.physics.detector.temporal_modulation import Modulation
     from isethdr_core.runs.seeds import Generator
 
-MOST_PIECES = 10_000
+MOST_PIECES = 10_000  # largest number of pieces of an exposure
 
 
 def check(components: Sequence[tuple[Modulation, np.ndarray]], exposure_s: float) -> None:
-    """Refuse lamps that switch too often within one exposure to follow every switch."""
+    """Refuse lamps that switch too often within one exposure for following every switch.
+
+    Parameters
+    ----------
+    components : [(Modulation, (y, x) electrons), ...]; only the modulations count.
+    exposure_s : exposure time, s.
+    """
     modulations = [m for m, _ in components]
     if count(modulations, exposure_s) > MOST_PIECES:
         fastest = max(m.frequency_hz for m in modulations)
@@ -42,8 +48,8 @@ def check(components: Sequence[tuple[Modulation, np.ndarray]], exposure_s: float
 
 
 def untouched_e(spilled_e: float, exposure_s: float, soft: Well) -> float:
-    """Return the arrived electrons up to which at most `spilled_e` spill whenever they arrive: as
-    if all came at once, at the start.
+    """Return the largest number of arriving electrons of which at most `spilled_e` spill, whenever
+    they arrive. The worst case is that all arrive at the start of the exposure.
 
     Parameters
     ----------
@@ -57,7 +63,7 @@ def untouched_e(spilled_e: float, exposure_s: float, soft: Well) -> float:
 
 
 def worst_spill(charge_e: float, exposure_s: float, soft: Well) -> float:
-    """Return the largest share of `charge_e` that may have spilled, whenever it arrived.
+    """Return an upper bound of the share of `charge_e` that has spilled, whenever it arrived.
 
     Parameters
     ----------
@@ -73,7 +79,7 @@ class Exposure:
     """One exposure of a photodiode with a soft knee."""
 
     exposure_s: float
-    well: Well  # of the photodiode
+    well: Well  # soft knee of the photodiode
     untouched_e: float  # arrived electrons up to which nothing spills
 
 
@@ -85,23 +91,24 @@ def stays(
     generator: Generator | None,
     first_row: int,
 ) -> np.ndarray:
-    """Return the charge that stays in the photodiode, (y, x) of a block of rows; the rest of
-    `total_e` has spilled.
+    """Return the charge that stays in the photodiode, (y, x) of a block of rows, electrons. The
+    rest of `total_e` has spilled.
 
     Parameters
     ----------
     total_e : (y, x) electrons that arrived: counts, or means without a generator.
     components : [(Modulation, (y, x) mean electrons of the exposure at the mean light over time),
-        ...], with dark charge among the constant ones.
-    start_s : (y, 1) start of each row's exposure.
-    exposure : its time, and the photodiode.
-    generator, first_row : key of the noise, and first row of the block; None for the mean.
+        ...]. One of the constant components is the dark charge.
+    start_s : (y, 1) start of the exposure of each row, s.
+    exposure : exposure time and photodiode.
+    generator : key of the noise; None for the mean.
+    first_row : first row of the block, counted from the sensor's upper left pixel.
 
     Notes
     -----
-    Given the count, its shape in time is that of the mean. Two effects add variance: the pulse in
-    which each electron arrived, and the choice of the electrons that spill. Their variance is that
-    of `flow_moments` less the part that the count explains.
+    The counted electrons are assumed to arrive with the time course of the mean. Two effects add
+    variance: the pulse in which each electron arrived, and the choice of the electrons that spill.
+    Their variance is that of `flow_moments` minus the part that the count explains.
     """
     exposure_s = exposure.exposure_s
     soft = exposure.well
@@ -128,7 +135,7 @@ def stays(
             soft,
         )
     charge_left = moments.charge_e
-    if any(m.depth for m, _ in components):  # a ripple is not quite even within a piece
+    if any(m.depth for m, _ in components):  # light with a ripple is not constant within a piece
         rows = np.unique(y)
         charge_left = np.zeros(charge.shape)
         charge_left[rows] = _varying(
@@ -163,8 +170,8 @@ def _varying(
     exposure_s: float,
     soft: Well,
 ) -> np.ndarray:
-    """Return the mean charge left of `total_e` by exact quadrature, (y, x); arguments as in
-    `stays`.
+    """Return the mean charge (y, x) that is left of `total_e`, by exact quadrature. The arguments
+    are those of `stays`.
     """
     mean = sum(part * (light_s(m, start_s, exposure_s) / exposure_s) for m, part in components)
     scale = np.divide(total_e, mean, out=np.zeros_like(total_e), where=mean > 0) / exposure_s

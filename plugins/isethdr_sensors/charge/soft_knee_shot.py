@@ -1,5 +1,5 @@
-"""One shot of a pixel with a soft knee: as `shot`, with the photodiode's charge and the spilled
-charge kept apart.
+"""One shot of a pixel with a soft knee. It works like `shot`, but keeps the charge of the
+photodiode and the spilled charge apart.
 """
 
 from __future__ import annotations
@@ -31,20 +31,23 @@ if TYPE_CHECKING:
 
     from ..sensor_model import Reading
 
-# share of the knee's charge that may have spilled where a reading still counts as linear
+# largest spilled charge at which a reading still counts as linear, as a share of the charge at the
+# knee
 LINEAR_WITHIN = 1e-4
-# mean spill below which the charge is left alone, so that it has the bits of a linear sensor
+# mean spilled charge below which the charge is not changed, so that the result equals that of a
+# linear sensor bit for bit
 NOTHING_E = 1e-6
 
 
 @dataclass(frozen=True)
 class SoftKneePixel:
-    """A pixel whose photodiode spills before it is full."""
+    """A pixel with a photodiode that spills before it is full."""
 
-    # of one photodiode; its full well is the capacity of photodiode and overflow capacitor together
+    # model with one photodiode, which has the capacity of photodiode and overflow capacitor
+    # together as its full well
     model: SensorModel
-    well: Well  # of the photodiode
-    # per reading, whether it reads the spilled charge as well (an overflow capacitor) or the
+    well: Well  # soft knee of the photodiode
+    # for each reading, whether it also reads the spilled charge (in an overflow capacitor), or the
     # photodiode alone
     collects: tuple[bool, ...]
 
@@ -54,13 +57,13 @@ def take_shot(pixel: SoftKneePixel, light: xr.DataArray, generator: Generator | 
 
     Parameters
     ----------
-    pixel : of the sensor.
+    pixel : model and soft knee of the sensor.
     light, generator : as in `shot.take_shot`.
 
     Notes
     -----
-    Readings of the photodiode alone are `saturated` where they stop being linear: `top_dn` says
-    where.
+    Readings of the photodiode alone are `saturated` from the code `top_dn` on, above which they are
+    not linear.
     """
     model = pixel.model
     shot.check_generator(model, generator)
@@ -107,8 +110,8 @@ def tops(pixel: SoftKneePixel) -> list[float]:
 
 
 def _state_in_time(pixel: SoftKneePixel) -> None:
-    """State the effect of varying light on readings that should be linear, and on the table that
-    reads a nonlinear pixel back.
+    """State in the ledger the effect of varying light on linear readings, and on the table that
+    converts codes of a nonlinear pixel to electrons.
     """
     model = pixel.model
     alone_e = [
@@ -142,17 +145,16 @@ def readings(
     block_rows: int | None = None,
     in_time: Sequence[tuple[Modulation, np.ndarray]] | None = None,
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return `raw` DN and `saturated`, both (capture, y, x), from the mean light electrons (y, x);
-    parameters as in `take_shot`.
+    """Return `raw` DN and `saturated`, both (capture, y, x), from the mean light electrons (y, x).
 
     Parameters
     ----------
-    pixel : model and well of the sensor.
+    pixel : model and soft knee of the sensor.
     light_e : mean electrons of light (y, x) of the whole exposure, constant in time.
     generator : key of the noise; None for a model without noise.
     block_rows : rows computed at a time; the result is the same for any number.
-    in_time : of light that varies, [(Modulation, (y, x) electrons at the mean over time), ...];
-        None: constant light.
+    in_time : components of varying light, [(Modulation, (y, x) electrons at the mean light over
+        time), ...]; None: constant light.
     """
     model = pixel.model
     soft = pixel.well
@@ -201,7 +203,7 @@ def arrived(
     Parameters
     ----------
     mean_e : mean electrons (y, x) of light and dark current.
-    capacity_e : electrons beyond which the pixel holds none, inf: no limit.
+    capacity_e : largest charge that the pixel holds, electrons; inf: no limit.
     generator : key of the noise; None: no noise.
     first_row : the block's first row, counted from the sensor's upper left pixel.
     """
@@ -223,15 +225,16 @@ def stays(
     generator: Generator | None,
     first_row: int,
 ) -> np.ndarray:
-    """Return the charge that stays in the photodiode, (y, x); the rest of `arrived_e` spilled.
+    """Return the charge that stays in the photodiode, (y, x), electrons. The rest of `arrived_e`
+    has spilled.
 
     Parameters
     ----------
-    arrived_e : electrons that arrived evenly over the exposure.
+    arrived_e : (y, x) electrons that arrived evenly over the exposure.
     untouched_e : arrived electrons up to which nothing spills.
-    soft : `charge_dynamics.Well`.
-    generator : key of the noise of which electrons leave; None for the mean.
     exposure_s : exposure time, s.
+    soft : `charge_dynamics.Well` of the photodiode.
+    generator : key of the noise in the number of electrons that spill; None for the mean.
     first_row : the block's first row, counted from the sensor's upper left pixel.
     """
     some = arrived_e > untouched_e

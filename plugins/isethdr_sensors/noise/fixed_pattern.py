@@ -35,7 +35,7 @@ def pixel_map(stream: tuple, rows: int, columns: int) -> np.ndarray:
 
 
 def factor(relative_rms: float, stream: tuple, rows: int, columns: int) -> float | np.ndarray:
-    """Return factors around 1, (y, x) float32 and never negative, or the number 1 where there is no
+    """Return factors around 1, (y, x) float32 and never negative, or the number 1 if there is no
     spread.
 
     Parameters
@@ -79,12 +79,13 @@ def hot_dark(share: float, stream: tuple, rows: int, columns: int) -> np.ndarray
     """Return (y, x) float32: the additional dark charge of each pixel, relative to the mean of the
     hot pixels.
 
-    It is 0 for a share of 1 - `share` of the pixels, and exponentially distributed with mean 1 for
-    the others: published histograms of dark current end in straight lines on a logarithmic axis.
+    It is 0 for all pixels that are not hot. For hot pixels it is exponentially distributed with
+    mean 1, because published histograms of dark current end in straight lines on a logarithmic
+    axis.
 
     Parameters
     ----------
-    share : of the pixels that are hot, 0 to 1.
+    share : share of hot pixels, 0 to 1.
     stream : key of the device's random numbers.
     rows, columns : size of the sensor, pixels.
     """
@@ -100,7 +101,7 @@ def hot_dark(share: float, stream: tuple, rows: int, columns: int) -> np.ndarray
 
 
 class OffsetSpread(NamedTuple):
-    """The offsets of pixels, columns or rows of a device: normally distributed."""
+    """Normally distributed offsets of the pixels, columns or rows of a device."""
 
     rms_e: float  # standard deviation, electrons; 0: no offsets
     stream: tuple = ()  # key of their random numbers
@@ -114,7 +115,7 @@ def offset_e(
     Parameters
     ----------
     pixel, column, row : offsets of single pixels, of whole columns and of whole rows.
-    rows, columns : size of the sensor.
+    rows, columns : size of the sensor, pixels.
     """
     offset = np.float32(0.0)
     if pixel.rms_e:

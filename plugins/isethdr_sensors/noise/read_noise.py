@@ -1,8 +1,8 @@
 """Read noise: one normal draw per pixel and reading, in electrons before the converter. It may make
 a value negative.
 
-The tail: some pixels of a device (their source followers' random telegraph signal) read wider than
-the rest. The rms over all pixels stays the stated one.
+Some pixels of a device form a tail: they have more read noise than the others, because of random
+telegraph signals of their source followers. The rms over all pixels remains the stated one.
 """
 
 from __future__ import annotations
@@ -22,15 +22,15 @@ TAIL_WIDTH = 5.0  # read noise of a pixel in the tail / that of the others (assu
 def input_referred_e(
     floor_e: float, after_gain_uv: float, conversion_gain_uv_per_e: float, analog_gain: float
 ) -> float:
-    """Return the read noise in electrons rms: a floor, and noise behind the analog gain over that
-    gain.
+    """Return the read noise, electrons rms: a floor, and noise behind the analog gain divided by
+    the gains in front of it.
 
     Both are independent, so they add in squares (EMVA 1288 release 4.0 counts both as dark noise).
 
     Parameters
     ----------
     floor_e : noise in front of the analog gain (pixel, source follower), electrons rms.
-    after_gain_uv : noise of the circuits behind it, microvolts rms at their input.
+    after_gain_uv : noise of the circuits behind the analog gain, microvolts rms at their input.
     conversion_gain_uv_per_e : microvolts per electron at the floating diffusion.
     analog_gain : volts per volt, a multiplier.
     """
@@ -45,7 +45,7 @@ def read_noise(
 
     Parameters
     ----------
-    read_noise_e : a number, or the (y, x) map of `widths_e`'s same rows.
+    read_noise_e : rms, electrons: a number, or the same rows of the (y, x) map of `widths_e`.
     stream : key of the noise of one reading in one shot.
     first_row : first row, counted from the sensor's upper left pixel.
     rows, columns : size of the block, pixels.
@@ -59,12 +59,12 @@ def read_noise(
 def widths_e(
     read_noise_e: float, tail_percent: float, stream: tuple, rows: int, columns: int
 ) -> np.ndarray:
-    """Return the (y, x) float32 rms of every pixel's read noise.
+    """Return the (y, x) float32 rms of every pixel's read noise, electrons.
 
     Parameters
     ----------
     read_noise_e : rms over all pixels, electrons.
-    tail_percent : of the pixels that read `TAIL_WIDTH` times as wide as the others, 0 to 100.
+    tail_percent : share of pixels with `TAIL_WIDTH` times the read noise of the others, 0 to 100.
     stream : key of the device's random numbers.
     rows, columns : size of the sensor, pixels.
     """

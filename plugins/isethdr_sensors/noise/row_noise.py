@@ -1,5 +1,5 @@
-"""Row noise: one normal offset per row and reading, new in every shot, from the circuits that all
-pixels of a row share.
+"""Row noise: one normally distributed offset per row and reading, new in every shot. It comes from
+the circuits that all pixels of a row share.
 """
 
 from __future__ import annotations

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 
 def collect(mean_e: np.ndarray, stream: tuple, first_row: int) -> np.ndarray:
-    """Return whole electrons, (y, x) float64, for the mean of rows `first_row`... of the sensor.
+    """Return Poisson counts of electrons, (y, x) float64, of a block of rows of the sensor.
 
     Parameters
     ----------

@@ -23,8 +23,9 @@ def steps_e(step_e: float, percent: float, stream: tuple, rows: range, columns: 
 
     Parameters
     ----------
-    step_e : mean over the pixels with a trap. `percent` : of the pixels that have one.
-    stream : the device's.
+    step_e : mean step over the pixels with a trap, electrons.
+    percent : share of pixels with a trap, 0 to 100.
+    stream : key of the device's random numbers.
     rows : range of rows, counted from the sensor's upper left pixel.
     columns : number of columns.
     """
@@ -54,7 +55,13 @@ def telegraph_noise(steps: np.ndarray, stream: tuple, first_row: int) -> np.ndar
 
 
 def rms_e(step_e: float, percent: float) -> float:
-    """Return the rms over all pixels and readings, electrons: half of them read a step of the
-    exponential distribution, whose mean square is 2 `step_e`^2.
+    """Return the rms over all pixels and readings, electrons. Half of the readings of a pixel with
+    a trap are off by its step. Steps are exponentially distributed, with the mean square
+    2 `step_e`^2.
+
+    Parameters
+    ----------
+    step_e : mean step over the pixels with a trap, electrons.
+    percent : share of pixels with a trap, 0 to 100.
     """
     return step_e * sqrt(percent / 100)

@@ -2,12 +2,12 @@
 
 | module             | content                                                         |
 |--------------------|-----------------------------------------------------------------|
-| `captures`         | the Dataset of the sensor, with all that is needed to read it   |
+| `captures`         | the Dataset of the sensor, with all that its user needs         |
 | `chip_combination` | all captures of a shot in one linear code of 20 or 24 bits      |
 | `companding`       | a piecewise linear compression of linear codes to fewer bits    |
 | `converter`        | electrons through conversion gain and analog gain to DN         |
-| `interleave`       | pixels of one filter array that collect or expose less          |
+| `interleave`       | pixels of one filter array with less light or shorter exposure  |
 | `lin_log_response` | the linearisation table of a lin-log pixel                      |
 | `optical_black`    | rows behind metal that show black level and dark charge         |
-| `shot`             | one shot in the order in which it happens                       |
+| `shot`             | one shot, step by step in physical order                        |
 """

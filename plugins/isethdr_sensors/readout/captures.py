@@ -1,5 +1,5 @@
 """Captures: the Dataset that leaves the sensor, with all that an image signal processor needs to
-read it back.
+convert it to electrons.
 """
 
 from __future__ import annotations
@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from ..sensor_model import Photodiode, Reading, SensorModel
 
 PerCapture = tuple[str, np.ndarray, dict[str, str]]  # a variable: dimension, values, attributes
+# attributes of light that captures take over
 FROM_LIGHT = ("f_number", "focal_length_mm", "throughput_sr", *camera_geometry.CARRIED)
 
 
@@ -85,7 +86,7 @@ def captures(
 
 
 def _codes(model: SensorModel) -> dict[str, PerCapture]:
-    """Return what turns the DN of each capture into electrons."""
+    """Return the variables that convert the DN of each capture to electrons."""
     readings = model.readings
     tops = [converter.top_dn(reading, model.diode_of(reading)) for reading in readings]
     return {
@@ -97,7 +98,7 @@ def _codes(model: SensorModel) -> dict[str, PerCapture]:
 
 
 def _exposures(model: SensorModel, grid: PixelGrid) -> dict[str, PerCapture]:
-    """Return exposure, area and charge of each capture.
+    """Return exposure, photodiode area, and numbers of charge and silicon of each capture.
 
     Parameters
     ----------
@@ -116,12 +117,14 @@ def _exposures(model: SensorModel, grid: PixelGrid) -> dict[str, PerCapture]:
 
 
 def _silicon(diode: Photodiode) -> str:
-    """Return the name of the silicon that a photodiode lies in."""
+    """Return the key of the persistent maps of a photodiode."""
     return diode.silicon or diode.name
 
 
 def _noise(model: SensorModel) -> dict[str, PerCapture]:
-    """Return dark charge and noise of each capture; without noise the mean dark charge stays."""
+    """Return dark charge and noise of each capture. For a model without noise, the noise is 0 and
+    the mean dark charge remains.
+    """
     readings = model.readings
     diodes = [model.diode_of(reading) for reading in readings]
     dark_e = [
@@ -144,7 +147,7 @@ def _noise(model: SensorModel) -> dict[str, PerCapture]:
 
 
 def _read_noise_e(reading: Reading) -> float:
-    """Return the rms of what is new in each reading of a pixel."""
+    """Return the rms, electrons, of the noise that is new in each reading of a pixel."""
     telegraph_e = telegraph_noise.rms_e(reading.telegraph_e, reading.telegraph_percent)
     return hypot(reading.read_noise_e, reading.row_noise_e, telegraph_e)
 
@@ -154,8 +157,8 @@ def _per_capture(values: Sequence[float], units: str, dtype: type = float) -> Pe
 
     Parameters
     ----------
-    values : of the captures.
-    units : of the values.
+    values : one value for each capture.
+    units : unit of the values.
     dtype : float or int.
     """
     return "capture", np.array(values, dtype), {"units": units}
@@ -164,7 +167,9 @@ def _per_capture(values: Sequence[float], units: str, dtype: type = float) -> Pe
 def with_response(
     captures: xr.Dataset, table: tuple[np.ndarray, np.ndarray, np.ndarray]
 ) -> xr.Dataset:
-    """Return captures of one reading with its response table: linear DN, electrons, variance."""
+    """Return captures of one reading with its response table: linear DN, electrons, variance in
+    e^2.
+    """
     names = ("response_dn", "response_e", "response_variance_e2")
     for name, values, units in zip(names, table, ("DN", "e", "e2"), strict=True):
         captures[name] = ("capture", "response_entry"), values[None], {"units": units}

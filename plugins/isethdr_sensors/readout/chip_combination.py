@@ -3,10 +3,10 @@
 The black level and mean dark charge are subtracted from every reading, and the reading is scaled to
 electrons of the most sensitive photodiode. From the least to the most sensitive, each reading
 replaces the previous ones, with a weight that falls linearly from 1 to 0 between two shares of its
-own full scale. A weight that depends on the noisy reading t biases the result by Var t / (width of
-the ramp).
+own full scale. The weight depends on the noisy reading t, which biases the result by
+Var t / (width of the ramp).
 
-The capture carries its response table: for each linear code, the electrons and the variance of one
+The capture has a response table: for each linear code, the electrons and the variance of one
 reading, including the steps of code and companding.
 """
 
@@ -25,25 +25,28 @@ from ..sensor_model import Reading, SensorModel
 from . import companding, converter
 
 CAPTURE = "combined"
-RAMP = (0.8, 0.95)  # shares of a reading's full scale between which it gives way (assumption)
-ENTRIES = 2000  # of the response table, equal steps of the logarithm beyond one read noise
-BITS = (20, 24)
+# shares of a reading's full scale between which its weight falls from 1 to 0 (assumption)
+RAMP = (0.8, 0.95)
+ENTRIES = 2000  # number of entries of the response table above 0 e, at equal logarithmic steps
+BITS = (20, 24)  # allowed numbers of bits
 
 
 @dataclass(frozen=True)
 class Source:
     """One reading, in electrons of the most sensitive photodiode."""
 
-    number: int  # of the reading in the model
-    diode: int
-    ratio: float  # its light / that of the most sensitive photodiode
+    number: int  # number of the reading in the model
+    diode: int  # number of the photodiode in the model
+    ratio: float  # light of the photodiode / light of the most sensitive photodiode
     dark_e: float  # mean dark charge, own electrons
     top_e: float  # full scale, own electrons, dark charge included
-    noise_e2: float  # variance of a reading beyond shot noise, own electrons
+    noise_e2: float  # variance of a reading without shot noise, own electrons squared
 
 
 def sources(model: SensorModel) -> list[Source]:
-    """Return all readings, the least sensitive first; of one charge, the widest first."""
+    """Return all readings, the least sensitive photodiode first. Of the readings of one photodiode,
+    the one with the largest full scale is first.
+    """
     exposed = [d.fill_factor * d.exposure_share for d in model.photodiodes]
     out = []
     for number, reading in enumerate(model.readings):
@@ -67,12 +70,12 @@ def sources(model: SensorModel) -> list[Source]:
 
 
 def check(model: SensorModel) -> None:
-    """Refuse a combination of a single reading, of readings without a converter, or with companding
-    knees that do not end at the top code.
+    """Refuse models whose readings cannot be combined.
 
     Raises
     ------
-    ConfigError : in each of these cases.
+    ConfigError : there is a single reading, or a reading without a converter, or the knees of the
+        companding do not end at the top code or are not whole codes.
     """
     bits = model.combine_bits
     if len(model.readings) < 2:
@@ -107,7 +110,8 @@ def combined_model(model: SensorModel) -> SensorModel:
     reading = model.readings[best.number]
     diode = model.photodiodes[best.diode]
     reach_e = max((s.top_e - s.dark_e) / s.ratio for s in order) + best.dark_e
-    black_e = reading.black_dn / reading.gain_dn_per_e  # holds as much noise as the reading's own
+    # the black level in electrons is that of the reading, so that it leaves as much room for noise
+    black_e = reading.black_dn / reading.gain_dn_per_e
     top = 2**model.combine_bits - 1
     # A step of the code is the finest reading's step divided by a whole number. With any other
     # step, rounding to the code after rounding to the reading would leave a periodic pattern.
@@ -133,12 +137,12 @@ def combined_model(model: SensorModel) -> SensorModel:
 def combine(
     model: SensorModel, raw: np.ndarray, saturated: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return the codes (1, y, x) that leave the chip, and which of them measure no light.
+    """Return the codes (1, y, x) that leave the chip, and which of them (1, y, x) are saturated.
 
     Parameters
     ----------
-    raw, saturated : (capture, y, x) linear DN, and whether a reading measures no light.
     model : `SensorModel` with the bits of the combined code.
+    raw, saturated : (capture, y, x) linear DN of the readings, and which of them are saturated.
     """
     order = sources(model)
     combined = combined_model(model)
@@ -154,7 +158,7 @@ def combine(
             continue
         share = weight(reading_e, source)
         value = share * light_e + (1 - share) * value
-        # a full well may read below its top
+        # read noise may take a full well below the top of the reading
         last_lost = np.where(saturated[source.number], last_lost, last_lost & (share < 1))
     top = converter.top_code(code)
     dn = code.black_dn + code.gain_dn_per_e * (value + order[-1].dark_e)
@@ -164,13 +168,13 @@ def combine(
 
 
 def weight(own_e: np.ndarray, source: Source) -> np.ndarray:
-    """Return the weight of a reading at `own_e` electrons of its own."""
+    """Return the weight, 0 to 1, of a reading at `own_e` of its own electrons."""
     begin, end = (share * source.top_e for share in RAMP)
     return np.clip((end - own_e) / (end - begin), 0.0, 1.0)
 
 
 def bias_e(source: Source) -> float:
-    """Return the largest bias that the noise of the weight leaves where `source` gives way, in
+    """Return the largest bias due to the noise of the weight of `source` within its ramp, in
     electrons of the most sensitive photodiode.
     """
     end = RAMP[1] * source.top_e
@@ -178,10 +182,10 @@ def bias_e(source: Source) -> float:
 
 
 def response(model: SensorModel) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return the response table (entry,): linear DN, electrons that have to arrive (dark charge
-    included), and the variance of one reading, e^2.
+    """Return the response table (entry,): linear DN, arriving electrons including dark charge, and
+    the variance of one reading, e^2.
 
-    The variance is that of a reading whose mean is the entry. Readings of one photodiode share
+    The variance is that of a reading with the entry as its mean. Readings of one photodiode share
     their shot noise.
     """
     order = sources(model)
@@ -208,8 +212,9 @@ def response(model: SensorModel) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         variance += shares[positions].sum(0) ** 2 * shot
         variance += sum(shares[k] ** 2 * order[k].noise_e2 / of.ratio**2 for k in positions)
     dn = code.black_dn + code.gain_dn_per_e * electrons
-    # codes of the most sensitive reading lie on codes that leave the chip, whose rounding then adds
-    # what is wider than its own
+    # The codes of the most sensitive reading coincide with codes that leave the chip. Where this
+    # reading is used alone, rounding adds variance only if the codes are wider than those of the
+    # reading.
     own_step = np.where(
         shares[-1] == 1, converter.quantisation_e(model.readings[order[-1].number]), 0
     )
@@ -219,7 +224,7 @@ def response(model: SensorModel) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 
 
 def code_steps(code: Reading, dn: np.ndarray) -> np.ndarray:
-    """Return the width of a code that leaves the chip, in linear DN, at linear `dn`."""
+    """Return the step, in linear DN, between the codes that leave the chip at linear `dn`."""
     if not code.companding:
         return np.ones_like(dn)
     linear, companded = companding.table(code.companding, converter.top_code(code))

@@ -1,5 +1,5 @@
-"""Companding: a piecewise linear squeeze of linear codes into fewer bits, and the table that undoes
-it.
+"""Companding: a piecewise linear compression of linear codes to fewer bits, and the table that
+inverts it.
 """
 
 from __future__ import annotations
@@ -17,7 +17,11 @@ def table(knees: Sequence[tuple[float, float]], top_code: float) -> tuple[np.nda
     Parameters
     ----------
     knees : pairs (linear DN, companded DN).
-    top_code : largest linear code; the last knee must reach it.
+    top_code : largest linear code, DN; the last knee must reach it.
+
+    Raises
+    ------
+    ConfigError : the knees are no pairs, do not increase, expand a part, or end too early.
     """
     if any(len(knee) != 2 for knee in knees):
         raise ConfigError(
@@ -54,7 +58,7 @@ def compand(
     Parameters
     ----------
     linear_dn : linear codes of any shape, DN.
-    knees : knee points (linear DN, companded DN), rising.
+    knees : knee points (linear DN, companded DN), increasing.
     top_code : largest linear code, DN.
     """
     return np.floor(np.interp(linear_dn, *table(knees, top_code)) + 0.5)
@@ -63,12 +67,12 @@ def compand(
 def decompand(
     companded_dn: np.ndarray, knees: Sequence[tuple[float, float]], top_code: float
 ) -> np.ndarray:
-    """Return linear codes; wrong by at most half a companded code times the local squeeze.
+    """Return linear codes. The error is at most half a companded code times the local compression.
 
     Parameters
     ----------
     companded_dn : companded codes of any shape, DN.
-    knees : knee points (linear DN, companded DN), rising.
+    knees : knee points (linear DN, companded DN), increasing.
     top_code : largest linear code, DN.
     """
     linear, companded = table(knees, top_code)

@@ -27,7 +27,7 @@ def converter(
     conversion_gain_uv_per_e : microvolts per electron at the floating diffusion.
     analog_gain : volts per volt, a multiplier.
     swing_v : full scale of the converter, V.
-    bits : of the linear code, 1 to 24; 0 switches the converter off.
+    bits : bits of the linear code, 1 to 24; 0 switches the converter off.
     black_dn : code at 0 V, DN.
     """
     for name, value in (
@@ -66,8 +66,8 @@ def top_code(reading: Reading) -> float:
 
 
 def top_dn(reading: Reading, diode: Photodiode) -> float:
-    """Return the largest code that still measures light: the top code, or the full well's where
-    that comes first.
+    """Return the largest code that still measures light, DN: the top code, or the code of the full
+    well if that is smaller.
     """
     full = reading.black_dn + reading.gain_dn_per_e * diode.full_well_e
     return min(
@@ -76,8 +76,8 @@ def top_dn(reading: Reading, diode: Photodiode) -> float:
 
 
 def quantisation_e(reading: Reading) -> float:
-    """Return one DN step in electrons; 0 when the converter is off. The rounding error's variance
-    is step^2 / 12.
+    """Return the step of one code in electrons; 0 when the converter is off. The variance of the
+    rounding error is step^2 / 12.
     """
     return 1.0 / reading.gain_dn_per_e if reading.bits else 0.0
 
@@ -103,16 +103,17 @@ def digitise(electrons: np.ndarray, reading: Reading) -> np.ndarray:
     if reading.inl_dn:
         dn = dn + integral_nonlinearity_dn(dn, reading)
     if not reading.bits:
-        return np.minimum(dn, top_code(reading))  # below black: kept, noise may be negative
+        return np.minimum(dn, top_code(reading))  # values below black are kept
     dn += 0.5
     return np.clip(np.floor(dn, out=dn), 0.0, top_code(reading), out=dn)
 
 
 def integral_nonlinearity_dn(dn: np.ndarray, reading: Reading) -> np.ndarray:
-    """Return how far the converter lies above a straight line, DN: one period of a sine from black
-    to the top code.
+    """Return the deviation of the converter above a straight line, DN: one period of a sine from
+    black to the top code.
 
-    Both ends stay, so gain and black level do; the shape is an assumption, its size is `inl_dn`.
+    The deviation is 0 at both ends, so that gain and black level do not change. The shape is an
+    assumption; its amplitude is `inl_dn`.
     """
     phase = (dn - reading.black_dn) / (top_code(reading) - reading.black_dn)
     return reading.inl_dn * np.sin(2 * np.pi * np.clip(phase, 0.0, 1.0))
@@ -147,7 +148,7 @@ def check_codes(reading: Reading, diode: Photodiode) -> None:
 
 
 def state_nonlinearity(reading: Reading) -> None:
-    """State the nonlinearity in the ledger, because no image processing knows it."""
+    """State the nonlinearity in the ledger, because no image processing corrects it."""
     if reading.inl_dn:
         ledger.error(
             abs(reading.inl_dn) / reading.gain_dn_per_e,
@@ -158,7 +159,7 @@ def state_nonlinearity(reading: Reading) -> None:
 
 
 def companded(linear_dn: np.ndarray, reading: Reading) -> np.ndarray:
-    """Return the codes that leave the sensor."""
+    """Return the codes that leave the sensor, DN; equal to `linear_dn` without companding."""
     return (
         companding.compand(linear_dn, reading.companding, top_code(reading))
         if reading.companding
@@ -167,7 +168,9 @@ def companded(linear_dn: np.ndarray, reading: Reading) -> np.ndarray:
 
 
 def check_black_level(reading: Reading) -> None:
-    """State in the ledger the largest bias that clipping at code 0 gives a dark pixel's mean."""
+    """State in the ledger the largest bias of the mean of a dark pixel that clipping at code 0
+    causes.
+    """
     rms = sqrt(reading.read_noise_e**2 + reading.dsnu_e**2 + reading.column_e**2)
     if not reading.bits or rms == 0 or not isfinite(reading.swing_e):
         return

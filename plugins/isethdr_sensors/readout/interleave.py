@@ -1,5 +1,5 @@
-"""Interleaving: pixels of one filter array that collect less light or expose for a shorter time,
-written in lower case.
+"""Interleaving: some pixels of the filter array collect less light or expose for a shorter time.
+Their filters are written in lower case.
 """
 
 from __future__ import annotations
@@ -11,15 +11,16 @@ from ..spectral.colour_filter_array import channels, filter_map
 
 
 def dark_map(model: SensorModel, rows: int, columns: int) -> float | np.ndarray:
-    """Return the (y, x) dark charge of every pixel relative to an upper case one, or the number 1.
+    """Return the (y, x) dark charge of every pixel relative to an upper case pixel, or the number 1
+    if all pixels have the same.
 
-    The black clamp puts darkness of both kinds of pixels at the level of the upper case pixels,
-    like separate reference pixels for each exposure. The offset of the reading makes up for the
-    lower dark charge.
+    The black clamp gives both kinds of pixels the dark level of the upper case pixels, as separate
+    reference pixels for each exposure would. An offset of the reading compensates the lower dark
+    charge.
 
     Parameters
     ----------
-    model : `SensorModel` with the filter array, and the share of a lower case pixel.
+    model : `SensorModel` with the filter array, and the relative dark charge of lower case pixels.
     rows, columns : size of the sensor, pixels.
     """
     if model.lower_case_dark == 1.0:

@@ -1,9 +1,9 @@
-"""The table that reads a lin-log pixel back: linear DN, the electrons that have to arrive for it,
-and their variance.
+"""The table that converts codes of a lin-log pixel to electrons: linear DN, the electrons that have
+to arrive for it, and their variance.
 
-Noise on a curve that steepens reads too bright on average: 0.16 % on the logarithm, 0.9 % at its
-bend. So the table is not the inverse of the response, but the function whose mean over the noise is
-the electrons that arrived.
+The inverse of the response is convex. With noise, its mean is therefore too bright: by 0.16 % on
+the logarithmic part, by 0.9 % at the knee. The table is therefore not the inverse of the response,
+but a function that gives, in the mean over the noise, the electrons that arrived.
 """
 
 from __future__ import annotations
@@ -26,33 +26,34 @@ if TYPE_CHECKING:
 
     from ..sensor_model import Reading
 
-ENTRIES = 1024  # entries of the nonlinear part, if there are no codes that decide the number
-STRAIGHT_E = 1e-6  # electrons spilled up to which the table is a straight line
+ENTRIES = 1024  # number of entries of the nonlinear part for a sensor without a converter
+STRAIGHT_E = 1e-6  # spilled electrons up to which the table is a straight line
+# nodes and weights of the quadrature over noise, in standard deviations
 NODES, SHARE = np.polynomial.hermite_e.hermegauss(21)
 SHARE = SHARE / SHARE.sum()
-ROUNDS = 12  # each leaves about a hundredth of the bias
-RATIOS = 3  # of the variance off the bend
-REACH = 10.0  # noise widths by which the table is extended while it is computed
-FINITE_E = 1e60  # end of the table while it is computed: its square is still finite
+ROUNDS = 12  # largest number of corrections of the table; each leaves about a hundredth of the bias
+RATIOS = 3  # number of corrections of the variance by ratios
+REACH = 10.0  # standard deviations of noise by which the table is extended while it is computed
+FINITE_E = 1e60  # end of the table while it is computed; the square of this number is still finite
 
 
-@lru_cache(maxsize=8)  # each shot of a camera reads the same table, which takes 0.1 s
+@lru_cache(maxsize=8)  # each shot of a camera uses the same table, which takes 0.1 s
 def response(
     reading: Reading, exposure_s: float, soft: Well, noise: bool = True
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return (DN, electrons, e^2): one entry per code beyond the linear part, so that no
-    interpolation is needed there.
+    """Return the table (DN, electrons, variance in e^2), each (entry,). It has one entry per code
+    beyond the linear part, so that no interpolation is needed there.
 
     Light is constant over the exposure. The dark charge is part of the electrons, as below the
     knee. The variance is that of one reading: charge, read noise and rounding, divided by the
-    square of the slope of the response; below the knee it is Poisson's. The last entry is the top
-    code, or the code of the largest light of a shot. It measures no light: all brighter light gives
-    the same code.
+    square of the slope of the response. Below the knee the variance of the charge is that of a
+    Poisson count. The last entry is the top code, or the code of the largest light of a shot. It
+    measures no light, because all brighter light gives the same code.
 
     Parameters
     ----------
     reading : the reading of the photodiode.
-    exposure_s : exposure time.
+    exposure_s : exposure time, s.
     soft : `charge_dynamics.Well` of the photodiode.
     noise : whether the sensor has noise; without noise the table is the inverse of the response.
 
@@ -82,7 +83,7 @@ def response(
     bent = bent[electrons < FINITE_E]
     electrons = electrons[electrons < FINITE_E]
     inside = (bent <= top + step / 2) & (electrons <= LARGEST_MEAN_E)
-    # the straight line goes on below black
+    # the straight line extends below black
     start = np.array([0.0, reading.black_dn] if reading.black_dn > 0 else [-1000.0, 0.0])
     line = (start - reading.black_dn) / reading.gain_dn_per_e
     charge_var_e2 = flow_moments(EMPTY, electrons / exposure_s, exposure_s, soft).charge_var_e2
@@ -95,8 +96,8 @@ def response(
         )
         slopes = slope(electrons, exposure_s, soft)
         electrons, scatter_e2 = without_bias(bent, electrons, width_dn, line[-1])
-        # the mean reading is the count that arrived: its own variance and the scatter of readings
-        # about it add up
+        # the mean of the electrons read back is the count that arrived, so the variance of the
+        # count and the scatter of the readings around it add up
         off_bend_e2 = np.maximum(as_mean(bent, scatter_e2, width_dn), read_var_e2)
 
         def response_dn(count: np.ndarray) -> np.ndarray:
@@ -118,12 +119,12 @@ def response(
 def without_bias(
     dn: np.ndarray, mean_wanted: np.ndarray, width_dn: np.ndarray, lowest: float
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return the rising table (entry,) whose mean over the noise is `mean_wanted` at each entry,
-    and its variance over the noise there.
+    """Return the increasing table (entry,) with the mean `mean_wanted` over the noise at each
+    entry, and its variance (entry,) over the noise.
 
     Parameters
     ----------
-    dn : readings (entry,) at which the table is given, rising, DN.
+    dn : readings (entry,) of the table, increasing, DN.
     mean_wanted : wanted mean of the table over the noise (entry,), electrons.
     width_dn : standard deviation of the noise at each entry (entry,), DN.
     lowest : electrons that the first entry must exceed.
@@ -133,8 +134,8 @@ def without_bias(
         values = over_noise(dn, out, width_dn)
         mean = values @ SHARE
         better = out + mean_wanted - mean
-        # where noise is wider than the bend the corrections begin to swing: a table that does not
-        # rise cannot be read back
+        # where noise is wider than the bend, the corrections begin to oscillate; a table that does
+        # not increase cannot be used
         if not rounds_left or np.any(np.diff(better, prepend=lowest) <= 0):
             break
         out = better
@@ -142,14 +143,14 @@ def without_bias(
 
 
 def as_mean(dn: np.ndarray, mean_wanted: np.ndarray, width_dn: np.ndarray) -> np.ndarray:
-    """Return the positive table (entry,) whose mean over the noise is `mean_wanted`, where that is
-    straight or exponential within the noise.
+    """Return the positive table (entry,) with the mean `mean_wanted` over the noise, wherever
+    `mean_wanted` is linear or exponential within the width of the noise.
 
-    By ratios (Gold 1964), in which an exponential is right after one round.
+    The table is corrected by ratios (Gold 1964); an exponential is exact after one round.
 
     Parameters
     ----------
-    dn : readings (entry,) at which the table is given, rising, DN.
+    dn : readings (entry,) of the table, increasing, DN.
     mean_wanted : wanted mean of the table over the noise (entry,), above 0.
     width_dn : standard deviation of the noise at each entry (entry,), DN.
     """
@@ -160,13 +161,14 @@ def as_mean(dn: np.ndarray, mean_wanted: np.ndarray, width_dn: np.ndarray) -> np
 
 
 def over_noise(dn: np.ndarray, table: np.ndarray, width_dn: np.ndarray) -> np.ndarray:
-    """Return the table at the readings (entry, node) of a normal distribution around each entry.
+    """Return the values (entry, node) of the table at the nodes of a normal distribution around
+    each entry.
 
     Parameters
     ----------
-    dn : readings (entry,) at which the table is given, rising, DN.
-    table : values at these readings (entry,), above 0; beyond them the table goes on straight below
-        and exponentially above.
+    dn : readings (entry,) of the table, increasing, DN.
+    table : values at these readings (entry,), the last two above 0. The table is extended linearly
+        below them and exponentially above them.
     width_dn : standard deviation of the noise at each entry (entry,), DN.
     """
     noisy_dn = dn[:, None] + width_dn[:, None] * NODES

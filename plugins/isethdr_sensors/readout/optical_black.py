@@ -16,7 +16,9 @@ NAME = "optical_black"  # variable of the captures
 
 
 def with_black_rows(light_e: Sequence[np.ndarray], black_rows: int) -> list[np.ndarray]:
-    """Return the mean light electrons (y, x) of each photodiode with rows without light below."""
+    """Return the mean light electrons (y, x) of each photodiode with `black_rows` rows of zeros
+    added below.
+    """
     if not black_rows:
         return light_e
     dark = np.zeros((black_rows, light_e[0].shape[1]))

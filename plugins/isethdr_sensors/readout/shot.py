@@ -1,6 +1,4 @@
-"""One shot, in the order in which it happens: light, crosstalk, shot noise, full well, readings,
-converter.
-"""
+"""One shot, in physical order: light, crosstalk, shot noise, full well, readings, converter."""
 
 from __future__ import annotations
 
@@ -44,9 +42,9 @@ def take_shot(model: SensorModel, light: xr.DataArray, generator: Generator | No
     Parameters
     ----------
     model : photodiodes and readings of the sensor.
-    light : irradiance DataArray ([component,] wavelength, y, x), W m-2 nm-1.
-    generator : `isethdr_core.seeds.Generator`; its seed and scene key the shot, its device the
-        fixed pattern. May be None for a model without noise.
+    light : irradiance DataArray ([component,] wavelength, y, x), W m-2 nm-1, or photocurrent.
+    generator : `isethdr_core.seeds.Generator`. The random numbers of the shot depend on its seed
+        and scene, those of the fixed pattern on its device. May be None for a model without noise.
     """
     check_generator(model, generator)
     # the same for every realisation of the noise
@@ -71,7 +69,7 @@ def take_shot(model: SensorModel, light: xr.DataArray, generator: Generator | No
         out[DEFECT] = ("y", "x"), defects(model, generator, *raw.shape[1:])
     if not model.combine_bits:
         return out
-    # the steps that a reader finds in the codes are those of the finest converter
+    # the steps visible in the codes are those of the finest converter
     finest = model.readings[chip_combination.sources(model)[-1].number]
     out["quantisation_e"][:] = converter.quantisation_e(finest)
     return captures.with_response(out, chip_combination.response(model))
@@ -87,14 +85,14 @@ def check_generator(model: SensorModel, generator: Generator | None) -> None:
 
 
 DEFECT = "defect"  # variable of the captures: the device's map of defects
-PLACE_IN_BAND = "place in band"  # key of what is left out: where in its bands light lies
+PLACE_IN_BAND = "place in band"  # ledger key of the unknown position of light within its bands
 
 
 def expected_electrons(model: SensorModel, light: xr.DataArray) -> xr.DataArray:
     """Return the mean electrons of light and dark charge, DataArray (capture, y, x), without noise,
     full well or converter.
 
-    The result is affine in the light; in darkness it is `dark_e` of the captures.
+    The result is affine in the light. Without light it is `dark_e` of the captures.
     """
     grid, _, _, light_e = light_electrons(model, light)
     if model.combine_bits:
@@ -109,8 +107,8 @@ def expected_electrons(model: SensorModel, light: xr.DataArray) -> xr.DataArray:
 
 
 def state_errors(model: SensorModel, light: xr.DataArray) -> None:
-    """State in the ledger what every shot of `model` leaves out: the position of light within
-    bands, and the nonlinearity and the lower end of the converter.
+    """State in the ledger the errors of every shot of `model`: the unknown position of light within
+    bands, the model of the microlenses, and the nonlinearity and the lower end of the converter.
     """
     wavelength_nm = quantities.bands_nm(light)
     if len(wavelength_nm) > 1:
@@ -139,12 +137,10 @@ def state_errors(model: SensorModel, light: xr.DataArray) -> None:
 
 
 def _mean_spectrum(light: xr.DataArray) -> np.ndarray | None:
-    """Return the (band,) mean irradiance of light; None of photocurrent, whose spectrum is not
-    known any more.
-    """
+    """Return the mean irradiance (band,) of light; None for photocurrent, which has no spectrum."""
     if "wavelength" not in light.dims:
         return None
-    if light.dims[0] == "wavelength":  # sums in pairs: the light's own precision is enough
+    if light.dims[0] == "wavelength":  # NumPy sums pairwise, so the dtype of light is enough
         return light.values.reshape(light.sizes["wavelength"], -1).mean(axis=1).astype(float)
     return light.values.mean(
         axis=tuple(k for k, d in enumerate(light.dims) if d != "wavelength"), dtype=float
@@ -155,7 +151,8 @@ def light_electrons(
     model: SensorModel, light: xr.DataArray
 ) -> tuple[PixelGrid, np.ndarray, np.ndarray, list[np.ndarray]]:
     """Return the pixel grid, the filters (y, x), the quantum efficiency (channel, wavelength) with
-    crosstalk between filters, and per photodiode the mean light electrons (y, x) of the exposure.
+    crosstalk between filters, and for each photodiode the mean light electrons (y, x) of the
+    exposure.
     """
     grid, filters, qe, parts = component_electrons(model, light)
     light_e = exposure_timing.together(model, parts, filters)
@@ -165,8 +162,9 @@ def light_electrons(
 def component_electrons(
     model: SensorModel, light: xr.DataArray
 ) -> tuple[PixelGrid, np.ndarray, np.ndarray, list[tuple[Any, ...]]]:
-    """Return as `light_electrons`, but at last [(Modulation, per photodiode (y, x) electrons at the
-    mean light over time), ...].
+    """Return the same as `light_electrons`, but with the electrons of each component of light apart
+    as the last item: [(Modulation, list over photodiodes of (y, x) electrons at the mean light over
+    time), ...].
     """
     planes = components(light)
     for _, plane in planes:
@@ -187,7 +185,7 @@ def component_electrons(
 def _mean_electrons(
     model: SensorModel, light: xr.DataArray, grid: PixelGrid, filters: np.ndarray, qe: np.ndarray
 ) -> list[np.ndarray]:
-    """Return per photodiode the mean light electrons (y, x) of the exposure to constant light."""
+    """Return for each photodiode the mean electrons (y, x) of the exposure to constant light."""
     x = light.x.values
     y = light.y.values
     planes = response.channel_planes(model, light, qe)
@@ -222,16 +220,16 @@ def readings(
 
     Parameters
     ----------
-    light_e : per photodiode a (y, x) array of mean electrons of the whole exposure.
-    block_rows : rows computed at a time; the result is the same for any number.
     model : `SensorModel` of the sensor.
+    light_e : for each photodiode the (y, x) mean electrons of light of the whole exposure.
     generator : key of the noise of the shot and of the device; None for a model without noise.
+    block_rows : rows computed at a time; the result is the same for any number.
 
     Notes
     -----
-    `saturated` is true where the charge fills the well or the converter gives its top code. The
-    first cannot be seen in the numbers: read noise may take a full well below the top code, and
-    that value measures no light.
+    `saturated` is true where the charge fills the well or the converter gives its top code. A full
+    well cannot be recognised in `raw`: read noise may take it below the top code, although that
+    value measures no light.
     """
     height, width = light_e[0].shape
     raw = np.empty((len(model.readings), height, width), converter.raw_dtype(model.readings))
@@ -249,7 +247,7 @@ def readings(
         mean_e = light_e[k][rows] * part(prnu[k], rows) + part(dark[k], rows)
         return _charge(model, model.photodiodes[k], mean_e, generator, rows.start)
 
-    # columns reach across blocks
+    # blooming runs along columns and therefore across blocks, so that it needs the whole charge
     bloomed = {
         k: blooming.bloom(
             np.concatenate([charge(k, rows) for rows in blocks]),
@@ -297,7 +295,7 @@ def _charge(
 
 
 class ReadingNoise(NamedTuple):
-    """The device's own noise figures of one reading, electrons: numbers or maps (y, x)."""
+    """Offsets and read noise of one reading of a device, electrons: numbers or maps (y, x)."""
 
     offset_e: Any
     width_e: Any  # rms of the read noise
@@ -316,8 +314,8 @@ def read_dn(
     Parameters
     ----------
     model : the sensor's model.
-    reading : the reading: its converter and its noise.
-    electrons : (y, x) charge.
+    reading : converter and noise of the reading.
+    electrons : (y, x) charge, electrons.
     noise : offset and read noise of the same pixels.
     generator : key of the noise of the reading; not used by a model without noise.
     first_row : the block's first row, counted from the sensor's upper left pixel.
@@ -354,13 +352,13 @@ def device_maps(
     list[float | np.ndarray],
     list[float | np.ndarray],
 ]:
-    """Return per photodiode the PRNU factor and the dark electrons, per reading offset and read
-    noise: maps, rows or numbers.
+    """Return the PRNU factor and the dark electrons of each photodiode, and the offset and the read
+    noise (rms) of each reading, electrons. Each is a map (y, x), a row (1, x) or a number.
 
     Parameters
     ----------
     model : `SensorModel` of the sensor.
-    generator : its device keys the maps; None for a model without noise.
+    generator : the maps depend on its device; None for a model without noise.
     height, width : size of the sensor, pixels; rows behind metal included.
     """
     size = height, width
@@ -407,13 +405,13 @@ def device_maps(
 
 
 def defects(model: SensorModel, generator: Generator, height: int, width: int) -> np.ndarray:
-    """Return the device's map of defects, (y, x) bool: pixels in which some photodiode is hot by
-    `defect_e_per_s` or more.
+    """Return the device's map of defects, (y, x) bool: pixels with a photodiode that has
+    `defect_e_per_s` or more of extra dark current.
 
     Parameters
     ----------
     model : `SensorModel`; its `defect_e_per_s` is the limit at 60 C.
-    generator : its device keys the map.
+    generator : the map depends on its device.
     height, width : size of the sensor, pixels.
     """
     defective = np.zeros((height, width), bool)
@@ -426,5 +424,5 @@ def defects(model: SensorModel, generator: Generator, height: int, width: int) -
 
 
 def part(values: float | np.ndarray, rows: slice) -> float | np.ndarray:
-    """Return the block of a map; a number or a single row of columns serves every block."""
+    """Return the rows of a map; a number or a map of one row is returned unchanged."""
     return values[rows] if np.ndim(values) and values.shape[0] > 1 else values

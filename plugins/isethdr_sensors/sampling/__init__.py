@@ -2,8 +2,8 @@
 
 | module             | content                                                   |
 |--------------------|-----------------------------------------------------------|
-| `area_integration` | irradiance to the electrons per second of each photodiode |
+| `area_integration` | from irradiance to electrons per second of a photodiode   |
 | `isetcam_parity`   | ISETCam's spatial and voltage rules, for comparison only  |
-| `microlens`        | the share of light that pixels take, by its chief ray     |
+| `microlens`        | the share of light that pixels accept, by chief-ray angle |
 | `pixel_grid`       | where the pixels lie in the camera's field                |
 """

@@ -1,8 +1,8 @@
 """Area integration: from spectral irradiance to the electrons per second that each photodiode
 collects.
 
-Bands are projected onto the filters first, so that 31 planes of light become three or four before
-any resampling.
+Bands are summed with the response of each filter first, so that for example 31 planes of light
+become three or four before any resampling.
 """
 
 from __future__ import annotations
@@ -28,15 +28,15 @@ def electrons_per_m2_s(
     Parameters
     ----------
     irradiance : (wavelength, y, x), W m-2 nm-1, band means.
-    wavelength_nm : band centres.
+    wavelength_nm : (wavelength,) band centres, nm.
     qe : (channel, wavelength), electrons per photon.
     """
-    # sparse products add band by band in a fixed order; the rounding of dense products depends on
-    # the shape of a block and on the number of threads
+    # sparse products add band by band in a fixed order; the rounding of dense products would depend
+    # on the shape of a block and on the number of threads
     weights = csr_array(qe * photons_per_energy(wavelength_nm))
     bands, height, width = irradiance.shape
     out = np.empty((weights.shape[0], height, width))
-    rows = max(1, 4_000 // width)  # all bands of them fit the second-level cache
+    rows = max(1, 4_000 // width)  # all bands of these rows fit in the second-level cache
     for y in range(0, height, rows):
         part = irradiance[:, y : y + rows]
         out[:, y : y + rows] = (weights @ part.reshape(bands, -1).astype(np.float64)).reshape(
@@ -57,7 +57,8 @@ def electrons_per_s(
 
     Parameters
     ----------
-    channel_planes : (channel, y, x) electrons m-2 s-1, constant over tiles centred at `x_m`, `y_m`.
+    channel_planes : (channel, y, x) electrons m-2 s-1, constant over each tile.
+    x_m, y_m : (x,) and (y,) centres of the tiles, m.
     grid : positions and pitch of the pixels.
     filters : (y, x) index of each pixel's channel, periodic.
     fill_factor : the photodiode is a centred square of this share of the pixel's area.
@@ -68,11 +69,13 @@ def electrons_per_s(
         out[rows, columns] = integrate_tiles(
             channel_planes[channel], x_m, y_m, grid.x_m[columns], grid.y_m[rows], side, side
         )
-    return np.maximum(out, 0.0, out=out)  # sums of differences may round just below 0
+    return np.maximum(out, 0.0, out=out)  # rounding may make sums of differences negative
 
 
 def lattices(filters: np.ndarray) -> Iterator[tuple[slice, slice, int]]:
-    """Yield (columns, rows, channel): slices with the pixels of one channel; each pixel once."""
+    """Yield (columns, rows, channel): slices of pixels of one channel. Together, they contain each
+    pixel once.
+    """
     row_period, column_period = (_period(f) for f in (filters, filters.T))
     for y in range(row_period):
         for x in range(column_period):

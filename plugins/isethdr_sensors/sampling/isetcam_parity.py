@@ -1,8 +1,8 @@
-"""ISETCam's spatial and voltage rules, for comparison only; our own rule is `area_integration`.
+"""ISETCam's spatial and voltage rules, for comparison only; sensors use `area_integration`.
 
-ISETCam (fork state of May 2021) blurs each filter's plane with a small Gaussian and samples it
-bilinearly at pixel centres, where we integrate over the photodiode; its noise acts on volts and is
-clipped at 0. Plain functions on arrays.
+ISETCam (state of the fork in May 2021) blurs each filter's plane with a small Gaussian and samples
+it bilinearly at pixel centres, instead of integrating over the photodiode. Its noise acts on volts
+and is clipped at 0.
 """
 
 from __future__ import annotations
@@ -19,13 +19,13 @@ NORMAL_FROM_E = 25.0
 
 
 class ClippedNoise(NamedTuple):
-    """Moments of one pixel's volts over shots after clipping, and how often either end is met."""
+    """Moments of one pixel's volts over shots after clipping, and probabilities of clipping."""
 
     mean_v: float
     variance_v2: float
-    fourth_v4: float  # central: the standard error of a variance needs it
-    at_zero: float
-    at_swing: float
+    fourth_v4: float  # fourth central moment, for the standard error of a variance
+    at_zero: float  # probability of 0 V
+    at_swing: float  # probability of the full swing
 
 
 def pixel_rate(
@@ -43,14 +43,14 @@ def pixel_rate(
     ----------
     photons : (y, x, wavelength) quanta s-1 m-2 nm-1 on square samples centred on the sensor.
     spectral_qe : (wavelength, filter) electrons per photon.
-    band_nm : width of a band.
-    sample_um, pixel_um : sizes of a sample of `photons` and of a pixel.
+    band_nm : width of a band, nm.
+    sample_um, pixel_um : sizes of a sample of `photons` and of a pixel, um.
     filters : (y, x) filter index of each pixel.
 
     Notes
     -----
-    The kernel has n = ceil(pixel / sample) taps a side and a standard deviation of n / 4 samples;
-    planes are zero outside.
+    The kernel has n = ceil(pixel / sample) taps along each side and a standard deviation of n / 4
+    samples. Planes are continued with zeros.
     """
     from scipy.interpolate import RegularGridInterpolator
     from scipy.ndimage import convolve1d
@@ -76,11 +76,11 @@ def pixel_rate(
 
 @dataclass(frozen=True)
 class VoltageReadout:
-    """How ISETCam turns electrons into volts."""
+    """Parameters of ISETCam's conversion from electrons to volts."""
 
     conversion_gain_v_per_e: float
     swing_v: float  # volts are clipped to 0..swing
-    analog_gain: float = 1.0  # divides, as in ISETCam
+    analog_gain: float = 1.0  # divisor of the volts, as in ISETCam
     offset_v: float = 0.0
 
 
@@ -92,7 +92,7 @@ def volts(
     Parameters
     ----------
     rate : (y, x) electrons per m2 and second, as `pixel_rate` returns them.
-    exposure_s, photodiode_m2 : exposure time and area of the photodiode.
+    exposure_s, photodiode_m2 : exposure time, s, and area of the photodiode, m2.
     readout : gain, offset and clipping.
     """
     signal_v = rate * exposure_s * photodiode_m2 * readout.conversion_gain_v_per_e
@@ -101,20 +101,21 @@ def volts(
 
 @dataclass(frozen=True)
 class VoltageNoise:
-    """The noise that ISETCam adds to the volts, beside shot noise."""
+    """The noise that ISETCam adds to the volts, in addition to shot noise."""
 
-    read_noise_v: float = 0.0
-    prnu: float = 0.0
-    dsnu_v: float = 0.0
+    read_noise_v: float = 0.0  # rms
+    prnu: float = 0.0  # rms relative to the mean
+    dsnu_v: float = 0.0  # rms
 
 
 def noise_mean_and_variance(
     electrons: float, dark_e: float, conversion_gain_v_per_e: float, noise: VoltageNoise
 ) -> tuple[float, float]:
-    """Return mean and variance of volts before clipping, fixed pattern redrawn every frame
-    (sensorAddNoise, flag 2).
+    """Return mean and variance of volts before clipping, with a fixed pattern that is drawn again
+    for every frame (sensorAddNoise, flag 2).
 
-    v = (Poisson(electrons + dark) g + read) (1 + prnu n) + dsnu n', n and n' standard normals.
+    v = (Poisson(electrons + dark) g + read) (1 + prnu n) + dsnu n', where n and n' are standard
+    normals.
 
     Parameters
     ----------
@@ -130,12 +131,13 @@ def noise_mean_and_variance(
 def clipped_noise(
     electrons: float, dark_e: float, readout: VoltageReadout, noise: VoltageNoise
 ) -> ClippedNoise:
-    """Return the moments of `noise_mean_and_variance`'s volts after clipping to 0..swing
+    """Return the moments of the volts of `noise_mean_and_variance` after clipping to 0..swing
     (sensorCompute).
 
-    A sum over whole electron counts; given the count, volts are normal but for read noise times
-    PRNU, 1e-2 of the read noise. With read noise, PRNU and DSNU of 0 it is ISETCam's noise flag 1,
-    shot noise alone; that flag has no dark charge either.
+    The moments are sums over whole electron counts. For a given count, volts are treated as normal,
+    which neglects that read noise times PRNU, 1e-2 of the read noise, is not. With read noise, PRNU
+    and DSNU of 0 the result is that of ISETCam's noise flag 1, shot noise alone; that flag has no
+    dark charge either.
 
     Parameters
     ----------
@@ -167,7 +169,7 @@ def clipped_noise(
 
 
 def _counts(mean_e: float) -> tuple[np.ndarray, np.ndarray]:
-    """Return whole electron counts within 12 standard deviations and their probabilities, by
+    """Return whole electron counts within about 12 standard deviations, and their probabilities, by
     ISETCam's rule (noiseShot).
     """
     from scipy.stats import poisson
@@ -183,7 +185,7 @@ def _inside(
     middle: np.ndarray, width: np.ndarray, swing: float
 ) -> tuple[list[np.ndarray], np.ndarray, np.ndarray]:
     """Return the integrals of z^j phi(z), j = 0..4, over volts between 0 and `swing`, and the
-    weights at or beyond both ends.
+    probabilities of volts at or below 0 and at or above `swing`.
     """
     if not width.any():
         low = middle <= 0

@@ -1,9 +1,9 @@
-"""Microlenses: the share of the light that a pixel takes, by the angle of its chief ray.
+"""Microlenses: the share of the light that a pixel accepts, by the angle of its chief ray.
 
-The microlens of a pixel off the axis is shifted, so that light of its design angle meets the
-photodiode. Light of another angle meets it in part only (Catrysse and Wandell 2002). The design
-angle over the image and the response off it are tables of the sensor. The lens states the angle of
-its chief rays in the attribute `chief_rays` of the light.
+The microlens of a pixel off the axis is shifted, so that light at its design angle falls on the
+photodiode. Only part of the light at other angles does (Catrysse and Wandell 2002). The sensor has
+tables of the design angle over image height, and of the response over the deviation from the design
+angle. The lens states the angle of its chief rays in the attribute `chief_rays` of the light.
 
 References
 ----------
@@ -31,16 +31,18 @@ if TYPE_CHECKING:
     from .pixel_grid import PixelGrid
 
 CHIEF_RAYS = "chief_rays"  # attribute of light: {radius_per_focal_length, angle_deg}
-SAME_DEG = 1e-9  # two cubic curves through the same points differ by their rounding
+# angle below which a deviation counts as 0, and relative tolerance of the ends of tables; two cubic
+# curves through the same points differ by rounding
+SAME_DEG = 1e-9
 CONE_KEY = "cone of rays"
-FIELD_POINTS = 33  # from the axis to the corner
-CONE_RINGS = 8  # rings of equal area in the exit pupil, each with 16 azimuths
+FIELD_POINTS = 33  # number of points from the axis to the corner
+CONE_RINGS = 8  # number of rings of equal area in the exit pupil, each with 16 azimuths
 
 Points = Sequence[Sequence[float]]
 
 
 def microlenses(design_deg: Points, response: Points) -> Microlenses | None:
-    """Return the microlenses of two tables; None where both are empty.
+    """Return the microlenses of two tables; None if both are empty.
 
     Parameters
     ----------
@@ -49,7 +51,8 @@ def microlenses(design_deg: Points, response: Points) -> Microlenses | None:
 
     Raises
     ------
-    ConfigError : one table without the other, another first point, or numbers that do not rise.
+    ConfigError : one table is missing, the first point differs, or the first numbers of the points
+        do not increase.
     """
     if not design_deg and not response:
         return None
@@ -69,11 +72,11 @@ def microlenses(design_deg: Points, response: Points) -> Microlenses | None:
 
 
 def check_corner(lenses: Microlenses, rows: int, columns: int, pitch_um: float) -> None:
-    """Raise ConfigError where pixels lie beyond the table of the design angle.
+    """Raise ConfigError if pixels lie beyond the table of the design angle.
 
     Parameters
     ----------
-    lenses : of the sensor.
+    lenses : microlenses of the sensor.
     rows, columns : numbers of pixels.
     pitch_um : pixel pitch, um.
     """
@@ -81,19 +84,19 @@ def check_corner(lenses: Microlenses, rows: int, columns: int, pitch_um: float) 
 
 
 def accepted(lenses: Microlenses, light: xr.DataArray, grid: PixelGrid) -> np.ndarray | None:
-    """Return the share (y, x) of the light that each pixel takes, 0 to 1; None where the light
+    """Return the share (y, x) of the light that each pixel accepts, 0 to 1; None if the light
     states no chief rays.
 
     Parameters
     ----------
-    lenses : of the sensor.
+    lenses : microlenses of the sensor.
     light : irradiance or photocurrent, with the attribute `chief_rays`.
     grid : centres of the pixels, m.
 
     Raises
     ------
-    ConfigError : pixels beyond the table of the design angle or of the lens, or chief rays further
-        off the design angle than the table of the response goes.
+    ConfigError : pixels lie beyond the table of the design angle or that of the lens, or chief rays
+        deviate from the design angle by more than the table of the response covers.
     """
     if CHIEF_RAYS not in light.attrs:
         return None
@@ -102,11 +105,11 @@ def accepted(lenses: Microlenses, light: xr.DataArray, grid: PixelGrid) -> np.nd
 
 
 def state(lenses: Microlenses, light: xr.DataArray, grid: PixelGrid) -> None:
-    """State in the ledger what the model of the microlenses leaves out.
+    """State in the ledger the effects that the model of the microlenses leaves out.
 
     Parameters
     ----------
-    lenses : of the sensor.
+    lenses : microlenses of the sensor.
     light : irradiance or photocurrent.
     grid : centres of the pixels, m.
     """
@@ -131,8 +134,9 @@ def state(lenses: Microlenses, light: xr.DataArray, grid: PixelGrid) -> None:
 
 
 def _cone_error(lenses: Microlenses, mismatch_deg: np.ndarray, f_number: float) -> float:
-    """Return the largest difference between the response to chief rays and the mean response to
-    the cones around them, over that on the axis. Beyond its table the response stays.
+    """Return the largest difference between the response to a chief ray and the mean response to
+    the cone of rays around it, where the latter is relative to the cone on the axis. Beyond its
+    table the response is constant.
     """
     half_deg = np.degrees(np.arctan(0.5 / f_number))
     ring = half_deg * np.sqrt((np.arange(CONE_RINGS) + 0.5) / CONE_RINGS)
@@ -167,7 +171,7 @@ def _mismatch_deg(lenses: Microlenses, light: xr.DataArray, radius_mm: np.ndarra
 
 
 def _design_deg(lenses: Microlenses, radius_mm: np.ndarray) -> np.ndarray:
-    """Return the design angle at distances from the axis, mm."""
+    """Return the design angle, degrees, at distances from the axis, mm."""
     heights, angles = zip(*lenses.design_deg)
     if radius_mm.max() > heights[-1] * (1 + SAME_DEG):
         raise ConfigError(
@@ -179,7 +183,7 @@ def _design_deg(lenses: Microlenses, radius_mm: np.ndarray) -> np.ndarray:
 
 
 def _response(lenses: Microlenses, off_deg: np.ndarray) -> np.ndarray:
-    """Return the response at angles off the design angle, degrees, 0 or above."""
+    """Return the response at deviations from the design angle, degrees, 0 or above."""
     angles, values = zip(*lenses.response)
     if off_deg.max() > angles[-1] * (1 + SAME_DEG):
         raise ConfigError(
@@ -191,6 +195,7 @@ def _response(lenses: Microlenses, off_deg: np.ndarray) -> np.ndarray:
 
 
 def _curve(at: Sequence[float], values: Sequence[float], where: np.ndarray) -> np.ndarray:
-    """Return the monotone cubic curve through points; beyond the last one its value stays."""
-    table = {"angle_deg": list(at), "relative": list(values)}  # of angles, or of heights
+    """Return the monotone cubic curve through points; beyond the last one it is constant."""
+    # `at` may be angles or image heights; the function takes either under this name
+    table = {"angle_deg": list(at), "relative": list(values)}
     return table_values(table, np.minimum(where, at[-1]))

@@ -18,10 +18,11 @@ from ..sensor_model import SensorModel
 if TYPE_CHECKING:
     import xarray as xr
 
-# at the largest moment of a run, of pictures and scores and of every capture: measured
+# Memory per pixel at the peak of a run, measured: of pictures and scores, and of each capture
 PIXEL_BYTES = 175
 CAPTURE_BYTES = 45
-ROUNDING = 1e-9  # relative: a field of 100 pitches holds 100 pixels although metres are rounded
+# relative tolerance: a field of 100 pitches has 100 pixels although metres are rounded
+ROUNDING = 1e-9
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,7 +41,7 @@ def pixel_grid(light: xr.DataArray, pitch_um: float, rows: int = 0, columns: int
 
     Parameters
     ----------
-    light : irradiance or photocurrent DataArray; its attributes hold the field in metres.
+    light : irradiance or photocurrent DataArray with the size of the field, m, in its attributes.
     pitch_um : pixel pitch, um.
     rows, columns : pixels along both axes; 0 fills the field.
 
@@ -60,14 +61,17 @@ def pixel_grid(light: xr.DataArray, pitch_um: float, rows: int = 0, columns: int
 def pixel_counts(
     field_width_m: float, field_height_m: float, pitch_um: float, rows: int = 0, columns: int = 0
 ) -> tuple[int, int]:
-    """Return (rows, columns), with 0 replaced by the largest number that fits into the field. Raise
-    ConfigError if more are requested, or none fits.
+    """Return (rows, columns), with 0 replaced by the largest number that fits into the field.
 
     Parameters
     ----------
     field_width_m, field_height_m : size of the field on the sensor plane, m.
     pitch_um : pixel pitch, um.
     rows, columns : pixels along both axes; 0 fills the field.
+
+    Raises
+    ------
+    ConfigError : more pixels are requested than fit into the field, or no pixel fits.
     """
     pitch = pitch_um * 1e-6
     return _count(field_height_m, pitch, rows, "rows", "high"), _count(
@@ -76,8 +80,8 @@ def pixel_counts(
 
 
 def pixel_need(model: SensorModel, field_width_m: float, field_height_m: float) -> memory.Need:
-    """Return the memory of the pixels of a sensor from the shot to the scores, and the smallest
-    pitch that fits into the machine's memory.
+    """Return the memory that the pixels of a sensor need from the shot to the scores, with advice
+    on a pitch that fits into the machine's memory.
 
     Parameters
     ----------
@@ -98,8 +102,8 @@ def pixel_need(model: SensorModel, field_width_m: float, field_height_m: float) 
 
 
 def window_m(pitch_um: float, rows: int, columns: int) -> tuple[float, float] | None:
-    """Return (width, height) of the part of the image plane that the pixels cover, inf along an
-    axis that they fill; None if they fill both.
+    """Return (width, height), m, of the part of the image plane that the pixels cover. It is inf
+    along an axis that the pixels fill; None if they fill both.
 
     Parameters
     ----------
@@ -132,8 +136,8 @@ def check_tiles(light: xr.DataArray, grid: PixelGrid) -> None:
     """Refuse light that does not cover the pixels. State in the ledger if its tiles are coarser
     than the pixels.
 
-    The detail inside a tile is not known; its size is estimated from the mean change from tile to
-    tile.
+    The detail inside a tile is not known. Its amplitude is estimated by the mean change from tile
+    to tile.
     """
     if min(light.sizes["x"], light.sizes["y"]) < 2:
         raise UnitError(

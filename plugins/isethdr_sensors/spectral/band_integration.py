@@ -10,8 +10,10 @@ import numpy as np
 
 from isethdr_core.physics.radiometry import band_widths_nm, planck_radiance
 
-POINTS = 8  # Gauss-Legendre points of a piece: exact for polynomials up to the 15th degree
-SMOOTH_K = (2000.0, 3000.0, 5000.0, 10000.0, 20000.0)  # black bodies: a candle to a blue sky
+# number of Gauss-Legendre points of a piece, exact for polynomials up to the 15th degree
+POINTS = 8
+# temperatures of black bodies, K, from a candle to a blue sky
+SMOOTH_K = (2000.0, 3000.0, 5000.0, 10000.0, 20000.0)
 
 
 class Pieces(NamedTuple):
@@ -26,17 +28,17 @@ class Nodes(NamedTuple):
     """Points at which curves are integrated over bands."""
 
     wavelength_nm: np.ndarray
-    weight: np.ndarray  # nm; those of a band sum to its width
+    weight: np.ndarray  # nm; the weights of a band sum to its width
     band: np.ndarray  # index of the band
 
 
 def pieces(wavelength_nm: np.ndarray, breaks_nm: np.ndarray = ()) -> Pieces:
-    """Return the pieces of bands whose borders lie half way between their centres.
+    """Return the pieces of bands. The borders of bands lie half way between their centres.
 
     Parameters
     ----------
-    wavelength_nm : centres of two or more bands, rising.
-    breaks_nm : wavelengths at which curves have corners.
+    wavelength_nm : (band,) centres of two or more bands, increasing, nm.
+    breaks_nm : wavelengths at which curves have corners, nm.
     """
     w = np.asarray(wavelength_nm, float)
     inner = (w[1:] + w[:-1]) / 2
@@ -49,7 +51,9 @@ def pieces(wavelength_nm: np.ndarray, breaks_nm: np.ndarray = ()) -> Pieces:
 
 
 def nodes(wavelength_nm: np.ndarray, breaks_nm: np.ndarray = ()) -> Nodes:
-    """Return the Gauss-Legendre points of the `pieces` of bands; arguments as there."""
+    """Return the Gauss-Legendre points of the `pieces` of bands. The arguments are those of
+    `pieces`.
+    """
     low, high, band = pieces(wavelength_nm, breaks_nm)
     at, weight = np.polynomial.legendre.leggauss(POINTS)
     middle = (low + high)[:, None] / 2
@@ -62,8 +66,9 @@ def photon_means(curve: np.ndarray, at: Nodes, nodes_used: np.ndarray | None = N
 
     Parameters
     ----------
-    curve : values at the nodes `at`.
-    nodes_used : mask of the nodes; None: all. A band without any node has 0.
+    curve : (node,) values at the nodes `at`.
+    at : nodes of the integration.
+    nodes_used : (node,) mask of the nodes to use; None: all. A band without nodes has the mean 0.
 
     Notes
     -----
@@ -85,14 +90,15 @@ def smooth_spectrum_error(
     wavelength_nm: np.ndarray,
     spectrum: np.ndarray | None = None,
 ) -> float:
-    """Return the largest relative error of a channel's electrons, for smooth spectra with known
-    band means.
+    """Return the largest relative error of a channel's electrons that are computed from the band
+    means of smooth spectra.
 
     Parameters
     ----------
     response : (channel, band) electrons per photon of the bands.
     curves : (channel, node) electrons per photon at the nodes `at`.
-    wavelength_nm : centres of the bands.
+    at : nodes of the integration.
+    wavelength_nm : (band,) centres of the bands, nm.
     spectrum : (band,) mean energy per nm of the light in its bands, linear between band centres;
         None: black bodies only.
     """

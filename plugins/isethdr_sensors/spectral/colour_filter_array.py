@@ -19,7 +19,7 @@ import numpy as np
 
 from isethdr_core.errors import ConfigError
 
-ORDER = "RGBWCYM"  # channels come in this order, other letters after them
+ORDER = "RGBWCYM"  # order of the channels; other letters follow
 
 
 def cell(pattern: str) -> tuple[str, ...]:
@@ -27,7 +27,7 @@ def cell(pattern: str) -> tuple[str, ...]:
     ("W",).
     """
     rows = tuple(pattern.split("/"))
-    if len(rows) == 1:  # without a / only a square is clear; stripes are "RGB/RGB"
+    if len(rows) == 1:  # a pattern without / must be a square; stripes are "RGB/RGB"
         side = isqrt(len(pattern))
         rows = (
             tuple(pattern[k * side : (k + 1) * side] for k in range(side))
@@ -53,7 +53,7 @@ def filter_map(pattern: str, rows: int, columns: int) -> np.ndarray:
 
     Parameters
     ----------
-    pattern : repeated letters of the array, row by row, such as RGGB.
+    pattern : letters of the repeated cell, row by row, such as RGGB.
     rows, columns : size of the sensor, pixels.
     """
     names = channels(pattern)

@@ -1,5 +1,5 @@
-"""Quantum efficiency: electrons per photon of every filter, blocking filter included, and which
-bands matter.
+"""Quantum efficiency: electrons per photon of every filter, including the blocking filter, and the
+bands in which the sensor responds.
 """
 
 from __future__ import annotations
@@ -24,24 +24,25 @@ if TYPE_CHECKING:
 
     from .band_integration import Nodes
 
-# of the largest quantum efficiency: bands below it at both ends need not be rendered
+# quantum efficiency, relative to the largest, below which outer bands need not be rendered
 NEGLIGIBLE = 1e-6
-BLIND = 0.02  # of a curve's peak: a table may end here
-BEYOND_NM = 10.0  # light may lie so much beyond the end of a table, as sub-bands of its last band
+BLIND = 0.02  # largest value at which a table may end, relative to the peak of the curve
+# distance by which light may exceed the end of a table, for sub-bands of its last band
+BEYOND_NM = 10.0
 
 
 def quantum_efficiency(model: SensorModel, wavelength_nm: ArrayLike) -> np.ndarray:
-    """Return (channel, band) electrons per photon of light that is even over each band; channels as
-    `colour_filter_array.channels`.
+    """Return (channel, band) electrons per photon, for light that is constant over each band. The
+    channels are those of `colour_filter_array.channels`.
 
-    The curves are integrated over every band, so that a line between two band centres counts. Those
-    of a table are straight from row to row, and their integral is exact. A band that is partly
-    beyond a table whose rows hold its centre has the mean of its known part. A single band has no
-    known width: its value is that at its centre.
+    The curves are integrated over every band, so that a peak between two band centres counts.
+    Curves of a table are linear from row to row, and their integral is exact. A band that extends
+    beyond the table, but has its centre inside, has the mean over its part inside the table. The
+    width of a single band is not known; its value is that at its centre.
 
     Raises
     ------
-    ConfigError : more than one electron per photon, or none at all in any band of the light.
+    ConfigError : there is more than one electron per photon, or none in all bands of the light.
     """
     w = np.asarray(wavelength_nm, float)
     if len(w) < 2:
@@ -55,8 +56,8 @@ def quantum_efficiency(model: SensorModel, wavelength_nm: ArrayLike) -> np.ndarr
 
 
 def spectral_curve(model: SensorModel, wavelength_nm: np.ndarray) -> np.ndarray:
-    """Return (channel, wavelength) electrons per photon at single wavelengths; channels as
-    `colour_filter_array.channels`.
+    """Return (channel, wavelength) electrons per photon at single wavelengths. The channels are
+    those of `colour_filter_array.channels`.
     """
     w = np.asarray(wavelength_nm, float)
     qe = np.stack([_curve(model, letter, w) for letter in channels(model.cfa)])
@@ -71,7 +72,7 @@ def spectral_curve(model: SensorModel, wavelength_nm: np.ndarray) -> np.ndarray:
 
 
 def _with_response(model: SensorModel, qe: np.ndarray, w: np.ndarray) -> np.ndarray:
-    """Return the quantum efficiency of the bands; raise ConfigError if all of it is 0."""
+    """Return `qe` unchanged; raise ConfigError if all of it is 0."""
     if qe.any():
         return qe
     where = f"sensor.qe_csv={model.qe_csv!r}" if model.qe_csv else f"sensor.cfa={model.cfa!r}"
@@ -89,8 +90,8 @@ def _breaks_nm(model: SensorModel) -> np.ndarray:
 
 
 def _nodes_in_table(model: SensorModel, at: Nodes, w: np.ndarray) -> np.ndarray | None:
-    """Return a mask of the nodes that a band's mean uses: those within the table, if the band's
-    centre is within it. None without a table.
+    """Return a mask of the nodes that the mean of a band uses. If the centre of the band is inside
+    the table, these are the nodes inside the table; otherwise all nodes. None without a table.
     """
     if not model.qe_csv:
         return None
@@ -126,11 +127,11 @@ def smooth_spectrum_error(
 def line_error(model: SensorModel, wavelength_nm: np.ndarray) -> float:
     """Return a bound on the error for any spectrum, including a line at the edge of its band.
 
-    A band holds only the mean of its energy, so light anywhere within it counts with the mean
-    efficiency over the band. The electrons per joule differ from their mean within a band by at
-    most the range of wavelength x quantum efficiency there. The bound is this difference relative
-    to the largest mean. Multiplied by the electrons that all energy of the light would make in the
-    most sensitive band, it bounds the error.
+    Only the mean energy of a band is known, so all light in it counts with the mean efficiency over
+    the band. Electrons per joule are proportional to wavelength x quantum efficiency. The bound is
+    the largest deviation of this product from its mean over the band, relative to the largest mean.
+    Multiplied by the electrons that all energy of the light would make in the most sensitive band,
+    it bounds the error.
     """
     w = np.asarray(wavelength_nm, float)
     if len(w) < 2:
@@ -147,15 +148,16 @@ def line_error(model: SensorModel, wavelength_nm: np.ndarray) -> float:
 
 
 def narrow(model: SensorModel, demand: Demand) -> Demand:
-    """Return the demand for the sensor's window, without the outer bands in which it is blind. The
-    effect is bounded in the ledger.
+    """Return the demand limited to the sensor's window, and without the outer bands in which the
+    sensor does not respond. The ledger states a bound of the effect.
     """
     demand = replace(demand, window_m=window_m(model.pitch_um, model.rows, model.columns))
     if demand.wavelength_nm is None:
         return demand
     strongest = quantum_efficiency(model, demand.wavelength_nm).max(0)
     sensitive = np.flatnonzero(strongest > NEGLIGIBLE * strongest.max())
-    # inner bands stay, and always two: band widths come from the distances between centres
+    # inner bands remain, and at least two bands, because band widths follow from the distances
+    # between centres
     first = sensitive[0]
     last = max(sensitive[-1], min(sensitive[0] + 1, len(strongest) - 1))
     needed_nm = demand.wavelength_nm[first : last + 1]
@@ -197,8 +199,8 @@ def _curve(model: SensorModel, letter: str, w: np.ndarray) -> np.ndarray:
 def _check_cover(
     path: str, letter: str, table_nm: np.ndarray, values: np.ndarray, w: np.ndarray
 ) -> None:
-    """Refuse a table that ends at a wavelength where the filter still transmits and the light has
-    energy.
+    """Refuse a table that ends where the filter still transmits, if the light extends beyond the
+    end of the table.
     """
     for end, light_goes_on in (
         (0, w.min() < table_nm[0] - BEYOND_NM),

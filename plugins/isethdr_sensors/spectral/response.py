@@ -1,5 +1,5 @@
-"""Response: the request of a sensor for photocurrent, and its reading of irradiance or
-photocurrent.
+"""Response: the request of a sensor for photocurrent, and the conversion of irradiance or
+photocurrent to electrons.
 """
 
 from __future__ import annotations
@@ -24,21 +24,22 @@ from .quantum_efficiency import quantum_efficiency
 if TYPE_CHECKING:
     import xarray as xr
 
-CLOSE = 1e-12  # relative: two computations of one quantum efficiency
+CLOSE = 1e-12  # relative tolerance between two computations of one quantum efficiency
 
 
 def ask(
     model: SensorModel, demand: Demand, longest_s: float, quietest: SensorModel | None = None
 ) -> Demand:
-    """Return the demand with the response of a sensor that exposes for at most `longest_s`; without
-    a response if the sensor has no noise.
+    """Return the demand with the response of a sensor that exposes for at most `longest_s`. For a
+    sensor without noise, return the demand unchanged.
 
-    Without noise no error is small enough, so the sensor asks for light wavelength by wavelength.
+    Without noise no error of the light is negligible, so the sensor needs light at each wavelength
+    instead of photocurrent.
 
     Parameters
     ----------
-    model : `SensorModel` at its exposure.
-    demand : what is needed of the light so far.
+    model : `SensorModel` of the sensor.
+    demand : demand of the later stages.
     longest_s : longest exposure, s.
     quietest : model at the gain with the least read noise; None: `model`.
     """
@@ -76,8 +77,8 @@ def full_scale_e(model: SensorModel) -> list[float]:
 
 
 def _efficiency(model: SensorModel, wavelength_nm: np.ndarray) -> np.ndarray:
-    """Return (channel, wavelength) electrons per photon; channels as in `crosstalk.parts`, one part
-    after the other.
+    """Return (channel, wavelength) electrons per photon. The channels of each of `crosstalk.parts`
+    follow each other.
     """
     return np.concatenate(
         crosstalk.parts(quantum_efficiency(model, wavelength_nm), model, wavelength_nm)
@@ -91,12 +92,12 @@ def check_light(light: xr.DataArray) -> None:
 
 
 def channel_planes(model: SensorModel, light: xr.DataArray, qe: np.ndarray) -> list[np.ndarray]:
-    """Return per part of `crosstalk.parts` the electrons per m2 and second (channel, y, x) on the
-    light's own tiles.
+    """Return for each of `crosstalk.parts` the electrons per m2 and second (channel, y, x) on the
+    tiles of the light.
 
     Parameters
     ----------
-    model : `SensorModel`, for its crosstalk and its response.
+    model : `SensorModel` with crosstalk and quantum efficiency.
     light : irradiance (wavelength, y, x), W m-2 nm-1, or photocurrent (channel, y, x), electrons
         m-2 s-1.
     qe : quantum efficiency (channel, wavelength) at the light's bands, electrons per photon.
@@ -109,7 +110,7 @@ def channel_planes(model: SensorModel, light: xr.DataArray, qe: np.ndarray) -> l
         ]
     efficiency = _efficiency(model, wavelength_nm)
     efficiency_of_light = np.asarray(light.attrs["efficiency"])
-    # the light may serve other sensors too
+    # the photocurrent may also have rows for other sensors
     difference = np.abs(efficiency[:, None] - efficiency_of_light).max(2)
     row = difference.argmin(1)
     if np.any(difference[np.arange(len(efficiency)), row] > CLOSE * efficiency.max()):

@@ -3,10 +3,9 @@ file.
 
 Each filter is a sum of skewed Gaussians (amplitude, centre nm, width nm below the centre, width nm
 above it). They are fitted by least squares to the curves of the AR0132AT data sheet, as ISETCam
-distributes them: 380-780 nm in steps of 5 nm, relative to the largest peak. Residuals, rms /
-largest: R 0.008 /
-0.023, G 0.005 / 0.014, B 0.007 / 0.039, W 0.005 / 0.017. ISETCam's public IMX363 curves are the
-same RGB shapes times 0.62.
+distributes them: 380-780 nm in steps of 5 nm, relative to the largest peak. Residuals, rms and
+largest: R 0.008 and 0.023, G 0.005 and 0.014, B 0.007 and 0.039, W 0.005 and 0.017. ISETCam's
+public IMX363 curves are the same RGB shapes times 0.62.
 """
 
 from __future__ import annotations
@@ -19,8 +18,9 @@ import numpy as np
 
 from isethdr_core.errors import ConfigError, did_you_mean
 
-FITTED_NM = (380.0, 780.0)
+FITTED_NM = (380.0, 780.0)  # range of the fitted curves
 
+# {filter: skewed Gaussians}, see above
 AR0132AT = {
     "R": (
         (0.235, 350.0, 300.0, 49.2),
@@ -45,9 +45,9 @@ AR0132AT = {
 }
 
 
-# Filters that the data sheet does not show, as edges on the clear curve (assumption): C is clear
-# like W, yellow passes above 500 nm and magenta all but a band about 540 nm. Edges of common dyes
-# are about 30 nm wide (10 to 90 %).
+# Filters that the data sheet does not show are modelled as edges on the clear curve (assumption):
+# C is clear like W, yellow transmits above 500 nm, and magenta all but a band around 540 nm. Edges
+# of common dyes are about 30 nm wide (10 to 90 %).
 LETTERS = (*AR0132AT, "C", "Y", "M")
 
 
@@ -68,7 +68,11 @@ def check_letters(letters: str | Sequence[str]) -> None:
 def filter_curve(letter: str, wavelength_nm: np.ndarray) -> np.ndarray:
     """Return the relative quantum efficiency of a filter.
 
-    Outside 380-780 nm it is the value at the end of this range.
+    Outside 380-780 nm it has the value at the end of this range.
+
+    Raises
+    ------
+    ConfigError : the filter has no curve.
     """
     check_letters(letter)
     clipped_nm = np.clip(np.asarray(wavelength_nm, float), *FITTED_NM)
@@ -88,10 +92,10 @@ def filter_curve(letter: str, wavelength_nm: np.ndarray) -> np.ndarray:
 
 
 def infrared_cut(wavelength_nm: np.ndarray) -> np.ndarray:
-    """Return the transmittance of a camera's blocking filter, ultraviolet and infrared.
+    """Return the transmittance of a camera's filter that blocks ultraviolet and infrared.
 
-    Three edges fitted to ISETCam's public measured filter, 380-780 nm: residual rms 0.020, largest
-    0.051.
+    It is a product of three edges, fitted to ISETCam's public measured filter at 380-780 nm. The
+    residual is 0.020 rms, 0.051 at most.
     """
     nm = np.asarray(wavelength_nm, float)
 
@@ -108,8 +112,8 @@ def read_csv(path: str) -> dict[str, np.ndarray]:
 
     Raises
     ------
-    ConfigError : when the file is missing, has no column wavelength_nm, or holds a value outside
-        0..1.
+    ConfigError : the file cannot be read, is no table of numbers, has no column wavelength_nm with
+        increasing values, or has a value outside 0..1.
     """
     try:
         with open(path, newline="") as file:

@@ -1,10 +1,10 @@
 """Automatic exposure and gain: the exposure time, then the analog gain, at which the metered level
 of the mean electrons meets its target. Noise has no influence.
 
-The exposure is solved first, within the limits of motion and flickering lamps. If it ends below the
-target, the analog gain is raised, up to `auto_gain_max` times. All captures keep their shares of
-the exposure, so several exposures form a bracket around the solved one. Alternatively each is
-solved separately (`exposed_each`).
+The exposure is solved first, within the limits of motion and flickering lamps. If the metered level
+is then below the target, the analog gain is raised, up to the factor `auto_gain_max`. All captures
+keep their shares of the exposure, so that several exposures follow the solved one in fixed ratios.
+Alternatively the first and the last exposure are solved separately (`exposure_each`).
 """
 
 from __future__ import annotations
@@ -35,14 +35,14 @@ if TYPE_CHECKING:
     from ..single import SingleSensor
     from ..staggered import StaggeredSensor
 
-LOG_TOLERANCE = 1e-12  # of the natural logarithm of the exposure
+LOG_TOLERANCE = 1e-12  # tolerance of the natural logarithm of the exposure
 
 
 class Automatic(NamedTuple):
     """The exposure that a sensor chooses for a shot."""
 
     exposure: Exposure
-    iterations: int  # of Brent's method
+    iterations: int  # number of iterations of Brent's method
 
 
 class Solved(NamedTuple):
@@ -50,13 +50,13 @@ class Solved(NamedTuple):
 
     exposure_s: float
     gain: float
-    iterations: int  # of Brent's method
-    limit: str  # the field that stopped the exposure, or empty
-    residual: float  # of the metered level against its target, relative
+    iterations: int  # number of iterations of Brent's method
+    limit: str  # name of the field that limited the exposure, or empty
+    residual: float  # relative difference between the metered level and its target
 
 
 def check(sensor: ImagingSensor) -> None:
-    """Refuse a rule, a target or limits that no exposure can meet."""
+    """Refuse an unknown rule, and a target or limits that no exposure can meet."""
     if sensor.exposure_rule not in RULES:
         raise ConfigError(
             "sensor.exposure_rule is"
@@ -124,15 +124,16 @@ def one_for_all(sensor: ImagingSensor, light: xr.DataArray) -> Automatic:
 
 
 def one_by_one(sensor: StaggeredSensor, light: xr.DataArray) -> Automatic:
-    """Return the exposures of a staggered sensor, solved one by one.
+    """Return the exposures of a staggered sensor, with the first and the last one solved apart.
 
-    The rule determines the first exposure, the brightest pixel, lamps included, the last one. The
-    others lie between at equal ratios. If the brightest pixel is not saturated in the first
-    exposure, the ratios of the config are used.
+    The rule sets the first exposure. The brightest pixel, lamps included, sets the last one. The
+    others lie between them at equal ratios. If the brightest pixel would allow a last exposure as
+    long as the first, the ratios of the config are used.
 
     Parameters
     ----------
-    sensor : a staggered sensor. `light` : irradiance or photocurrent on the sensor plane.
+    sensor : a staggered sensor.
+    light : irradiance or photocurrent on the sensor plane.
     """
     first = settle(replace(sensor, exposure_each=False), light)
     last_s, more = solve(
@@ -147,7 +148,7 @@ def one_by_one(sensor: StaggeredSensor, light: xr.DataArray) -> Automatic:
         ),
         light,
     )
-    last_s /= first.gain  # the full scale is that much smaller
+    last_s /= first.gain  # the gain reduces the full scale by this factor
     count = len(sensor.exposure_ratios)
     ratios = sensor.exposure_ratios
     if count > 1 and last_s < first.exposure_s:
@@ -164,15 +165,15 @@ def solve(sensor: BayerSensor, light: xr.DataArray) -> tuple[float, int]:
 
 
 def settle(sensor: ImagingSensor, light: xr.DataArray) -> Solved:
-    """Return the exposure and the gain solved for `light`; the residual goes to the ledger.
+    """Return the exposure and the gain solved for `light`, and state the residual in the ledger.
 
     Mean electrons, dark charge included, are proportional to the exposure, so they are computed
-    once. Light that varies in time is metered by its mean over time: a camera meters over many
-    frames. A target out of reach within the limits gives the nearer limit.
+    once. Light that varies in time is metered by its mean over time, because a camera meters over
+    many frames. If the target cannot be met within the limits, the result is the nearer limit.
 
     Raises
     ------
-    ConfigError : limits that no exposure meets through the lens of this light.
+    ConfigError : no exposure meets the limits with the lens of this light.
     """
     solution = once(("automatic exposure", sensor), (light,), lambda: _settled(sensor, light))
     reached = f"after {solution.iterations} iterations"
@@ -196,24 +197,24 @@ def _settled(sensor: ImagingSensor, light: xr.DataArray) -> Solved:
 
 
 def metered(sensor: ImagingSensor) -> ImagingSensor:
-    """Return the sensor as it is metered: each reading by itself."""
+    """Return the sensor for metering, in which the chip does not combine the readings."""
     if sensor.combine_bits:
         return replace(sensor, combine_bits=0, companding=())
     return sensor
 
 
 def settled_at(sensor: ImagingSensor, electrons_per_s: np.ndarray, focal_length_m: float) -> Solved:
-    """Return the exposure and the gain solved for mean electrons; nothing goes to the ledger.
+    """Return the exposure and the gain solved for mean electrons, without an entry in the ledger.
 
     Parameters
     ----------
-    sensor : as `metered` returns it.
-    electrons_per_s : (capture, y, x) mean over time, dark charge included.
-    focal_length_m : of the lens, for the limits.
+    sensor : sensor as `metered` returns it.
+    electrons_per_s : (capture, y, x) electrons per second, mean over time, dark charge included.
+    focal_length_m : focal length of the lens, m, for the limits.
 
     Raises
     ------
-    ConfigError : limits that no exposure meets through that lens.
+    ConfigError : no exposure meets the limits with that lens.
     """
     limits = exposure_limits(sensor, focal_length_m)
     scale_e = np.reshape(sensor.full_scale_e(), (-1, 1, 1))
@@ -245,8 +246,9 @@ def settled_at(sensor: ImagingSensor, electrons_per_s: np.ndarray, focal_length_
 def _met(
     level: Callable[[float], float], least: float, most: float, target: float
 ) -> tuple[float, int]:
-    """Return where the rising `level` meets `target` between two limits, and the iterations of
-    Brent's method; the nearer limit and 0 where it does not.
+    """Return the argument between two limits at which the increasing function `level` meets
+    `target`, and the number of iterations of Brent's method. If there is none, return the nearer
+    limit and 0.
     """
     from scipy.optimize import brentq
 

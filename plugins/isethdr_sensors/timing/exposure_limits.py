@@ -1,8 +1,8 @@
 """Exposure limits: the shortest and longest exposure that motion and flickering lamps allow.
 
-Motion: while the camera drives towards it, an object 5 m beside the lane, 20 m ahead, may move by
-two pixels at most. Flicker: an exposure over whole periods of a lamp measures its mean, independent
-of phase and row.
+Motion: while the camera drives forward, the image of an object 5 m to the side and 20 m ahead may
+move by two pixels at most. Flicker: an exposure over whole periods of a lamp measures its mean,
+independent of phase and row.
 """
 
 from __future__ import annotations
@@ -15,10 +15,10 @@ from isethdr_core.errors import ConfigError
 if TYPE_CHECKING:
     from ..imaging_sensor import ImagingSensor
 
-ASIDE_M = 5.0  # of the object beside the lane
-AHEAD_M = 20.0  # of the object at the start of the exposure
-PIXELS = 2.0  # that it may move
-ROUNDING = 1e-9  # relative: tolerance for whole periods, because products are rounded
+ASIDE_M = 5.0  # distance of the object from the camera's axis
+AHEAD_M = 20.0  # distance of the object ahead of the camera at the start of the exposure
+PIXELS = 2.0  # largest displacement of its image, pixels
+ROUNDING = 1e-9  # relative tolerance for whole periods, because products are rounded
 
 
 class Limits(NamedTuple):
@@ -31,16 +31,17 @@ class Limits(NamedTuple):
 
 
 def motion_limit_s(speed_m_s: float, focal_length_m: float, pitch_m: float) -> float:
-    """Return the exposure in which the object moves by `PIXELS`, seconds; inf without motion.
+    """Return the exposure, s, in which the image of the object moves by `PIXELS`; inf without
+    motion.
 
-    A pinhole camera images a point at (X, Z) at f X / Z. After the distance d = v t it is at f X /
-    (Z - d), so it moves by s after d = Z - 1 / (1 / Z + s / (f X)).
+    A pinhole camera images a point at (X, Z) at f X / Z. After the distance d = v t, the image is
+    at f X / (Z - d). It has moved by s when d = Z - 1 / (1 / Z + s / (f X)).
 
     Parameters
     ----------
-    speed_m_s : speed of the camera along its axis.
-    focal_length_m : focal length.
-    pitch_m : distance between pixel centres.
+    speed_m_s : speed of the camera along its axis, m/s.
+    focal_length_m : focal length, m.
+    pitch_m : distance between pixel centres, m.
     """
     if not speed_m_s:
         return inf
@@ -54,12 +55,12 @@ def exposure_limits(sensor: ImagingSensor, focal_length_m: float | None) -> Limi
     Parameters
     ----------
     sensor : the sensor.
-    focal_length_m : focal length of the lens; None if it is not known yet: motion then sets no
-        limit.
+    focal_length_m : focal length of the lens, m; None if it is not known yet, in which case motion
+        sets no limit.
 
     Raises
     ------
-    ConfigError : limits that no exposure meets.
+    ConfigError : no exposure meets the limits.
     """
     shortest_s = sensor.exposure_min_s
     shortest_by = "exposure_min_s"
@@ -86,7 +87,7 @@ def exposure_limits(sensor: ImagingSensor, focal_length_m: float | None) -> Limi
 
 
 def whole_periods_s(exposure_s: float, flicker_hz: float) -> float:
-    """Return the longest exposure of whole periods up to `exposure_s`; itself for 0 Hz.
+    """Return `exposure_s` rounded down to whole periods; unchanged for 0 Hz.
 
     `exposure_s` is at least one period long.
     """

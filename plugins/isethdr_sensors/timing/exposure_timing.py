@@ -1,9 +1,9 @@
-"""Exposure timing: when each row of each capture is exposed, and how much of light that varies
-falls into it.
+"""Exposure timing: when each row of each capture is exposed, and how much varying light it receives
+then.
 
-Time 0 is the start of the first row's first exposure. Rows follow each other by `line_time_s`; both
-photodiodes of a split pixel expose together, staggered exposures of a row one after the other. An
-interleaved shorter exposure ends with the longer one.
+Time 0 is the start of the first row's first exposure. Each row starts `line_time_s` after the
+previous one. Both photodiodes of a split pixel expose at the same time. Staggered exposures of a
+row follow each other. An interleaved shorter exposure ends at the same time as the longer one.
 """
 
 from __future__ import annotations
@@ -23,25 +23,25 @@ if TYPE_CHECKING:
 
 
 def starts_s(model: SensorModel, diode: Photodiode, rows: int) -> np.ndarray:
-    """Return when each row's exposure of `diode` starts, (rows, 1) seconds.
+    """Return the start (rows, 1), s, of the exposure of `diode` in each row.
 
     Parameters
     ----------
     model : `SensorModel` with the line time and the exposure.
-    diode : photodiode, whose exposure may start later than the row's first.
+    diode : photodiode; its exposure may start later than the first exposure of the row.
     rows : number of rows of the sensor.
     """
     return row_starts_s(rows, model.line_time_s, model.exposure_s * diode.start_share)
 
 
 def shot_time_s(model: SensorModel, rows: int, exposure_s: float) -> float:
-    """Return the time from the start of the first exposure of a shot to the end of the last one.
+    """Return the time, s, from the start of the first exposure of a shot to the end of the last.
 
     Parameters
     ----------
-    model : of the sensor.
+    model : `SensorModel` with the line time and the photodiodes.
     rows : number of rows.
-    exposure_s : of which the exposures and their starts are shares.
+    exposure_s : exposure time, s; exposures of photodiodes and their starts are shares of it.
     """
     last = max(diode.start_share + diode.exposure_share for diode in model.photodiodes)
     return model.line_time_s * (rows - 1) + exposure_s * last
@@ -50,13 +50,13 @@ def shot_time_s(model: SensorModel, rows: int, exposure_s: float) -> float:
 def relative(
     model: SensorModel, diode: Photodiode, modulation: Modulation, filters: np.ndarray
 ) -> float | np.ndarray:
-    """Return the light that falls into each exposure over that of the mean over time: (rows, 1),
-    (y, x), or 1 for constant light.
+    """Return the light of each exposure relative to that of the mean over time: (rows, 1), (y, x),
+    or 1 for constant light.
 
     Parameters
     ----------
     model : `SensorModel` with line time, exposure and filter array.
-    diode : photodiode whose exposure counts.
+    diode : photodiode with its exposure.
     modulation : `Modulation` of the light in time.
     filters : index of each pixel's channel (y, x).
     """
@@ -77,13 +77,14 @@ def relative(
 def together(
     model: SensorModel, parts: Sequence[tuple[Modulation, list[Any]]], filters: np.ndarray
 ) -> list:
-    """Return per photodiode the mean electrons (y, x) of the exposure as it falls in time.
+    """Return for each photodiode the mean electrons (y, x) of its exposure to varying light.
 
     Parameters
     ----------
-    parts : [(Modulation, per photodiode (y, x) electrons at the mean light over time), ...].
-    filters : (y, x) index of each pixel's channel.
     model : `SensorModel` with line time, exposure and filter array.
+    parts : components of the light, [(Modulation, list over photodiodes of (y, x) electrons at the
+        mean light over time), ...].
+    filters : (y, x) index of each pixel's channel.
     """
     out = None
     for modulation, means in parts:

@@ -16,23 +16,25 @@ from typing import NamedTuple
 import numpy as np
 
 RULES = ("fixed", "centre", "histogram", "percentile", "highlights")
-LAMP_PERCENTILE = 95.0  # percentile of the pixels; much brighter pixels count as lamps
+LAMP_PERCENTILE = 95.0  # percentile of the pixels to which lamps are compared
 
 
 class Metering(NamedTuple):
-    """The pixels and the level that are metered."""
+    """Rule and parameters of metering."""
 
     rule: str
-    percentile: float  # of the rule `percentile`
-    lamp_ratio: float  # of a lamp over `LAMP_PERCENTILE`; inf: nothing is a lamp
+    percentile: float  # percentile of the rule `percentile`
+    # level above which a pixel counts as a lamp / level at `LAMP_PERCENTILE`; inf: no pixel does
+    lamp_ratio: float
 
 
 def meter(how: Metering, share: np.ndarray) -> Callable[[float], float]:
-    """Return the metered level as a function of a factor on the light, rising with it.
+    """Return the metered level as an increasing function of a factor on the light.
 
     Parameters
     ----------
-    share : (capture, y, x) electrons over the full scale of each capture, at a factor of 1.
+    how : rule and parameters.
+    share : (capture, y, x) electrons / full scale of each capture, at a factor of 1.
     """
     if how.rule == "highlights":
         brightest = min(_brightest(plane, how.lamp_ratio) for plane in share)
@@ -52,8 +54,8 @@ def meter(how: Metering, share: np.ndarray) -> Callable[[float], float]:
 
 
 def _brightest(plane: np.ndarray, lamp_ratio: float) -> float:
-    """Return the brightest of the pixels (y, x) that are no lamps."""
+    """Return the level of the brightest pixel (y, x) that is no lamp."""
     if np.isinf(lamp_ratio):
         return float(plane.max())
     limit = lamp_ratio * float(np.percentile(plane, LAMP_PERCENTILE))
-    return float(plane[plane <= limit].max())  # the least pixels always lie below
+    return float(plane[plane <= limit].max())  # 95 % of the pixels always remain
