@@ -44,7 +44,7 @@ def print_result(result: Result) -> None:
     for row in result.ledger:
         if row.stage.startswith("picture ") and row.errors:
             print_text(
-                f"{row.stage}: error at most {row.error:.3g} {row.error_unit}:"
+                f"{row.stage}: error at most {row.error:.3g} {row.error_unit}"
                 f" {row.errors[0].label}",
                 hanging="    ",
             )

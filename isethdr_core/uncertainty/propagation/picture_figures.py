@@ -27,10 +27,10 @@ TWO_SIDED = 2.5758  # 99 % of normal deviates are within this number of standard
 
 
 class Seconds(NamedTuple):
-    """What a picture took."""
+    """Run time of a picture, s."""
 
-    rendering: float  # in this run or when it was stored
-    later: float  # everything after it
+    rendering: float  # time of the rendering, in this run or when the radiance was stored
+    later: float  # time of everything after the rendering
 
 
 @dataclass(frozen=True)
@@ -44,14 +44,14 @@ class Figures:
     renderer: float
     later: float  # stages after the renderer, up to the sensor
     sensor: float
-    worst: float  # of the worst pixel, 99th percentile
+    worst: float  # error of the worst pixel, 99th percentile
     capture: str
 
 
 def figures_of(
     shot: Electrons, terms: Sequence[ErrorTerm], of_sensor: Sequence[ErrorTerm] = ()
 ) -> Figures | None:
-    """Return the figures of one capture, None where all its pixels are saturated.
+    """Return the figures of one capture; None if all its pixels are saturated.
 
     Parameters
     ----------
@@ -84,8 +84,8 @@ def record_figures(
 
     Parameters
     ----------
-    shots : as `electrons` returns them.
-    rows : rows of the ledger; of the sensors only the row of this picture.
+    shots : electrons of the captures, as `electrons` returns them.
+    rows : rows of the ledger; among those of sensors, only the row of this picture's sensor.
     allowed : largest error of all stages after the renderer, as a share of the noise.
     seconds : run time of the picture.
     """
@@ -97,15 +97,15 @@ def record_figures(
         if (figure := figures_of(shot, terms[shot.capture].of_electrons, sensor_terms))
     ]
     if not figures:
-        label = "no pixel is below saturation"
+        label = "(no pixel is below saturation)"
         _record_figure(0.0, "statistical", label, WHOLE)
         return
     most = max(figures, key=lambda figure: figure.all_stages)
     label = (
-        f"99 % of the unsaturated pixels of {most.capture} (worst pixel {most.worst:.3g}): renderer"
-        f" {most.renderer:.3g} in {seconds.rendering:.3g} s; later stages {most.later:.3g} of the"
-        f" allowed {allowed:g} in {seconds.later:.3g} s{_why(figures, shots, rows, allowed)}; error"
-        f" of the sensor {most.sensor:.3g}"
+        f"in 99 % of the unsaturated pixels of capture {most.capture} (worst pixel"
+        f" {most.worst:.3g}); sensor {most.sensor:.3g}, renderer {most.renderer:.3g} in"
+        f" {seconds.rendering:.3g} s, later stages {most.later:.3g} of the allowed {allowed:g} in"
+        f" {seconds.later:.3g} s{_why(figures, shots, rows, allowed)}"
     )
     _record_figure(most.all_stages, "statistical", label, WHOLE)
     for figure in figures:
