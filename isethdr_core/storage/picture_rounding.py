@@ -15,22 +15,23 @@ if TYPE_CHECKING:
     import xarray as xr
     from xarray.core.variable import Variable
 
-FIXED_PATTERN = "fixed_pattern_variance"  # equals `truth.FIXED_PATTERN`; avoids its imports
+# equals `reference_picture.FIXED_PATTERN`, without the imports of that module
+FIXED_PATTERN = "fixed_pattern_variance"
 ROUNDING = "rounding"  # attribute of a rounded variable: its largest error
 SHARE_OF_SIGMA = 1 / 20  # largest rounding error of a value, in its standard deviations
 # largest rounding error of a denoised value, in standard deviations before denoising: denoised
 # values are means of about a hundred values
 DENOISED_SHARE = SHARE_OF_SIGMA / 10
-# mantissa bits that are kept
-EXACT_BITS = 16  # of a value without variance: relative error 2^-17
-LUMINANCE_BITS = 7  # of the variance of Y, which every score reads: relative error 2^-8
-COLOUR_BITS = 2  # of the variances of X and Z: relative error 2^-3
-FIXED_PATTERN_BITS = 6  # of the fixed pattern's variance: an error of 2^-7 of the total variance
+# numbers of mantissa bits that are kept
+EXACT_BITS = 16  # for a value without variance: relative error 2^-17
+LUMINANCE_BITS = 7  # for the variance of Y, which every score reads: relative error 2^-8
+COLOUR_BITS = 2  # for the variances of X and Z: relative error 2^-3
+FIXED_PATTERN_BITS = 6  # for the fixed pattern's variance: error 2^-7 of the total variance
 # number of grids for Y; rows take them in turn. More grids make medians more accurate, but take
 # more disk if neighbouring pixels have grids of different spacing
 ROW_SHIFTS = {"xyz": 8, "variance": 64, FIXED_PATTERN: 1}
 TINY = np.finfo(np.float64).tiny
-EXPONENT = np.int64(0x7FF0_0000_0000_0000)  # bits of a float64: alone they are a power of two
+EXPONENT = np.int64(0x7FF0_0000_0000_0000)  # exponent bits of a float64; alone, a power of two
 NOTES = {
     "xyz": "at most 1/20 of the standard deviation; without variance 2^-17, relative",
     "variance": "at most 2^-8 (Y) and 2^-3 (X and Z), relative",
@@ -38,12 +39,12 @@ NOTES = {
 }
 
 
-UNDENOISED = "undenoised_"  # as `reference_picture.UNDENOISED`
+UNDENOISED = "undenoised_"  # equals `reference_picture.UNDENOISED`
 DENOISED_NOTE = "at most 1/200 of the standard deviation before denoising"
 
 
 def rounded_picture(ds: xr.Dataset) -> dict:
-    """Return the rounded variables of a picture, by name; empty where `ds` is no picture.
+    """Return the rounded variables of a picture, by name; empty if `ds` is no picture.
 
     Parameters
     ----------
@@ -57,8 +58,8 @@ def rounded_picture(ds: xr.Dataset) -> dict:
     Notes
     -----
     The luminances of neighbouring rows are rounded to grids that are shifted against each other.
-    The largest error is the same, but medians and shares over many pixels are not those of one
-    grid. Values that float32 itself resolves less well are only as exact as float32.
+    The largest error is the same, but medians and shares over many pixels do not fall on one grid.
+    Values that float32 itself resolves less well are only as exact as float32.
     """
     variables = {n: ds.variables[n] for n in NOTES if n in ds.variables}
     rounded_notes = _rounded(variables, ds.variables.get(UNDENOISED + "variance"))
@@ -68,12 +69,12 @@ def rounded_picture(ds: xr.Dataset) -> dict:
 
 
 def _rounded(variables: dict, before_denoising: Variable | None = None) -> dict:
-    """Return the rounded variables of one picture by name, empty where they are none.
+    """Return the rounded variables of one picture by name; empty if they are no picture.
 
     Parameters
     ----------
     variables : variables of the picture, by name.
-    before_denoising : the variance before denoising, of the same shape; None where there is none.
+    before_denoising : the variance before denoising, of the same shape; None if there is none.
     """
     if "xyz" not in variables or variables["xyz"].dims[-1:] != ("xyz_channel",):
         return {}
@@ -112,8 +113,8 @@ def _quanta(name: str, values: dict) -> np.ndarray:
 
 
 def _by_variance(values: np.ndarray, variance: np.ndarray | None, share: float) -> np.ndarray:
-    """Return the spacing of a grid that rounds by `share` of the standard deviation at most; where
-    there is no variance, that of `EXACT_BITS`.
+    """Return the spacing of a grid that rounds by at most `share` of the standard deviation. Values
+    without variance get the spacing of `EXACT_BITS`.
     """
     quanta = _relative(values, EXACT_BITS)
     if variance is None:

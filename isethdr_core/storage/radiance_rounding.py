@@ -1,9 +1,10 @@
-"""Radiance rounding: each tile with as many mantissa bits as the noise of its light leaves meaning.
+"""Radiance rounding: each tile keeps only the mantissa bits that are significant above its noise.
 
-A rendered tile is wrong by its noise, of a few percent in most tiles. Bits far below it hold no
-information and cannot be compressed: without them a night scene takes two thirds of the bytes. A
-dataset stores its scenes so; a run stores the radiance of its scene with `encoding.KEEPBITS`. The
-stored standard errors contain the rounding, so that whoever counts the noise counts it as well.
+The error of a rendered tile is its noise, a few percent in most tiles. Bits far below the noise
+hold no information and cannot be compressed: without them a night scene takes two thirds of the
+bytes. A dataset stores its scenes in this way; a run stores the radiance of its scene with
+`encoding.KEEPBITS`. The stored standard errors include the rounding, so that every use of the noise
+includes it.
 """
 
 from __future__ import annotations
@@ -16,15 +17,16 @@ from .encoding import KEEPBITS, MANTISSA_BITS, keep_mantissa_bits
 from .picture_rounding import ROUNDING
 
 SHARE_OF_NOISE = 1 / 20  # largest rounding error of a tile, in standard errors of its luminance
-LEAST_BITS = 6  # relative error 2^-7
-NOISE_BITS = 6  # of the standard errors themselves, which are known to a few percent
+LEAST_BITS = 6  # smallest number of mantissa bits: relative error 2^-7
+NOISE_BITS = 6  # mantissa bits of the standard errors, which are known to a few percent
 NOTE = "at most 1/20 of the standard error of the tile's luminance; without noise 2^-{}, relative"
-# of a stored standard error to that of the rendering: rounded itself, it still holds both
+# ratio of a stored standard error to that of the rendering. The stored one includes the rounding of
+# the light, even after it is rounded itself
 WITH_ROUNDING = (1 + SHARE_OF_NOISE) * (1 + 2.0**-NOISE_BITS)
 
 
 def rounded_by_noise(scene: xr.Dataset, most_bits: int | None = KEEPBITS) -> xr.Dataset:
-    """Return scene radiance whose tiles are rounded by their noise; as it is without `xyz_noise`.
+    """Return scene radiance with tiles rounded by their noise; unchanged if it has no `xyz_noise`.
 
     Parameters
     ----------
@@ -33,15 +35,15 @@ def rounded_by_noise(scene: xr.Dataset, most_bits: int | None = KEEPBITS) -> xr.
 
     Returns
     -------
-    Dataset : `radiance` with the attribute `rounding`; `xyz_noise` larger by the share of the
-        rounding, it and `half_difference` with `NOISE_BITS`.
+    Dataset : `radiance` has the attribute `rounding`. `xyz_noise` is increased by the share of the
+        rounding. `xyz_noise` and `half_difference` are rounded to `NOISE_BITS`.
     """
     if "xyz_noise" not in scene:
         return scene
     most = MANTISSA_BITS if most_bits is None else most_bits
     radiance = scene["radiance"].transpose("light_group", "wavelength", "y", "x")
     light = radiance.values.astype(np.float32)
-    # X, Y and Z have no names in scene radiance
+    # the dim xyz_channel has no coordinate in scene radiance; Y is at 1
     noise = scene["xyz_noise"].isel(xyz_channel=1).transpose("light_group", "y", "x").values
     for group, values in enumerate(light):
         bits = bits_of_tiles(luminance(values, radiance.wavelength.values), noise[group], most)
@@ -59,11 +61,12 @@ def rounded_by_noise(scene: xr.Dataset, most_bits: int | None = KEEPBITS) -> xr.
 
 def bits_of_tiles(luminance_cd_m2: np.ndarray, noise_cd_m2: np.ndarray, most: int) -> np.ndarray:
     """Return the mantissa bits (y, x) that keep the rounding of each tile within its share of the
-    noise: from `LEAST_BITS` to `most`, which is that of a tile without noise or light.
+    noise, from `LEAST_BITS` to `most`.
 
     Parameters
     ----------
-    luminance_cd_m2, noise_cd_m2 : (y, x) of one light group: value and standard error.
+    luminance_cd_m2, noise_cd_m2 : (y, x) luminance of one light group, and its standard error.
+    most : mantissa bits of a tile without noise or light; no tile has more.
     """
     known = np.isfinite(noise_cd_m2) & (noise_cd_m2 > 0) & (luminance_cd_m2 > 0)
     relative = np.where(known, noise_cd_m2, 1.0) / np.where(known, luminance_cd_m2, 1.0)

@@ -56,7 +56,7 @@ class CheckedReads(ABC):
     ) -> AsyncIterator[Sequence[tuple[int, Buffer | None]]]:
         """Yield ranges of a file one by one.
 
-        The method of zarr would wrap our error in an exception group.
+        The method of zarr would wrap an error of `get` in an exception group.
 
         Parameters
         ----------
@@ -79,7 +79,7 @@ class CheckedReads(ABC):
     async def _stored(
         self, key: str, prototype: BufferPrototype | None, byte_range: ByteRequest | None
     ) -> Buffer | None:
-        """Return the bytes as they are stored, None if they are missing."""
+        """Return the bytes as they are stored; None if they are missing."""
 
     @abstractmethod
     def _check_once(self, key: str) -> None:
@@ -169,7 +169,7 @@ class ManifestStore(CheckedReads, LocalStore):
         return await LocalStore.get(self, key, prototype, byte_range)
 
     def _check_once(self, key: str) -> None:
-        """Compare a whole file with the manifest, again only if the file has changed since."""
+        """Compare a whole file with the manifest, unless it was compared since its last change."""
         path = self.root / key
         status = os.stat(path)
         state = (status.st_ino, status.st_mtime_ns, status.st_size)

@@ -48,22 +48,21 @@ from .object_home.calls import (
     source_in_bucket,
 )
 
-FORMAT = 2  # of the layout below the root; raised when an older reader would misread a newer store
+FORMAT = 2  # layout below the root; increased when an older reader would misread a newer store
 WITHOUT_MANIFEST = 1  # the format before manifests: `isethdr catalog adopt` adds one
 ROOT_FILE = "zarr.json"
 
 
 def content_hash(obj: object) -> str:
-    """Return 16 hex digits that name `obj` by its content; the order of dictionary keys does not
-    matter.
+    """Return 16 hex digits that identify the content of `obj`; the order of dictionary keys does
+    not matter.
     """
     text = json.dumps(jsonable(obj), sort_keys=True, separators=(",", ":"), allow_nan=False)
     return hashlib.sha256(text.encode()).hexdigest()[:16]
 
 
 def find_complete(folder: str | os.PathLike[str], name: str) -> Path | None:
-    """Return the path of the complete store `name` in `folder`, or None where it still has to be
-    made.
+    """Return the path of the complete store `name` in `folder`; None if it does not exist.
 
     Raises
     ------
@@ -81,14 +80,14 @@ def read_attrs(path: str | os.PathLike[str]) -> dict[str, Any]:
 
     Raises
     ------
-    CatalogError : missing, damaged, incomplete, or written by a newer version.
+    CatalogError : the store is missing, damaged, incomplete, or written by a newer version.
     """
     return _root(Path(path))[0]
 
 
 def _opened(path: Path) -> tuple[dict[str, Any], Manifest | None]:
-    """Return the root attributes and the manifest of a store whose files are all there with their
-    size.
+    """Return the root attributes and the manifest of a store, after checking that all of its files
+    are there with their sizes.
     """
     attrs, manifest = _root(path)
     if manifest is not None:
@@ -206,7 +205,7 @@ def write_store(
     except OSError as error:
         raise _cannot_write(final, error) from error
     finally:
-        # gone already after the rename; left by any failure or Ctrl-C
+        # after the rename there is nothing to remove; a failure or Ctrl-C leaves the folder
         shutil.rmtree(temporary, ignore_errors=True)
     publish_store(final)
     return final
@@ -361,7 +360,7 @@ def open_scene(path_or_id: str | os.PathLike[str]) -> xr.Dataset:
     path = _scene_path(path_or_id)
     base = open_store(path)
     siblings = _siblings(path, base.attrs.get("recipe"))
-    from .join import join_scenes  # loads parts of xarray, which naming a folder does not need
+    from .join import join_scenes  # loads parts of xarray that other functions do not need
 
     return join_scenes([base, *map(open_store, siblings)])
 
@@ -371,8 +370,8 @@ def _siblings(path: Path, recipe: str | None) -> list[Path]:
 
     Parameters
     ----------
-    path : of the store.
-    recipe : hash of the recipe that made it; None for a store without.
+    path : path of the store.
+    recipe : hash of the recipe that made the store; None for a store without a recipe.
     """
     if not recipe:
         return []
@@ -415,7 +414,7 @@ def _complete_stores(folder: Path, names: str) -> list[tuple[Path, dict[str, Any
 
     Parameters
     ----------
-    folder : of the stores.
+    folder : folder of the stores.
     names : pattern of their names.
     """
     stores = []

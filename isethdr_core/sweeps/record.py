@@ -21,17 +21,17 @@ from ..storage.home_folder import home
 
 RECORD = "sweep.json"
 JOBS = "jobs"
-LONGEST_COMMAND = 120  # characters of a command that a message repeats
+LONGEST_COMMAND = 120  # largest number of characters of a command in a message
 
 
 @dataclass(frozen=True)
 class Job:
     """The result of one job."""
 
-    number: int  # from 0
+    number: int  # number of the job, from 0
     overrides: tuple[str, ...]  # as typed: `sensor=bayer`
     seconds: float
-    key: str = ""  # of its run, "" where it failed
+    key: str = ""  # key of its run; "" if the job failed
     computed: bool = False  # False: it failed, or its run was stored before
     error: str = ""
     ended: float = field(default_factory=time.time)  # seconds since 1970
@@ -54,7 +54,7 @@ class Sweep:
 
 
 def name_of(overrides: Sequence[str]) -> str:
-    """Return the name of a sweep without one: the same command has the same name."""
+    """Return a name for a sweep that the user did not name. Equal commands give equal names."""
     digest = hashlib.sha256("\n".join(sorted(overrides)).encode()).hexdigest()
     return f"sweep-{digest[:8]}"
 
@@ -91,7 +91,7 @@ def begin(sweep: Sweep) -> None:
 
 
 def read_sweep(folder: Path) -> Sweep | None:
-    """Return the sweep of a folder; None where there is none, or none that can be read."""
+    """Return the sweep of a folder; None if there is none, or it cannot be read."""
     try:
         stored = json.loads((folder / RECORD).read_text(encoding="utf-8"))
         texts = {k: tuple(stored[k]) for k in ("overrides", "varied")}
@@ -123,8 +123,7 @@ def read_jobs(folder: Path) -> list[Job]:
 
 
 def seconds_left(sweep: Sweep, jobs: Sequence[Job], now: float) -> float | None:
-    """Return the time that the remaining jobs of a sweep need, s; None before the first computed
-    one.
+    """Return the time that the remaining jobs of a sweep need, s; None if no job was computed yet.
 
     Parameters
     ----------
@@ -134,9 +133,9 @@ def seconds_left(sweep: Sweep, jobs: Sequence[Job], now: float) -> float | None:
 
     Notes
     -----
-    The rate is that of the jobs computed since the first one began, in however many processes: what
-    comes before, such as the composing of all jobs, is not repeated. Jobs to come are taken for
-    ones that are not stored yet.
+    The rate is the number of jobs computed since the first job began, in any number of processes,
+    over the time since then. Work before that, such as composing all jobs, is not repeated. The
+    remaining jobs are assumed not to be stored yet.
     """
     computed = sum(job.computed for job in jobs)
     if not computed:

@@ -10,7 +10,7 @@ import math
 from collections.abc import Sequence
 from typing import Protocol
 
-# most telling first: a table that has no room for all shows the first ones
+# most telling scores first: a table without room for all scores shows the first ones
 LARGER_IS_BETTER = {
     "ssim": True,
     "ssim_pu21": True,
@@ -35,7 +35,7 @@ LARGER_IS_BETTER = {
     "valid_share": True,
     "saturated_share": False,
 }
-SNR = "snr_at_"  # followed by a luminance
+SNR = "snr_at_"  # start of the names of signal-to-noise ratios; a luminance follows
 # relative difference of two scores that are the same but for the rounding of sums over a picture
 ROUNDING = 1e-9
 
@@ -46,7 +46,7 @@ def larger_is_better(score: str) -> bool | None:
 
 
 def most_telling_first(scores: Sequence[str]) -> list[str]:
-    """Return the names of scores, those first by which cameras are commonly compared."""
+    """Return the names of scores; those by which cameras are commonly compared come first."""
     order = {name: k for k, name in enumerate(LARGER_IS_BETTER)}
     signals = order[f"{SNR}10"]
     return sorted(
@@ -73,7 +73,7 @@ class Interval(Protocol):
 
 def half_width_of_difference(first: Interval, second: Interval) -> float:
     """Return the half width of the 95 % interval of a difference, in the unit of both values; NaN
-    where an interval is not known.
+    if an interval is not known.
 
     Parameters
     ----------

@@ -32,27 +32,27 @@ class Scored(NamedTuple):
 class SweepRow:
     """One camera of one job."""
 
-    job: int  # from 0
-    parameters: dict[str, str]  # what varies, as typed
+    job: int  # number of the job, from 0
+    parameters: dict[str, str]  # {varying parameter: its value, as typed}
     camera: str
-    key: str  # of the run
-    seconds: float  # that the job took
-    scores: dict[str, Scored] = field(default_factory=dict)  # of the whole picture
+    key: str  # key of the run
+    seconds: float  # time that the job took
+    scores: dict[str, Scored] = field(default_factory=dict)  # scores of the whole picture
     report: Path | None = None  # page of the run
 
     def described(self) -> str:
-        """Return the parameters as they are typed, and the camera where the run has several."""
+        """Return the parameters as they are typed, or the number of the job, from 1, if none."""
         return " ".join(f"{k}={v}" for k, v in self.parameters.items()) or f"job {self.job + 1}"
 
 
 @dataclass(frozen=True)
 class SweepTable:
-    """All that a sweep has found, as far as its jobs are done."""
+    """The results of all finished jobs of a sweep."""
 
     sweep: Sweep
     jobs: list[Job]
     rows: list[SweepRow]
-    units: dict[str, str]  # of each score, in the order of a reader's interest
+    units: dict[str, str]  # {score: its unit}, the most telling score first
     tags: tuple[str, ...] = ()
 
     @property
@@ -77,9 +77,9 @@ class Best(NamedTuple):
 
     score: str
     end: str  # "largest" or "smallest"
-    is_known: bool  # that this end is the better one
+    is_known: bool  # whether this end is known to be the better one
     row: SweepRow
-    alike: int  # rows that do not differ from it by more than the intervals
+    alike: int  # number of rows that do not differ from it by more than the intervals
 
 
 def sweep_table(sweep: Sweep) -> SweepTable:
@@ -124,7 +124,7 @@ def _number(value: object) -> float:
 
 
 def best_rows(table: SweepTable) -> list[Best]:
-    """Return the best row by each score that varies; both ends where the better is not known."""
+    """Return the best row by each score that varies; both ends if the better is not known."""
     best = []
     for score in table.units:
         rows = [r for r in table.rows if score in r.scores and math.isfinite(r.scores[score].value)]
@@ -170,6 +170,6 @@ def as_csv(table: SweepTable) -> str:
 
 
 def short_names(parameters: Sequence[str]) -> dict[str, str]:
-    """Return the last part of each dotted name where that is clear, else the whole name."""
+    """Return the last part of each dotted name if it is unique, otherwise the whole name."""
     last = [p.rpartition(".")[2] for p in parameters]
     return {p: end if last.count(end) == 1 else p for p, end in zip(parameters, last, strict=True)}

@@ -21,7 +21,7 @@ from ..pipeline.demand import Demand
 from ..plugins.accuracy_knobs import ErrorShare, knobs_of
 from . import ledger
 
-# whose costs the core knows
+# keys of the shares with costs that the core knows
 STORE_KEY = "store"
 LIGHT_KEY = "light"
 
@@ -170,7 +170,7 @@ def budgeted(demand: Demand, allowed: Allowed, shares: Division | None = None) -
 
     Parameters
     ----------
-    demand : with the response of the sensors.
+    demand : demand with the response of the sensors.
     allowed : share of the sensors' noise that a config allows.
     shares : division of the error allowed; None: the usual share for the store, and the rest for
         the lens.

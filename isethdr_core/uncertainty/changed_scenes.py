@@ -41,17 +41,17 @@ if TYPE_CHECKING:
 
     from ..data.scores import Score
 
-# pixels: side of a block, at least. Borders of blocks are no part of the scene; windows of metrics
-# are about 10 wide
+# smallest side of a block, pixels. Borders of blocks do not belong to the scene, and windows of
+# metrics are about 10 pixels wide
 BLOCK = 48
 PARTS_ACROSS = 3  # a picture is cut into PARTS_ACROSS x PARTS_ACROSS parts
 # not the seed of the run: the noise of a shot must not depend on whether scores are computed
 LOT_SEED = 20260
 # share by which the top of a sensor may lie above the brightest pixel that is not saturated
 TOP_SLACK = 0.1
-# of the light of a pixel: noise at most doubles it
+# largest factor on the light of a pixel: noise at most doubles it
 LARGEST_FACTOR = 2.0
-FEW_ROWS = 64  # one row in so many is compared first
+FEW_ROWS = 64  # every 64th row is compared first
 
 
 class Pair(NamedTuple):
@@ -62,8 +62,9 @@ class Pair(NamedTuple):
 
 
 class Exposed(NamedTuple):
-    """Two changed scenes by one exposure of a large picture; each is exposed in some parts. In the
-    others, its picture is that of the shot times the change of the light at each pixel.
+    """Two changed scenes from one exposure of a large picture. Each of them is exposed in some
+    parts. In the other parts, its picture is that of the shot, times the change of the light at
+    each pixel.
     """
 
     by_lot: Pair
@@ -79,10 +80,10 @@ class ScoredShot:
     picture, truth : picture and reference picture on one grid (y, x).
     labels : labels on that grid, or None.
     scores : scores of the picture, as the metrics return them.
-    light : irradiance or photocurrent on the sensor plane that the shot was made of.
-    mixed_radiance : mixed radiance that the light was made of, W m-2 sr-1 nm-1.
-    scene : scene radiance, with `half_difference` where a renderer states it.
-    expose : function(light) -> the picture of it with the shot's own noise.
+    light : irradiance or photocurrent on the sensor plane, of which the shot was taken.
+    mixed_radiance : mixed radiance from which the light was computed, W m-2 sr-1 nm-1.
+    scene : scene radiance, with `half_difference` if a renderer states it.
+    expose : function(light) -> the picture of this light with the shot's own noise.
     """
 
     picture: xr.Dataset
@@ -107,32 +108,34 @@ class ScoredShot:
 
     @cached_property
     def relative_halves(self) -> np.ndarray | None:
-        """The relative difference (y, x) of either half of the paths from their mean; None where
-        the scene does not state it.
+        """The relative difference (y, x) of either half of the samples from their mean; None if the
+        scene does not state it.
         """
         return relative_halves(self.scene, self.mixed)
 
 
 @dataclass(frozen=True, eq=False)
 class ChangedScenes:
-    """Pictures by the camera of a shot, of scenes with other renderer noise.
+    """Pictures that the camera of a shot takes of scenes with other renderer noise.
+
+    A lot is a random choice of one half of the samples or the other in each tile.
 
     Attributes
     ----------
-    shot : shot of which `relative_halves` is known.
+    shot : shot with known `relative_halves`.
     """
 
     shot: ScoredShot
 
     def by_lot(self, lot: int) -> Pair:
-        """Return the pair with one half of the paths or the other in each tile, by lot; each lot
-        has random numbers of its own.
+        """Return the pair with one half of the samples or the other in each tile, by lot. Each lot
+        has its own random numbers.
         """
         return self._changed(self._lot(lot))
 
     def luminance_change(self, lot: int) -> np.ndarray:
-        """Return the change (y, x) of the luminance of the reference picture by one lot, cd/m2; the
-        opposite lot changes it by the opposite.
+        """Return the change (y, x) of the luminance of the reference picture by one lot, cd/m2. The
+        opposite lot causes the opposite change.
         """
         return self._in_pixels(self._lot(lot))
 
@@ -165,7 +168,7 @@ class ChangedScenes:
     @property
     def _halves(self) -> np.ndarray:
         halves = self.shot.relative_halves
-        assert halves is not None  # nobody asks for changes of a scene without half buffers
+        assert halves is not None  # a scene without half buffers is not changed
         return halves
 
     @cached_property
@@ -177,7 +180,7 @@ class ChangedScenes:
         return direct_share(self.shot.light, self.shot.mixed)
 
     def exposed_in_parts(self, lot: int, smooth: np.ndarray) -> Exposed:
-        """Return the pair of one lot and the smoothed pair, by one exposure.
+        """Return the pair of one lot and the smoothed pair, from one exposure.
 
         Parameters
         ----------
@@ -214,8 +217,8 @@ class ChangedScenes:
         return factor
 
     def _over_pixels(self, factor: np.ndarray) -> np.ndarray:
-        """Return the light of each pixel (y, x) of the light times a factor, over its light
-        before.
+        """Return the ratio (y, x) of the light of each pixel after the light is multiplied by a
+        factor, to the light before.
         """
         light = time_mean(self.shot.light).values
         after, before = (
@@ -241,9 +244,7 @@ class ChangedScenes:
         return picture
 
     def _reference(self, change: np.ndarray) -> xr.Dataset:
-        """Return the reference picture of a scene whose luminance changes by a relative
-        `change`.
-        """
+        """Return the reference picture after a relative `change` of the scene's luminance."""
         true = np.where(self.true_cd_m2 > 0, self.true_cd_m2, 1.0)
         of_pixels = (1 + self._in_pixels(change) / true)[..., None]
         truth = self.shot.truth
@@ -277,8 +278,8 @@ def where_exposed(picture: xr.Dataset, exposed: xr.Dataset, where: np.ndarray) -
 def _without_saturated(changed: xr.Dataset, unchanged: xr.Dataset) -> xr.Dataset:
     """Return a changed picture in which pixels above the top of the sensor are not valid.
 
-    Where some pixels of the unchanged picture are saturated, the brightest of the others tells the
-    top.
+    If some pixels of the unchanged picture are saturated, its brightest pixel that is not saturated
+    gives the top.
     """
     valid = unchanged["valid"].values
     if valid.all() or not valid.any():
@@ -291,10 +292,10 @@ def _without_saturated(changed: xr.Dataset, unchanged: xr.Dataset) -> xr.Dataset
 def _scaled(pair: Pair, factor: np.ndarray) -> xr.Dataset:
     """Return the picture of a pair after the light of each pixel is multiplied by a factor (y, x).
 
-    Values and variances are multiplied. Beside a rare bright tile, smoothing makes a dark pixel up
-    to 1e5 times as bright. Multiplied by this, its noise and the light that demosaic spread there
-    would exceed every lamp. Above `LARGEST_FACTOR`, values gain the light that the reference
-    picture gains; variances grow by its share.
+    Values and variances are multiplied. Next to a rare bright tile, smoothing makes a dark pixel up
+    to 1e5 times as bright. Multiplied by this factor, its noise and the light that demosaicing has
+    spread there would exceed every lamp. Above `LARGEST_FACTOR`, the light that the reference
+    picture gains is therefore added to the values; variances grow by its share.
     """
     picture, truth = pair
     true = truth["xyz"].values
@@ -322,7 +323,7 @@ def mirrored(unchanged: Pair, changed: Pair) -> Pair:
 
     Parameters
     ----------
-    unchanged, changed : before and after the change, on one grid.
+    unchanged, changed : pairs before and after the change, on one grid.
     """
     picture = _mirrored(unchanged.picture, changed.picture)
     picture = _without_saturated(picture, unchanged.picture)
@@ -345,10 +346,10 @@ def _mirrored(unchanged: xr.Dataset, changed: xr.Dataset) -> xr.Dataset:
 
 
 def parts_of(picture: xr.Dataset) -> list[dict[str, np.ndarray]]:
-    """Return indices {y, x} of the disjoint parts that a picture is cut into; none of a small one.
+    """Return indices {y, x} of the disjoint parts of a picture; none if the picture is small.
 
-    A part holds blocks from all over the picture, so that it is like the whole, and each block is
-    large enough to look like a picture itself.
+    A part holds blocks from all over the picture, so that it resembles the whole. Each block is
+    large enough to resemble a picture.
     """
     cuts = {}
     for dim in ("y", "x"):
@@ -358,7 +359,7 @@ def parts_of(picture: xr.Dataset) -> list[dict[str, np.ndarray]]:
             return []
         strips = np.array_split(np.arange(size), PARTS_ACROSS * blocks)
         cuts[dim] = [np.concatenate(strips[k::PARTS_ACROSS]) for k in range(PARTS_ACROSS)]
-    # the first ones have some of every row and column
+    # the first PARTS_ACROSS parts together contain pixels of every row and column
     return [
         {"y": cuts["y"][k], "x": cuts["x"][(k + shift) % PARTS_ACROSS]}
         for shift in range(PARTS_ACROSS)
@@ -381,7 +382,7 @@ def numbers_of(parts: Sequence[dict[str, np.ndarray]]) -> np.ndarray:
 
 
 def part_of(picture: xr.Dataset, part: dict[str, np.ndarray]) -> xr.Dataset:
-    """Return the pixels of one part; as `picture.isel(part)`, several times as fast.
+    """Return the pixels of one part: the same as `picture.isel(part)`, in a fraction of the time.
 
     Parameters
     ----------
@@ -393,7 +394,7 @@ def part_of(picture: xr.Dataset, part: dict[str, np.ndarray]) -> xr.Dataset:
     of_pixels = {n: v for n, v in picture.data_vars.items() if v.dims[:2] == ("y", "x")}
     pieces = {}
     for name, variable in of_pixels.items():
-        # rows and columns last, as they lie in memory
+        # rows and columns as the last axes, in their order in memory
         planes = np.moveaxis(variable.values, (0, 1), (-2, -1))
         piece = np.moveaxis(planes[..., rows, :][..., columns], (-2, -1), (0, 1))
         pieces[name] = (variable.dims, piece, variable.attrs)
@@ -401,12 +402,12 @@ def part_of(picture: xr.Dataset, part: dict[str, np.ndarray]) -> xr.Dataset:
 
 
 def joined_in_blocks(first: Pair, second: Pair, count: int) -> Iterator[Pair]:
-    """Yield pairs that are the first in some blocks of the picture and the second in the others, by
-    lot; each block is the first in half of them.
+    """Yield pairs composed at random of blocks of two pairs. Each block is that of the first pair
+    in half of the results.
 
     Parameters
     ----------
-    first, second : on one grid.
+    first, second : pairs on one grid.
     count : number of pairs, even.
     """
     rows, columns = (
@@ -436,7 +437,7 @@ def _same(first: np.ndarray, second: np.ndarray) -> bool:
     if first is second:
         return True
     nan_is_equal = first.dtype.kind == "f"
-    few = np.s_[::FEW_ROWS]  # they show most differences
+    few = np.s_[::FEW_ROWS]  # these rows show most differences
     return np.array_equal(first[few], second[few], equal_nan=nan_is_equal) and np.array_equal(
         first, second, equal_nan=nan_is_equal
     )
@@ -453,7 +454,7 @@ def _joined(
     """
     variables = {}
     for name in names:
-        # in the order that the values lie in memory: several times as fast
+        # the order in memory is kept, which is several times as fast
         values = first[name].values.copy(order="K")
         other = second[name].values
         for block in blocks:

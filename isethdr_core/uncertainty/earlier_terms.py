@@ -1,7 +1,7 @@
 """Error terms in the spelling of earlier versions: stored ledgers, and plugins written for them.
 
-Until this version a term had the fields value, unit, how, what, source, quantity and part, and some
-units named a part of the light. Accepted until version 1.0.
+In earlier versions, a term had the fields value, unit, how, what, source, quantity and part, and
+some units named a part of the light. These terms are accepted until version 1.0.
 """
 
 from __future__ import annotations
@@ -29,14 +29,14 @@ UNITS = {  # {unit: part of the light that its value is a share of}
     "relative of spread light": SPREAD,
     "share of a point's light": None,
 }
-INSIDE = "point spread"  # a quantity once, now a part of `Quantity.OTHER`
-# keys of the terms that a lens's deviation and bound stand for
+INSIDE = "point spread"  # quantity of earlier versions, now a part of `Quantity.OTHER`
+# keys of the terms that a lens's maps of deviation and bound replace
 KERNELS = ("kernels", *(f"kernels, {unit}" for unit in UNITS))
 
 
 @dataclass(frozen=True)
 class ErrorNote:
-    """One stated error, as `ledger.add_error` took it; `ledger.record` takes an `ErrorTerm`."""
+    """One stated error in the earlier form, for `ledger.add_error`; the new form is `ErrorTerm`."""
 
     value: float
     unit: str
@@ -52,7 +52,7 @@ def term_of(note: ErrorNote, kind: str, name: str) -> ErrorTerm:
 
     Parameters
     ----------
-    note : text of the term, as an earlier version wrote it.
+    note : the term in its earlier form.
     kind, name : kind and name of the stage that stated the term.
     """
     unit, part = unit_and_part(note.unit, note.part or None)
@@ -60,7 +60,7 @@ def term_of(note: ErrorNote, kind: str, name: str) -> ErrorTerm:
         acts_on, part = quantity_and_part(note.quantity, part)
     else:
         acts_on = RETURNED.get(kind, Quantity.OTHER)
-    # The key distinguished errors that now have the same unit.
+    # The earlier unit goes into the key, because it distinguished errors that now share a unit.
     key = f"{note.source}, {note.unit}" if note.source and unit != note.unit else note.source
     return ErrorTerm(
         Source(kind, name, key),
@@ -88,7 +88,7 @@ def quantity_and_part(quantity: str, part: str | None) -> tuple[Quantity, str | 
 
 
 def maps_of(errors: ErrorMaps | tuple[Any, Any] | None) -> ErrorMaps | None:
-    """Return the error maps of a lens that returned (deviation, bound)."""
+    """Return the error maps of a lens, also if the lens returned (deviation, bound)."""
     if errors is None or isinstance(errors, ErrorMaps):
         return errors
     deviation, bound = errors

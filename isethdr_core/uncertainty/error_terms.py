@@ -26,7 +26,7 @@ class Quantity(StrEnum):
     ELECTRONS = "electrons"
     PICTURE = "picture"
     SCORE = "score"
-    # An error of these changes no electron, picture or score that follows from it alone.
+    # An error of one of the following quantities changes no electrons, picture or score by itself.
     RAW = "raw"  # digital numbers: what a sensor reads out
     ATTRIBUTES = "attributes"  # statements in attributes of the data; the data itself is right
     TARGET = "target"  # a limit that was requested from a solver or a run; not an error of a result
@@ -74,16 +74,16 @@ class Source:
 
 @dataclass(frozen=True)
 class ErrorTerm:
-    """One stated error. Terms are equal when everything but their labels is.
+    """One stated error. Terms are equal if all fields except their labels are equal.
 
     Attributes
     ----------
-    source : terms with one key that agree in source, quantity, part, unit and `how` are
-        alternatives, of which the largest counts. Terms without a key all count.
+    source : stage and key of the error. Terms with a key that agree in source, quantity, part, unit
+        and `how` are alternatives, of which the largest counts. Terms without a key all count.
     acts_on : the quantity that is wrong.
-    part : the part of that quantity, by the name under which its maker declared it: a part of the
-        light (`ledger.light_part`), a light group, a capture, a score; what `Quantity.OTHER` is.
-        None: all of it.
+    part : the part of that quantity, by the name under which a stage declared it: a part of the
+        light (`ledger.light_part`), a light group, a capture, a score; for `Quantity.OTHER`, the
+        name of the quantity. None: all of it.
     value : size of the error, in `unit`.
     unit : `relative` is a share of what the term acts on.
     how : how the value is known.
@@ -141,12 +141,12 @@ def total(values: Iterable[float], unit: str) -> float:
 
 
 class Reading(StrEnum):
-    """How the electrons of a declared part of the light follow from what its maker declares."""
+    """How the electrons of a declared part of the light are computed."""
 
     LIGHT = "light"  # the part itself, on the sensor plane: its mean over each pixel
     DEVIATION = "deviation"  # standard deviation within each tile, where pixel borders cut tiles
-    IMAGE = "image"  # no light is handed over: the light of the tiles that a pixel looks at
-    REST = "rest"  # no light is handed over: all light except `IMAGE`
+    IMAGE = "image"  # declared without light: the light of the tiles that a pixel looks at
+    REST = "rest"  # declared without light: all light except `IMAGE`
 
 
 @dataclass(frozen=True, eq=False)
@@ -158,11 +158,9 @@ class LightPart:
 
 
 class ErrorMaps(NamedTuple):
-    """Errors of the light on the sensor plane, tile by tile, in place of some terms of its
-    maker.
-    """
+    """Errors of the light on the sensor plane, tile by tile. They replace some terms of a lens."""
 
     deviation: np.ndarray  # standard deviation of statistical errors, (channel, y, x)
-    bound: np.ndarray  # of all others, (channel, y, x)
-    replaces: tuple[str, ...] = ()  # keys of the terms that the maps say more exactly
+    bound: np.ndarray  # bound of all other errors, (channel, y, x)
+    replaces: tuple[str, ...] = ()  # keys of the terms that the maps replace
     label: str = ""  # for people only

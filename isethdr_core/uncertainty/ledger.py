@@ -1,10 +1,10 @@
-"""Ledger: per stage the seconds, the peak memory, the error and what was left out.
+"""Ledger: the seconds, the peak memory, the errors and the omissions of each stage.
 
 A stage reports from inside its `__call__`: `ledger.error(0.03, "relative", "statistical")`,
 `ledger.left_out("group streetlights", "weight 0", 0, "cd/m2")`. Outside a run both do nothing.
-A function that a stage calls more than once, or whose result it may discard, returns its terms with
-its result; the stage records those that hold (`record`). `collected` does this for a component,
-which reports by itself.
+A stage may call a function more than once, or discard its result. Such a function returns its terms
+with its result, and the stage records the terms that apply (`record`). `collected` does this for a
+component, which reports by itself.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class LeftOut:
-    """Something that was not computed, why, and the largest change that can make.
+    """Something that was not computed, why, and the largest change that this can cause.
 
     `what` and `why` are for people, `key` and `needless` for code.
     """
@@ -39,7 +39,7 @@ class LeftOut:
     bound: float
     unit: str
     key: str = ""
-    # True: no result depends on it. False: it is unknown, or left out by a setting
+    # True: no result depends on it. False: this is not known, or a setting leaves it out
     needless: bool = False
 
 
@@ -50,7 +50,7 @@ Note: TypeAlias = ErrorTerm | LeftOut  # what a function states of its result
 class Row:
     """One stage of one run; its title is `kind name`.
 
-    `reused` : the result was kept of an earlier run, which took these seconds and this memory.
+    `reused` : the result was kept from an earlier run, which took these seconds and this memory.
     """
 
     stage: str
@@ -58,17 +58,17 @@ class Row:
     peak_bytes: int = 0
     errors: list[ErrorTerm] = field(default_factory=list)
     left_out: list[LeftOut] = field(default_factory=list)
-    # of this run; never stored
+    # declared parts of the light, in this run only; never stored
     light_parts: dict[str, LightPart] = field(default_factory=dict, compare=False, repr=False)
     reused: bool = False
-    # of all processors, with the programs that it started, but without work on other cameras
-    # beside it; None in the records of earlier versions
+    # time of all processors, including programs that the stage started, without simultaneous work
+    # on other cameras; None in the records of earlier versions
     cpu_s: float | None = None
-    modules: int = 0  # of Python that it was the first to load; 0 in records of earlier versions
+    modules: int = 0  # number of Python modules that it loaded first; 0 in earlier records
 
     @property
     def error(self) -> float | None:
-        """The first error stated, in `error_unit`; None where the stage states none."""
+        """The first error stated, in `error_unit`; None if the stage states none."""
         return self.errors[0].value if self.errors else None
 
     @property
@@ -96,7 +96,7 @@ class Ledger(list[Row]):
 
     @classmethod
     def from_records(cls, records: Iterable[dict[str, Any]]) -> Ledger:
-        """Return the ledger that `as_records` was called on, by this version or an earlier one."""
+        """Return the ledger of records that this or an earlier version made with `as_records`."""
         return cls(
             Row(
                 r["stage"],
@@ -140,14 +140,15 @@ def error(  # noqa: PLR0913 - plugins call it with these arguments
     acts_on: Quantity | None = None,
     part: str | None = None,
 ) -> None:
-    """State how wrong the running stage may be.
+    """State an error of the result of the running stage.
 
     Parameters
     ----------
     value, unit, how, label, part : as in `ErrorTerm`.
-    key : sets the error apart within its stage; terms alike in all but value and label are then
-        alternatives.
-    acts_on : None: what a stage of this kind returns (`error_terms.RETURNED`).
+    key : distinguishes errors within the stage. Terms with a key that agree in all except value and
+        label are alternatives.
+    acts_on : quantity that is wrong; None: the quantity that a stage of this kind returns
+        (`error_terms.RETURNED`).
     """
     if row := _row.get():
         spelt = unit
@@ -189,10 +190,10 @@ def light_part(name: str, light: xr.DataArray, within_tiles: bool = False) -> No
 
     Parameters
     ----------
-    name : under which terms name the part.
+    name : name of the part in error terms.
     light : irradiance or photocurrent on the sensor plane, on any grid of tiles.
-    within_tiles : `light` is the standard deviation of the light within each tile, of which a pixel
-        feels what its borders divide.
+    within_tiles : whether `light` is the standard deviation of the light within each tile. It acts
+        only on pixels with borders that cut tiles.
     """
     reading = Reading.DEVIATION if within_tiles else Reading.LIGHT
     _declare(name, LightPart(light, reading))
@@ -218,13 +219,13 @@ def _declare(name: str, part: LightPart) -> None:
 
 
 def records_errors() -> bool:
-    """Return whether anybody will read what the running stage states."""
+    """Return whether the statements of the running stage are recorded."""
     return _row.get() is not None
 
 
 def stated() -> bool:
-    """Return whether the running stage has stated an error; True outside a run, where nobody
-    asks.
+    """Return whether the running stage has stated an error; True outside a run, where nothing is
+    recorded.
     """
     row = _row.get()
     return row is None or bool(row.errors)
@@ -233,14 +234,14 @@ def stated() -> bool:
 def left_out(
     what: str, why: str, bound: float, unit: str, *, key: str = "", needless: bool = False
 ) -> None:
-    """State what the running stage did not compute, and the largest change that can make.
+    """State what the running stage did not compute, and the largest change that this can cause.
 
     Parameters
     ----------
     what, why : what was left out and the reason, for people.
-    bound, unit : on the change.
-    key : what was left out, for code that asks for it.
-    needless : no result depends on it.
+    bound, unit : largest change, and its unit.
+    key : what was left out, for code that looks for it.
+    needless : whether no result depends on it.
     """
     if row := _row.get():
         row.left_out.append(LeftOut(what, why, float(bound), unit, key, needless))
@@ -284,12 +285,12 @@ class Collected(NamedTuple):
 def collected(call: Callable[[], Any]) -> Collected:
     """Return `call()` and what it states, which does not become part of the running stage.
 
-    For components called again, whose terms have been recorded already, and for attempts that may
-    be discarded. `record_row` adds the terms of a result that is kept.
+    It is for components that are called again, whose terms have been recorded already, and for
+    attempts that may be discarded. `record_row` adds the terms of a result that is kept.
     """
     running = _row.get()
     row = Row(running.stage if running else "")
-    token = _row.set(row if running else None)  # outside a run nobody asks
+    token = _row.set(row if running else None)  # outside a run nothing is recorded
     try:
         return Collected(call(), row)
     finally:
@@ -385,7 +386,7 @@ def cpu_s() -> float:
 
 @contextmanager
 def part_of_work(helps: bool) -> Iterator[None]:
-    """Count the CPU seconds of one part of work, beside which other threads do other work.
+    """Count the CPU seconds of one part of work, while other threads do other work.
 
     Parameters
     ----------

@@ -2,8 +2,8 @@
 
 A percentile is no mean: it depends on the few values around it, and noise moves it far where the
 values have a gap there. The share of values below a number is a mean, and scatters as a mean does.
-So the error of that share is measured, and its ends are looked up among the values (Woodruff 1952,
-section 3). The interval is as long as the gap asks for.
+So the error of that share is measured, and the ends of its interval are looked up among the values
+(Woodruff 1952, section 3). The interval is therefore as long as the gap requires.
 """
 
 from __future__ import annotations
@@ -20,9 +20,9 @@ from .score_intervals import student_factor
 class PercentileError(NamedTuple):
     """How far noise moves a percentile, in the unit of the values."""
 
-    standard_error: float  # half of the 95 % interval over Student's factor
+    standard_error: float  # half of the 95 % interval, divided by Student's factor
     degrees_of_freedom: float
-    shift: float  # by the values that more noise puts on the other side of the percentile
+    shift: float  # change of the percentile by values that more noise moves across it
 
 
 NO_ERROR = PercentileError(0.0, math.inf, 0.0)
@@ -40,7 +40,7 @@ def percentile_error(
     Parameters
     ----------
     values : (y, x), any unit.
-    counts : (y, x) bool, the values that the percentile is of; at least one.
+    counts : (y, x) bool, the values of which the percentile is taken; at least one.
     share : share of these values that lie below the percentile, between 0 and 1.
     changes : at least one array (y, x) of noise, with the variance of the noise in `values`, an
         independent sign in each place, and the unit of `values`.
@@ -80,7 +80,7 @@ def percentile_error(
 
 
 def _blocks(flags: np.ndarray, side: int) -> np.ndarray:
-    """Return how many flags (y, x) are set in each block of `side` pixels."""
+    """Return the number of flags (y, x) that are set in each block of `side` x `side` pixels."""
     starts = [np.arange(0, size, side) for size in flags.shape]
     across = np.add.reduceat(flags, starts[1], axis=1, dtype=np.int32)
     return np.add.reduceat(across, starts[0], axis=0).astype(float)

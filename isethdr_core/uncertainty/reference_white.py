@@ -42,8 +42,8 @@ def finds_white(metric: Metric) -> TypeGuard[HasWhite]:
 
 
 def with_white(metric: Metric, white_cd_m2: float) -> Metric:
-    """Return the metric with this white, if it would take that of the reference picture, which
-    would be another in each part.
+    """Return the metric with this white if it would otherwise find the white of the reference
+    picture, which differs from part to part.
     """
     return at_white(metric, white_cd_m2) if finds_white(metric) else metric
 

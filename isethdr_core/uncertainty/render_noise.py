@@ -27,12 +27,12 @@ WINDOW_TILES = 3  # side of the window that tells noise from the scene
 
 
 def relative_noise(scene: xr.Dataset, mixed: xr.DataArray) -> np.ndarray | None:
-    """Return the relative standard errors (3, y, x) of X, Y and Z of `mixed`, constant over time,
-    or None where the scene states none.
+    """Return the relative standard errors (3, y, x) of X, Y and Z of `mixed`, constant over time;
+    None if the scene states none.
 
-    One pass of a renderer alone knows no noise: NaN, and None here too. Groups have noise of their
-    own, so that squares add up; all bands share their paths, but lamps of other colours have other
-    noise.
+    A renderer with a single pass states NaN; the result is None then, too. The noise of light
+    groups is independent, so that squares add up. All bands share their samples, but lamps of other
+    colours have other noise.
     """
     if NOISE not in scene:
         return None
@@ -75,8 +75,9 @@ def smoothing_change(halves: np.ndarray, level_cd_m2: np.ndarray) -> np.ndarray:
 
     Parameters
     ----------
-    halves : half of the relative difference of the half buffers (y, x), as `relative_halves`.
-    level_cd_m2 : luminance of the same tiles.
+    halves : half of the relative difference of the half buffers (y, x), as `relative_halves`
+        returns it.
+    level_cd_m2 : luminance of the same tiles, cd/m2.
 
     Notes
     -----
@@ -104,13 +105,13 @@ def smoothing_change(halves: np.ndarray, level_cd_m2: np.ndarray) -> np.ndarray:
 
 
 def luminance_cd_m2(mixed: xr.DataArray) -> np.ndarray:
-    """Return the luminance (y, x) of `mixed`, constant over time."""
+    """Return the luminance (y, x) of `mixed`, constant over time, cd/m2."""
     return levels(mixed, xyz_weights(mixed.wavelength.values)[1:2])[0]
 
 
 def levels(mixed: xr.DataArray, weights: np.ndarray) -> np.ndarray:
-    """Return sums over bands (k, y, x) of `weights` (k, wavelength) times light: in float64, a band
-    at a time, with no copy of all.
+    """Return sums over bands (k, y, x) of `weights` (k, wavelength) times light, in float64. The
+    sum is computed band by band, without a copy of all bands.
     """
     out = np.zeros((len(weights), *mixed.shape[1:]))
     for weight, band in zip(weights.T, mixed.values):
@@ -119,8 +120,8 @@ def levels(mixed: xr.DataArray, weights: np.ndarray) -> np.ndarray:
 
 
 def nearest_xyz(sensitivity: np.ndarray, wavelength_nm: npt.ArrayLike) -> int:
-    """Return which of X, Y and Z a channel's `sensitivity` (wavelength,) is most like: the noise of
-    that one is taken for its own.
+    """Return the index of X, Y or Z, the one that a channel's `sensitivity` (wavelength,) resembles
+    most. The channel is assumed to have the same relative noise.
     """
     curves = xyz_weights(wavelength_nm)
     alike = (
@@ -134,18 +135,18 @@ def nearest_xyz(sensitivity: np.ndarray, wavelength_nm: npt.ArrayLike) -> int:
 def pixel_variance(
     variance: np.ndarray, field: xr.Dataset | xr.DataArray, picture: xr.Dataset
 ) -> np.ndarray:
-    """Return the variance (..., y, x) of a pixel's mean over tiles whose errors are independent,
-    from theirs (..., y, x).
+    """Return the variance (..., y, x) of each pixel's mean over tiles with independent errors.
 
     Parameters
     ----------
-    variance : of each tile of `field`, any unit. `picture` : whose pixels look at the field, as
-        `truth.seen`.
+    variance : (..., y, x) variance of each tile of `field`, any unit.
+    field : light or radiance, for the grid of tiles.
+    picture : a picture, for its pixels and distortion, as in `reference_picture.mean_over_pixels`.
 
     Notes
     -----
-    A mean with weights w has the variance sum of w^2 times the tiles' variances. Where a lens
-    distorts, w are shares of the seen area.
+    A mean with weights w has the variance sum of w^2 times the tiles' variances. If a lens
+    distorts, w are shares of the area that the pixel covers in the field.
     """
     f_m = float(picture.attrs["focal_length_mm"]) * 1e-3
     side = float(picture.attrs["pitch_um"]) * 1e-6
@@ -171,7 +172,7 @@ def pixel_variance(
 
 
 def direct_share(light: xr.DataArray, mixed: xr.DataArray) -> np.ndarray:
-    """Return the share (plane, y, x) of `light` that is direct: neither spread nor flare.
+    """Return the share (plane, y, x) of `light` that is direct, neither spread nor flare.
 
     It lies between 0 and 1, and is 0 without light.
 
@@ -201,10 +202,10 @@ def direct_share(light: xr.DataArray, mixed: xr.DataArray) -> np.ndarray:
 
 
 def on_light(tiles: np.ndarray, mixed: xr.DataArray, light: xr.DataArray) -> np.ndarray:
-    """Return tiles (..., y, x) of the field on the grid of `light`: those that it has, or the mean
-    over what each tile of the sensor plane looks at.
+    """Return tiles (..., y, x) of the field on the grid of `light`: the same tiles if the grids
+    agree, otherwise the mean over the area that each tile of the sensor plane covers in the field.
 
-    Where a lens magnifies colours differently the sensor plane reaches a little beyond the field.
+    If a lens magnifies colours differently, the sensor plane reaches a little beyond the field.
 
     Parameters
     ----------

@@ -6,7 +6,7 @@ smoothed away: it shows how far noise has already shifted a score. For a large p
 shows a changed scene in most parts of the picture, and the smoothed scene in the others. If a score
 is the mean of the scores of the parts, each part is an independent sample. All other scores are
 computed for whole pictures, composed of blocks of the changed scene and its opposite. The display
-white of the reference picture is a percentile: `percentile_errors` tells how far noise moves it.
+white of the reference picture is a percentile: `percentile_errors` computes how far noise moves it.
 """
 
 from __future__ import annotations
@@ -69,7 +69,7 @@ if TYPE_CHECKING:
     from ..data.scores import Score
     from ..plugins.protocols import Metric
 
-RENDERER = "renderer"  # key of the terms
+RENDERER = "renderer"  # key of the error terms
 RENDERED = "rendered_s"  # attribute of scenes that a renderer made
 CHANGES = 6  # changed pictures for scores of whole pictures; an even number
 # parts of a large picture in which the exposed scene is changed by lot; the others are smoothed
@@ -101,16 +101,17 @@ def of_scores(shot: ScoredShot, metrics: Iterable[Metric], count: int = CHANGES)
 
     Parameters
     ----------
-    shot : with the scores of its picture. Without half buffers in its scene nothing is stated.
-    metrics : of the run. If the class of a metric has `MEAN_OF_PARTS = True`, its scores of the
-        frame need no labels, and are nearly the means of the scores of parts of the picture.
+    shot : shot with the scores of its picture. Without half buffers in its scene, no error is
+        stated.
+    metrics : metrics of the run. If the class of a metric has `MEAN_OF_PARTS = True`, its scores of
+        the frame need no labels, and are nearly the means of the scores of parts of the picture.
     count : changed pictures for scores of whole pictures; an even number.
 
     Returns
     -------
-    The error of each score; none without half buffers. It is `NOT_MEASURED` if the smoothed scene,
-    or all changed pictures but one, do not have the score. Scores of objects are included if the
-    picture is too small to be divided into parts.
+    The error of each score; none without half buffers. It is `NOT_MEASURED` if the score is missing
+    in the smoothed scene, or in all changed pictures except one. Scores of objects are included if
+    the picture is too small to be divided into parts.
     """
     metrics = list(metrics)
     if not metrics:
@@ -130,8 +131,8 @@ def of_each(
 
     Parameters
     ----------
-    shot : with the scores of its picture by all metrics.
-    metrics : whose scores are computed.
+    shot : shot with the scores of its picture by all metrics.
+    metrics : metrics with scores to compute again.
     scores : scores of the picture, by each of these metrics.
     """
     if not metrics:
@@ -156,7 +157,7 @@ class _Measured(NamedTuple):
 
     movements: dict[ScoreKey, Movement]
     smoothed: Values  # changes of the scores in the smoothed scene
-    of_objects: bool  # whether scores of objects were asked for
+    of_objects: bool  # whether scores of objects were computed
 
 
 def _measured(shot: ScoredShot, metrics: Sequence[Metric], count: int) -> _Measured:
@@ -252,10 +253,10 @@ def _stated(scores: Sequence[Score], measured: _Measured) -> ScoreErrors:
 
 
 def _error(movement: Movement, less_noise: float) -> RendererError:
-    """Return the error of a score from its changes and that without noise.
+    """Return the error of a score, from its movement and its change in the smoothed scene.
 
-    The variance is the product of two estimates, over the pictures and over the tiles that the
-    score rests on: their relative variances, 2 over the degrees of freedom of each, add up.
+    The variance is the product of two estimates, over the pictures and over the tiles on which the
+    score depends. Their relative variances, 2 over the degrees of freedom of each, add up.
     """
     both = 1 / movement.freedom + 1 / movement.tiles
     freedom = 1 / both if both else math.inf
@@ -274,10 +275,10 @@ def _before(scores: Iterable[Score]) -> Values:
 def _of_whole(
     metrics: Sequence[Metric], shot: ScoredShot, few: xr.Dataset | None
 ) -> list[Question]:
-    """Return the questions of metrics that say something of the whole picture.
+    """Return the questions of the metrics that have scores of the whole picture.
 
-    Labels are `few`, those with one object only, where the picture's scores are the same with them:
-    objects cost most of the time.
+    Objects take most of the time. The labels are therefore `few`, with one object only, if the
+    scores of the whole picture are the same with them.
     """
     before = _before(shot.scores)
     questions = []
@@ -286,7 +287,7 @@ def _of_whole(
         same_scores = all(
             np.array_equal(s.value, before.get(key_of(s), math.inf), equal_nan=True) for s in scores
         )
-        if scores:  # one that speaks of objects alone is asked no more
+        if scores:  # a metric with scores of objects only is not called again
             questions.append(Question(metric, few if same_scores else shot.labels, before))
     return questions
 
@@ -306,11 +307,11 @@ def _slopes(
     parts: Sequence[dict[str, np.ndarray]],
     before: Sequence[Values],
 ) -> Values:
-    """Return the change of each score by a change of the white, over that change.
+    """Return the change of each score per change of the white.
 
     Parameters
     ----------
-    metrics : whose scores are means of parts.
+    metrics : metrics with scores that are means over parts.
     white : display white of the reference picture, cd/m2.
     pair : picture and reference picture.
     parts : indices of each part.
@@ -407,8 +408,8 @@ def _ask(
 
 
 def _quietly(ask: Callable[[], T]) -> T:
-    """Return scores whose terms are those of the picture, which have been recorded; only their
-    values count.
+    """Return the scores of a call without recording its terms: those of the picture have been
+    recorded already. Only the values of the scores are used.
     """
     with values_only():
         result: T = ledger.collected(ask).result

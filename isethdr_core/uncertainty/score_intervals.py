@@ -1,10 +1,9 @@
 """Score intervals: one 95 % interval per score, over sensor noise and renderer noise together.
 
 The interval is for the score of one camera on one scene. That score is the mean over all shots of
-the
-same device, of the scene's light without renderer noise. Noise realisations tell how far the mean
-of
-a few shots is from the mean of all; changed scenes tell how far renderer noise moves it.
+the same device, of the scene's light without renderer noise. Noise realisations show how far the
+mean of a few shots is from the mean of all shots. Changed scenes show how far renderer noise moves
+it.
 """
 
 from __future__ import annotations
@@ -22,7 +21,7 @@ ScoreKey = tuple[str, str, str]  # metric, unit, object
 
 
 def key_of(score: Score) -> ScoreKey:
-    """Return what names a score in one picture."""
+    """Return the key of a score among those of one picture."""
     return score.metric, score.unit, score.object
 
 
@@ -31,8 +30,8 @@ class RendererError(NamedTuple):
     score.
     """
 
-    standard_error: float  # of one rendering, without the error that all renderings share
-    degrees_of_freedom: float  # of `standard_error`
+    standard_error: float  # error of one rendering, without that which all renderings share
+    degrees_of_freedom: float  # degrees of freedom of `standard_error`
     more_noise: float = 0.0  # mean change of the score if the scene has more renderer noise
     less_noise: float = 0.0  # change of the score if renderer noise is smoothed away
 
@@ -56,23 +55,20 @@ def interval(values: list[float], renderer: RendererError | None = None) -> Inte
     Parameters
     ----------
     values : the score in each shot, at least two for an interval, in any unit.
-    renderer : the error that renderer noise leaves in the mean of `values`; None where there is
-        none.
+    renderer : the error that renderer noise leaves in the mean of `values`; None if there is none.
 
     Returns
     -------
-    The interval. It is NaN for fewer than two values, where a value is not finite, and where the
+    The interval. It is NaN for fewer than two values, if a value is not finite, or if the
     renderer's part is `NOT_MEASURED`.
 
     Notes
     -----
     The two noises are independent, so their variances add. The degrees of freedom of the sum are
-    those
-    of Satterthwaite 1946, eq. 17; the factor is that of Student 1908. Renderer noise also shifts
-    the
-    mean of a score that is not linear in light. How much the score shifts with more and with less
-    noise tells the size of that shift, not its exact value. So both count as further normal errors,
-    of which they are one standard deviation.
+    those of Satterthwaite 1946, eq. 17; the factor is that of Student 1908. Renderer noise also
+    shifts the mean of a score that is not linear in light. The shifts with more and with less noise
+    show the size of that shift, not its exact value. So both count as standard deviations of
+    further normal errors.
     """
     count = len(values)
     if count < 2 or not all(map(math.isfinite, values)):
@@ -95,7 +91,7 @@ def interval(values: list[float], renderer: RendererError | None = None) -> Inte
 def degrees_of_freedom(variances: tuple[float, ...], freedoms: tuple[float, ...]) -> float:
     """Return the degrees of freedom of a sum of estimated variances (Satterthwaite 1946, eq. 17).
 
-    Infinite where all variances are 0.
+    The result is infinite if all variances are 0.
     """
     largest = max(variances)
     if largest == 0.0:
@@ -107,6 +103,6 @@ def degrees_of_freedom(variances: tuple[float, ...], freedoms: tuple[float, ...]
 
 
 def student_factor(freedom: float) -> float:
-    """Return how many standard errors half of a 95 % interval is, for these degrees of freedom."""
+    """Return half of a 95 % interval in standard errors, for these degrees of freedom."""
     upper = (1 + CONFIDENCE) / 2
     return float(ndtri(upper) if math.isinf(freedom) else stdtrit(freedom, upper))

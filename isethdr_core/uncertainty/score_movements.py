@@ -22,16 +22,16 @@ class Movement(NamedTuple):
 
     scatter: float  # standard error of one rendering
     freedom: float  # degrees of freedom of `scatter`, without those of the tiles
-    shift: float  # mean change of the score by more noise; 0 where it is within its scatter
-    rms: float  # of scatter and shift
+    shift: float  # mean change of the score by more noise; 0 if it is within its scatter
+    rms: float  # root mean square of the changes: scatter and shift together
     rms_freedom: int  # degrees of freedom of `rms`
-    how: str  # for people
-    tiles: float = FEW_TILES  # on which `scatter` rests beside its `freedom`
+    how: str  # how the movement was measured, for people
+    tiles: float = FEW_TILES  # number of tiles that limit `scatter`, in addition to `freedom`
 
 
 def known_within(count: int) -> float:
-    """Return the factor within which the rms of `count` normal changes is their standard deviation,
-    `SURE` of the times: a chi-squared share.
+    """Return the factor within which the rms of `count` normal changes agrees with their standard
+    deviation with the probability `SURE`, from the chi-squared distribution.
     """
     from scipy.optimize import brentq
 
@@ -44,7 +44,7 @@ def known_within(count: int) -> float:
 
 
 def movement_of_lots(changes: np.ndarray) -> Movement:
-    """Return the movement from changes of a score by lots of their own."""
+    """Return the movement from the changes of a score by independent lots."""
     count = len(changes)
     variance = variance_of(changes)
     shift = beyond_scatter(float(changes.mean()), variance / count)
@@ -59,8 +59,8 @@ def variance_of(values: np.ndarray) -> float:
 
 
 def movement_of_blocks(changes: np.ndarray) -> Movement:
-    """Return the movement from changes of a score in pictures joined of blocks of two opposite
-    lots.
+    """Return the movement from the changes of a score in pictures composed of blocks of two
+    opposite lots.
 
     Notes
     -----
@@ -76,10 +76,11 @@ def movement_of_blocks(changes: np.ndarray) -> Movement:
 
 
 def movement_of_parts(changes: np.ndarray) -> Movement:
-    """Return the movement of the frame's score from changes of that of its parts, each with noise
-    of its own.
+    """Return the movement of the frame's score from the changes of the scores of its parts, which
+    have independent noise.
 
-    Parts scatter more than the frame, the mean of all of them; their shift is its own.
+    Parts scatter more than the frame, which is their mean. The shift of the parts is that of the
+    frame.
     """
     freedom = len(changes) - 1
     variance = variance_of(changes)
@@ -90,7 +91,7 @@ def movement_of_parts(changes: np.ndarray) -> Movement:
 
 
 def beyond_scatter(mean: float, variance: float) -> float:
-    """Return what a mean is more than its own scatter, of this variance, explains."""
+    """Return the part of a mean that its own scatter, of this variance, does not explain."""
     return math.copysign(math.sqrt(max(mean**2 - variance, 0.0)), mean)
 
 
@@ -99,9 +100,9 @@ def beside_white(movement: Movement, slope: float, white: Movement) -> Movement:
 
     Parameters
     ----------
-    movement : of the score, where the white stays as it is.
-    slope : change of the score over the change of the white.
-    white : movement of the white; few tiles decide it, so it is independent of the others.
+    movement : movement of the score at a constant white.
+    slope : change of the score per change of the white.
+    white : movement of the white. Few tiles decide it, so it is independent of `movement`.
     """
     if not (slope and white.rms):
         return movement

@@ -28,9 +28,9 @@ class Electrons:
 
     capture: str
     total: np.ndarray
-    image: np.ndarray  # of direct light, neither blurred nor scattered
+    image: np.ndarray  # electrons of direct light, neither blurred nor scattered
     sigma: np.ndarray  # standard deviation of shot, read and converter noise
-    renderer: np.ndarray  # standard deviation that the noise of the scene makes
+    renderer: np.ndarray  # standard deviation that the noise of the scene causes
     unsaturated: np.ndarray
     per_irradiance: float  # electrons per W m-2 nm-1 in every band, of the most sensitive channel
     maps: ErrorMaps | None = None  # (y, x) each: errors that the lens states pixel by pixel
@@ -46,8 +46,8 @@ class Exposure:
     ----------
     captures : captures Dataset.
     light : irradiance or photocurrent on the sensor plane.
-    mixed : mixed radiance that the light was made of, W m-2 sr-1 nm-1.
-    scene : scene radiance, with `xyz_noise` where a renderer states it.
+    mixed : mixed radiance from which the light was computed, W m-2 sr-1 nm-1.
+    scene : scene radiance, with `xyz_noise` if a renderer states it.
     """
 
     captures: xr.Dataset
@@ -57,8 +57,8 @@ class Exposure:
 
 
 def missing(captures: xr.Dataset) -> list[str]:
-    """Return what `electrons` needs and captures of a sensor lack; what an isp of ours reads is
-    enough.
+    """Return the variables and attributes that `electrons` needs and the captures lack. Captures
+    that a bundled isp can read lack none.
     """
     needed = (
         "quantum_efficiency",
@@ -76,7 +76,7 @@ def missing(captures: xr.Dataset) -> list[str]:
 
 
 class RatesOfLight(NamedTuple):
-    """Electron rates of captures that see light alike, and the errors that the lens states."""
+    """Electron rates of captures with one response, and the errors that the lens states."""
 
     rates: Rates
     maps: ErrorMaps | None  # (y, x) at the pixels, per m2 and second
@@ -85,15 +85,15 @@ class RatesOfLight(NamedTuple):
 def electrons(
     exposure: Exposure, scene_noise: float = 0.0, error_maps: MapsOfErrors | None = None
 ) -> list[Electrons]:
-    """Return what each capture holds, from the light itself.
+    """Return the electrons of each capture, computed from the light.
 
     Parameters
     ----------
     exposure : the captures and their light.
     scene_noise : relative noise of a scene that states none tile by tile, as `stated_noise`.
     error_maps : function(mixed, weights) -> `ErrorMaps` of `weights` (channel, band) times
-        irradiance, on the grid of the light, or None. Where there is none, the terms that the lens
-        states are taken.
+        irradiance, on the grid of the light, or None. Without maps, the terms that the lens states
+        are used.
     """
     captures = exposure.captures
     light = time_mean(exposure.light)
@@ -101,7 +101,7 @@ def electrons(
     at_mean = replace(exposure, light=light, mixed=mixed)
     noise = relative_noise(exposure.scene, mixed)
     photons = photons_per_energy(captures.wavelength.values)
-    # by the response of a capture: most captures of a sensor respond alike
+    # by the response of a capture: most captures of a sensor have the same response
     of_light: dict[bytes, RatesOfLight] = {}
     out = []
     for k, name in enumerate(map(str, captures.capture.values)):
@@ -121,7 +121,7 @@ def electrons(
 def _electrons_of(
     name: str, capture: xr.Dataset, counting: np.ndarray, of_light: RatesOfLight
 ) -> Electrons:
-    """Return what one capture holds.
+    """Return the electrons of one capture.
 
     Parameters
     ----------
@@ -158,7 +158,7 @@ def with_parts(
     Parameters
     ----------
     shots : one per capture, as `electrons` returns them.
-    captures : captures Dataset that the shots are of.
+    captures : captures Dataset to which the shots belong.
     rows : rows of the ledger.
     """
     declared = {name: part for row in rows for name, part in row.light_parts.items()}

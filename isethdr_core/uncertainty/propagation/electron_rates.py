@@ -20,11 +20,11 @@ if TYPE_CHECKING:
 
 
 class Rates(NamedTuple):
-    """Per m2 and second, at each pixel (y, x) in its own channel."""
+    """Electrons per m2 and second, at each pixel (y, x) in its own channel."""
 
     total: np.ndarray  # all electrons
-    image: np.ndarray  # those of the tiles that the pixel looks at
-    renderer: np.ndarray  # standard deviation that the noise of the scene makes
+    image: np.ndarray  # electrons of the tiles that the pixel looks at
+    renderer: np.ndarray  # standard deviation that the noise of the scene causes
 
     def scaled(self, scale: float) -> Rates:
         """Return the rates times `scale`."""
@@ -39,9 +39,9 @@ def electron_rates(
     Parameters
     ----------
     counting : electrons per energy in each channel and band.
-    exposure : with light and mixed radiance constant over time.
+    exposure : captures, with light and mixed radiance that are constant over time.
     noise : relative standard errors (3, y, x) of X, Y and Z of the mixed radiance; None for none.
-    scene_noise : relative noise of all direct light where `noise` is None.
+    scene_noise : relative noise of all direct light if `noise` is None.
     """
     captures = exposure.captures
     light = exposure.light
@@ -84,7 +84,7 @@ def light_plane(row: np.ndarray, captures: xr.Dataset, light: xr.DataArray) -> n
             row[np.isin(captures.wavelength.values, light.wavelength.values)], light.values
         )
     efficiency = row / photons_per_energy(captures.wavelength.values)
-    # not 0 with crosstalk, which mixes channels
+    # with crosstalk, which mixes channels, no difference is 0
     differences = np.abs(np.asarray(light.attrs["efficiency"]) - efficiency).max(1)
     plane: np.ndarray = light.values[int(differences.argmin())]
     return plane

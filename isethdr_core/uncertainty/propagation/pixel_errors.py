@@ -17,7 +17,7 @@ UNIT = "standard deviations of the sensor's noise"
 # kinds of the stages after the renderer whose errors propagate to the electrons. Of `radiance` only
 # the rounding of the store counts: the errors that it restates are those of the renderer
 AFTER = ("scene", "radiance", "lighting", "lens", "flare")
-UNITS = (error_terms.RELATIVE, IRRADIANCE, "electrons", UNIT)  # of errors of a pixel's electrons
+UNITS = (error_terms.RELATIVE, IRRADIANCE, "electrons", UNIT)  # units that propagate to electrons
 
 
 class Bounds(NamedTuple):
@@ -31,7 +31,7 @@ class TermsAfter(NamedTuple):
     """Errors of the stages after the renderer."""
 
     of_electrons: list[ErrorTerm]
-    without_electrons: list[ErrorTerm]  # that have no way to electrons
+    without_electrons: list[ErrorTerm]  # errors that do not propagate to electrons
 
 
 def after(shot: Electrons, terms: Sequence[ErrorTerm]) -> Bounds:
@@ -74,7 +74,7 @@ def terms_after(rows: Sequence[Row], replaced: Sequence[str] = ()) -> TermsAfter
 
     Parameters
     ----------
-    rows : rows of a ledger. A restated term counts by its source.
+    rows : rows of a ledger. A restated term belongs to the stage of its source.
     replaced : keys of terms of the lens that are known pixel by pixel; they are left out.
     """
     terms = [

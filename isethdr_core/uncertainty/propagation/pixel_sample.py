@@ -1,4 +1,4 @@
-"""Pixel sample: a regular grid of pixels, whose errors stand for those of all pixels."""
+"""Pixel sample: a regular grid of pixels with errors that represent those of all pixels."""
 
 from __future__ import annotations
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.special import erf
 
-SHARE = 0.99  # of the pixels, within the figure that is stated for a picture
+SHARE = 0.99  # share of the pixels within the figure that is stated for a picture
 MOST_PIXELS = 65536  # largest regular sample of pixels
 # relative tolerance of a figure: a figure with more errors is never smaller than one with fewer,
 # except by this
@@ -32,7 +32,7 @@ def within(bound: np.ndarray, deviation: np.ndarray, share: float = SHARE) -> fl
     scale = np.sqrt(2) * np.where(normal, deviation, 1.0)
 
     def missing(limit: float) -> float:
-        with np.errstate(over="ignore"):  # far above a bound of little deviation: erf(inf) is 1
+        with np.errstate(over="ignore"):  # the argument may overflow; erf(inf) is 1
             within_deviation = erf(np.maximum(limit - bound, 0.0) / scale)
         below = np.where(limit >= bound, np.where(normal, within_deviation, 1.0), 0.0)
         return target - float(below.mean())
@@ -43,7 +43,7 @@ def within(bound: np.ndarray, deviation: np.ndarray, share: float = SHARE) -> fl
     if not np.isfinite(highest) or missing(highest) > 0:
         return highest  # an error is infinite, or most errors are bounds of this value
     if missing(0.0) <= 0:
-        return 0.0  # so many errors are exactly 0
+        return 0.0  # this share of the errors is exactly 0
     # Errors without a normal part make `missing` a function with steps. Brent's method then halves
     # the interval in each iteration, so that many iterations are allowed.
     xtol = SMALL * highest
