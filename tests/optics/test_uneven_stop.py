@@ -120,6 +120,5 @@ def test_even_light_changes_nothing_and_uneven_light_keeps_its_energy():
         # and darker there
         assert sums[0] == pytest.approx(sums[1], abs=3e-4) and sums[0] < 1
     whole = pupil_shapes.opening_and_dirt(replace(even, rims=()), ())[0]
-    assert apodization.share(place.uneven, whole, (), pupil_size.radius_mm(place)) == pytest.approx(
-        1.0, abs=1e-4
-    )
+    share = apodization.share(place.uneven, whole, (), pupil_size.radius_mm(place))
+    assert share == pytest.approx(1.0, abs=1e-4)

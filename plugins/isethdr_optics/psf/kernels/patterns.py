@@ -71,9 +71,8 @@ def of_one_pattern(frame: Frame) -> Kernels:
     mix_scatter(halves, frame)
     bands = [Mirrored(half) for half in halves]
     count = len(halves)
-    energy = pupil_energy.open_energy_mm2(lens, flares, frame.shortest_nm) / pupil_size.stop_mm2(
-        lens
-    )
+    open_mm2 = pupil_energy.open_energy_mm2(lens, flares, frame.shortest_nm)
+    energy = open_mm2 / pupil_size.stop_mm2(lens)
     has_rings = errors.relative.any()
     core = min(frame.core) if has_rings else max(frame.core)
     of_core = exact_core.core_error_by_octave(exact_core.PATTERN_ERROR, max(frame.core))
