@@ -14,12 +14,12 @@ from .wavefronts import steepest_um
 if TYPE_CHECKING:
     from ..abilities import PupilOptics
 
-# number of samples across the stop, with which kernel values are exact to 1e-4 (L1); measured
-# against 3072 samples
+# Number of samples across the stop with which kernel values are exact to 1e-4 (L1 norm), measured
+# against 3072 samples.
 CORE_SAMPLES = 768
 FEWEST_SAMPLES = 256  # least number of samples across the stop for a narrow image
-# samples across the stop per width of the image in units of wavelength x f-number, for images that
-# need fewer than `CORE_SAMPLES`
+# Number of samples across the stop for each wavelength x f-number of the image's width, if this
+# gives fewer than `CORE_SAMPLES`.
 BORDER = 4.0
 MOST_SAMPLES = 8192  # largest number of samples across the stop
 

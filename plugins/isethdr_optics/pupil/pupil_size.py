@@ -37,11 +37,10 @@ def distance_mm(lens: PupilOptics) -> float:
 
 
 def scaled_nm(lens: PupilOptics, wavelength_nm: float) -> float:
-    """Return the wavelength, nm, at which the pupil, as it is drawn, has a pattern of this size.
+    """Return the wavelength, nm, at which the drawn pupil has the pattern of `wavelength_nm`.
 
-    The pupil of a traced lens has another size at each wavelength (`pupil_scale`), but its shapes
-    are drawn in one size. The diffraction pattern is that of the drawn pupil at the wavelength
-    returned.
+    The pupil of a traced lens has a different size at each wavelength (`pupil_scale`), but its
+    shapes are drawn in one size. The diffraction pattern grows with wavelength / size.
     """
     return wavelength_nm / lens.pupil_scale(wavelength_nm)
 

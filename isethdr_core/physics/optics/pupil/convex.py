@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-# number of level lines across a shape, from which its extent along x, and the height of its image
-# under a linear map, are bounded
+# Number of level lines across a shape. They give bounds of its extent along x, and of the height of
+# its image under a linear map.
 LEVELS = 512
 
 # ((xx, xy), (yx, yy)) of a linear map of the pupil plane

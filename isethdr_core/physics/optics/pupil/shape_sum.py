@@ -15,7 +15,7 @@ import numpy as np
 
 from .convex import Convex
 
-MOST_TERMS = 20000  # largest number of intersections that are looked for, which takes seconds
+MOST_TERMS = 20000  # largest number of terms of a sum; to compute so many takes seconds
 
 
 def opening(aperture: Convex, losses: list[Any]) -> list[tuple[Convex, float]]:

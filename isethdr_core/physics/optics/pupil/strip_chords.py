@@ -8,7 +8,7 @@ import numpy as np
 
 from .convex import Convex
 
-# positions of chords in a strip, as shares of its height: Gauss's two-point rule, equal weights
+# Positions of two chords in a strip, as shares of its height, by Gauss's rule with equal weights.
 GAUSS = (0.5 - 1 / 12**0.5, 0.5 + 1 / 12**0.5)
 
 

@@ -40,8 +40,8 @@ def energy(aperture: Convex, losses: Sequence[Any], strips: int = 4000) -> float
     losses : list of (shape, loss) of the dirt; loss is 1 - amplitude transmission.
     strips : number of level lines per shape, over which the lengths of chords are integrated.
     """
-    # Levels are the cosines of evenly spaced angles: exact for discs, whose chords grow with the
-    # root of the distance to the end.
+    # Levels lie at the cosines of evenly spaced angles. This is exact for discs, whose chords grow
+    # with the root of the distance to the end.
     total = 0.0
     angle = (np.arange(strips) + 0.5) * np.pi / strips
     for shape, weight in opening(aperture, [(s, 1 - (1 - loss) ** 2) for s, loss in losses]):
