@@ -1,8 +1,8 @@
 """Array backend: convolution by another array library than NumPy, for example on a GPU.
 
-The environment variable ISETHDR_ARRAYS names a library with the Python array API, and a device of
-it if there are several: `torch:cuda`, `cupy`. It is not part of a recipe: results differ only by
-rounding, within the bound that every convolution states.
+The environment variable ISETHDR_ARRAYS names a library with the Python array API and, if the
+library has several devices, one of them: `torch:cuda`, `cupy`. It is not part of a recipe, because
+results differ only by rounding, within the bound that every convolution states.
 """
 
 from __future__ import annotations
@@ -76,10 +76,10 @@ def _convolve_on(  # noqa: PLR0913 - the parameters of `convolve_into`, and the 
     factor: np.ndarray,
     gain: float,
 ) -> Bound:
-    """Convolve on another device and write the result into the NumPy array `out`; return the bound
+    """Convolve on another device, write the result into the NumPy array `out`, and return the bound
     of `convolve_into`.
     """
-    # the kernel is immutable: it is copied to the device once
+    # the kernel never changes, so that it is copied to the device only once
     on_device = kernel.__dict__.get("_on_device")
     if on_device is None or on_device[0] is not namespace(to_device(np.zeros(1))):
         on_device = (

@@ -1,4 +1,4 @@
-"""Bright tiles: adds, band by band, what a spectral fit misses of their light."""
+"""Bright tiles: the part of their light that a spectral fit misses is added, band by band."""
 
 from __future__ import annotations
 
@@ -13,18 +13,23 @@ if TYPE_CHECKING:
     from .field_optics import FieldOptics
     from .spectral_fit import Fit
 
-# radii in tiles of the squares corrected around bright tiles, at most `kernel_spectra.NEAR`
+# half sides, in tiles, of the squares that are corrected around bright tiles; at most
+# `kernel_spectra.NEAR`
 RADII = (96, 64, 32, 16, 8, 4)
-MOST_VALUES_WRITTEN = 3e7  # values written per channel, at most
-TILES_AT_ONCE = 64  # bright tiles
-STRIPS = 2  # of rows: work for as many threads as there are, whatever the number of channels
+MOST_VALUES_WRITTEN = 3e7  # largest number of values that are written per channel
+TILES_AT_ONCE = 64  # number of bright tiles that are spread in one matrix product
+STRIPS = 2  # number of strips of rows, so that there is work for all threads with few channels
 
 
 def radii(rate: np.ndarray) -> np.ndarray:
-    """Return the radius in tiles within which each bright tile is corrected.
+    """Return the radius in tiles within which each bright tile is corrected, (tile,).
 
-    The wings of a kernel fall with r^-3. At its radius every tile spreads the same light. `rate` is
-    the light of each tile, in any unit.
+    The wings of a kernel fall with r^-3. The radius is chosen so that all tiles bring the same
+    light to a tile at their radius.
+
+    Parameters
+    ----------
+    rate : (tile,) light of the bright tiles, in any unit.
     """
     radius = RADII[0] * np.cbrt(rate / max(float(rate.max(initial=0.0)), np.finfo(float).tiny))
     steps = np.array(RADII)[::-1]
@@ -39,10 +44,10 @@ def radii(rate: np.ndarray) -> np.ndarray:
 class _Group(NamedTuple):
     """Bright tiles with the same radius."""
 
-    tiles: np.ndarray  # flat indices
+    tiles: np.ndarray  # (tile,) flat indices
     missed: np.ndarray  # (band, tile) radiance that the fit misses
     cores: np.ndarray  # (band, tile of the core) kernels within the radius
-    half_widths: list[int]  # (y, x) tiles of the cores
+    half_widths: list[int]  # (y, x) tiles from the middle to the border of the cores
 
 
 def correct(
@@ -53,13 +58,15 @@ def correct(
     optics: FieldOptics,
     apply: Callable[..., Any] = map,
 ) -> None:
-    """Add to `out` what `fit` misses of the light of its bright tiles, within their radii.
+    """Add to `out` the light of bright tiles that `fit` misses, within their radii.
 
     Parameters
     ----------
     out : photocurrent (channel, y, x).
-    cube : radiance (band, y, x). `optics` : of its field, for relative illumination and kernels.
-    weights : (channel, band) photocurrent per radiance. `fit` : `spectral_fit.Fit`.
+    cube : radiance (band, y, x).
+    weights : (channel, band) photocurrent per radiance.
+    fit : `spectral_fit.Fit` of the light.
+    optics : optics of the field, for relative illumination and kernels.
     apply : `map`, or the `map` of a pool of threads.
     """
     groups = []
@@ -104,7 +111,7 @@ def correct(
 
 
 def _spread(out: np.ndarray, first: int, weights: np.ndarray, group: _Group) -> None:
-    """Add the light of a group to some rows of one channel, from row `first` on."""
+    """Add the missed light of a group to some rows of one channel, from row `first` on."""
     tiles, missed, cores, half_widths = group
     ny, nx = out.shape
     shape = tuple(2 * h + 1 for h in half_widths)
@@ -116,7 +123,7 @@ def _spread(out: np.ndarray, first: int, weights: np.ndarray, group: _Group) -> 
     missed = missed[:, reaches]
     for start in range(0, len(rows), TILES_AT_ONCE):
         chunk = slice(start, start + TILES_AT_ONCE)
-        # a small correction: single precision is enough
+        # single precision is enough for a small correction
         missed_light = (missed[:, chunk] * weights[:, None]).T.astype(cores.dtype)
         spread = matrix_product(np.ascontiguousarray(missed_light), cores).reshape(-1, *shape)
         for tile_light, y, x in zip(spread, rows[chunk], columns[chunk]):

@@ -1,7 +1,7 @@
-"""Field optics: all that is computed once for a lens, its flares and a field, before imaging.
+"""Field optics: the data that are computed once for a lens, its flares and a field, before imaging.
 
-It consists of the sensor plane, the kernels with the required extent and accuracy, and the
-throughput of every band.
+They are the sensor plane, the kernels with the required extent and accuracy, and the throughput of
+every band.
 """
 
 from __future__ import annotations
@@ -45,14 +45,15 @@ class FieldOptics:
 
     sensor: SensorPlane
     kernels: kernel_module.Kernels | None  # None: no blur
-    field: FieldKernels | None  # kernels that vary over the field
-    gains: np.ndarray  # irradiance per radiance, sr, per band
-    relative: np.ndarray | None  # of the tiles, (y, x)
+    field: FieldKernels | None  # kernels that vary over the field; None: the same everywhere
+    gains: np.ndarray  # (band,) irradiance per radiance, sr
+    relative: np.ndarray | None  # (y, x) relative illumination of the tiles; None: uniform
     wavelength_nm: np.ndarray
-    pitch_um: tuple[float, float]
+    pitch_um: tuple[float, float]  # (y, x) pitch of the tiles
     noise_share: float = 0.0  # errors of the kernels over the sensor's noise
-    electron_map: PhotoelectronMap | None = None  # only where the kernels' accuracy required it
-    notes: tuple[Note, ...] = ()  # of the kernels of the field; the sensor plane has its own
+    # None: the choice of the kernels' accuracy did not need it
+    electron_map: PhotoelectronMap | None = None
+    notes: tuple[Note, ...] = ()  # notes of the kernels; the sensor plane has its own notes
 
 
 def field_optics(
@@ -66,11 +67,12 @@ def field_optics(
 
     Parameters
     ----------
-    lens : a lens of this package. `flares` : its flare components.
+    lens : a lens of this package.
     mixed : checked mixed radiance (wavelength, y, x). It gives the field and its light.
-    response : `isethdr_core.demand.Response` of the sensors. Kernels then end, and are no more
-        exact, where these sensors see no difference in the light of `mixed`. None: kernels cover
-        the frame, with the error that the lens states.
+    flares : flare components of the lens.
+    response : `isethdr_core.demand.Response` of the sensors. The extent and the accuracy of the
+        kernels are then chosen so that these sensors see no difference in the light of `mixed`.
+        None: kernels cover the frame, with the error that the lens states.
     sensor : the sensor plane of the field, if it was computed before.
 
     Returns
@@ -84,7 +86,7 @@ def field_optics(
     axis_lens = without_geometry(lens)
     spatial_response = None if lens.field_varies else response
 
-    details_of_kernels = []  # of all kernels that are computed; the last ones are used
+    details_of_kernels = []  # of all kernels that are computed; the last entry is used
 
     def make(reach: tuple[int, int]) -> Kernels | None:
         made_kernels, *details = fine_enough(
@@ -132,7 +134,7 @@ def field_optics(
 
 
 def _kernels(request: KernelRequest) -> Kernels | None:
-    """Return kernels, or None where the lens makes no blur and no flare scatters."""
+    """Return kernels, or None if the lens has no blur and no flare scatters light."""
     lens = request.lens
     flares = request.flares
     if lens.blurs:

@@ -1,6 +1,6 @@
 """Imaging: mixed radiance to irradiance on the tiles of the field, band by band.
 
-Radiance -> times throughput -> times falloff of its own field angle -> convolution.
+Radiance is multiplied by the throughput and by the falloff at its field angle, and then convolved.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ class Irradiance(NamedTuple):
     """Irradiance on the field's own tiles."""
 
     values: np.ndarray  # (band, y, x)
-    terms: list[ErrorTerm]  # of the convolutions
+    terms: list[ErrorTerm]  # errors of the convolutions
 
 
 def irradiance(values: np.ndarray, optics: FieldOptics, error_allowed: float = 0.0) -> Irradiance:
@@ -39,7 +39,7 @@ def irradiance(values: np.ndarray, optics: FieldOptics, error_allowed: float = 0
     ----------
     values : mixed radiance (band, y, x), W m-2 sr-1 nm-1. All tiles contribute. Light that leaves
         the frame does not return on the opposite side.
-    optics : of the field of `values`.
+    optics : optics of the field of `values`.
     error_allowed : largest relative error of a convolution.
     """
     kernels = optics.kernels
@@ -49,7 +49,9 @@ def irradiance(values: np.ndarray, optics: FieldOptics, error_allowed: float = 0
     out = np.empty(values.shape, np.result_type(values.dtype, np.float32))
 
     def one_band(b: int, apply: Callable[..., Any]) -> Bound | None:
-        """Write the irradiance of band `b`; return the bound of its convolution, None without."""
+        """Write the irradiance of band `b`; return the bound of its convolution, or None without
+        one.
+        """
         kernel = kernels and kernels.ready(b)
         relative = optics.relative
         gain = gains[b]
@@ -82,7 +84,9 @@ def irradiance(values: np.ndarray, optics: FieldOptics, error_allowed: float = 0
 
 
 def _errors(bounds: Sequence[Bound], rounding: float) -> list[ErrorTerm]:
-    """Return the largest errors of the bands' convolutions, with the `rounding` of their dtype."""
+    """Return the largest errors of the bands' convolutions. `rounding` is the relative rounding
+    error of the result's type.
+    """
     most = max(b.relative for b in bounds) + rounding
     label = "convolution with the kernel"
     relative = term(most, "relative", "bound", label, key="convolution")

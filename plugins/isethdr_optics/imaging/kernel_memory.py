@@ -20,20 +20,21 @@ if TYPE_CHECKING:
 
 
 def kernel_bytes(lens: LensOptics, flares: Sequence[Flare], frame: Frame) -> float:
-    """Return the bytes of the kernels of all bands over a frame, and of the lattices that they are
-    read from.
+    """Return the bytes of the kernels of all bands over a frame, and of their lattices.
 
-    With the response of a sensor, kernels may end at `wing_truncation.WORTH` of the frame. That
-    much is certain; `check_kernels` tests the rest.
+    With the response of a sensor, kernels may end at `wing_truncation.WORTH` of the frame. The
+    result is the memory that is certainly needed; `memory.check_kernels` tests the rest.
 
     Parameters
     ----------
-    lens : a lens of this package. `flares` : its flare components.
-    frame : the tiles of the light, and its bands.
+    lens : a lens of this package.
+    flares : its flare components.
+    frame : tiles and bands of the light.
 
     Raises
     ------
-    ConfigError : a wavefront that no pupil can follow, or more dirt than can be drawn.
+    ConfigError : the wavefront is too steep for the largest number of pupil cells, or there is too
+        much dirt.
     """
     wave = np.asarray(frame.wavelength_nm, float)
     blurred = lens.blurs
@@ -43,7 +44,7 @@ def kernel_bytes(lens: LensOptics, flares: Sequence[Flare], frame: Frame) -> flo
     reach = [int(part * (n - 1)) for n in (frame.rows, frame.columns)]
     pitch_um = [1e3 * lens.focal_length_mm * p for p in frame.pitch]
     if blurred and lens.zernike_um:
-        # refuses what no pupil can follow
+        # raises an error if the wavefront is too steep
         pupil_grid.core_pitch_mm(lens, min(pitch_um), wave.min(), pupil_grid.FEWEST_SAMPLES)
     if blurred:
         pupil_shapes.check_dirt(lens, flares)

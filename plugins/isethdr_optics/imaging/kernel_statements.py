@@ -1,4 +1,4 @@
-"""Kernel statements: the errors of the kernels of a field, and what they leave out."""
+"""Kernel statements: errors of the kernels of a field, and the light that they leave out."""
 
 from __future__ import annotations
 
@@ -20,23 +20,24 @@ if TYPE_CHECKING:
 
 
 class Margin(NamedTuple):
-    """Tiles of a field beyond what sensors see."""
+    """Overscan: tiles of a field beyond those that sensors see."""
 
     tiles: tuple[float, float]  # (y, x), on each side
     of_window: bool = False  # True: beyond the sensors' window; False: beyond the camera's field
 
 
 def kernel_notes(lens: LensOptics, optics: FieldOptics, margin: Margin) -> list[Note]:
-    """Return the errors of the kernels of a field, and what they leave out.
+    """Return the errors of the kernels of a field, and the light that they leave out.
 
     Parameters
     ----------
-    lens : with the fields of a lens of this package. `optics` : of the field.
+    lens : a lens of this package.
+    optics : optics of the field.
     margin : tiles of the field that the sensors do not see.
     """
     kernels = optics.kernels
     if kernels is None:
-        # of the product, and a second time where distortion moves the tiles
+        # twice the rounding of one operation: the product, and the distortion that moves tiles
         rounding = float(np.finfo(np.float32).eps)
         label = "irradiance of tiles: no blur, a product, rounded to float32"
         return [term(rounding, "relative", "bound", label, key="rounding")]
@@ -95,11 +96,12 @@ def _light_beyond_kernels(kernels: Kernels) -> list[Note]:
 
 
 def _stretched_image_error(stretched: float) -> ErrorTerm:
-    """Return the error of a point spread function of the axis that is stretched with the image.
+    """Return the error of the axis' point spread function, which distortion stretches with the
+    image.
 
     A kernel k(r) stretched by s is k(r / s) / s^2. Its wings fall with the cube of r (Airy), so
-    that their relative error is s - 1. Only spread light has this error; direct light keeps its
-    place and its sum.
+    that their relative error is s - 1. Only spread light has this error; the position and the sum
+    of direct light are not affected.
     """
     label = "size of the point spread, stretched with the image"
     return term(stretched, "relative", "measured", label, key="point spread size", part=SPREAD)

@@ -1,9 +1,9 @@
-"""Overlaid: the sum of many parts of an image, each convolved with a kernel of its own, right in
+"""Overlap-add: the sum of many parts of an image, each convolved with its own kernel, accurate in
 every pixel of the sum.
 
-A part fades out at its borders, where others take over: only the sum has to be right. All parts go
-through plain transforms first; those whose rounding could matter in a pixel of the sum are done
-again the exact way.
+A part fades out at its borders, where other parts take over: only the sum has to be accurate. All
+parts are first convolved by plain transforms. Parts with rounding errors that could matter in a
+pixel of the sum are then convolved again by the exact method.
 """
 
 from __future__ import annotations
@@ -16,8 +16,8 @@ import scipy.fft as sf
 
 from isethdr_core.physics.convolution import Bound, convolve_with_bound
 
-RELATIVE = 3e-8  # of a pixel of the sum: what transforms are allowed
-SUMMED = 1e-12  # of a pixel: rounding of sums
+RELATIVE = 3e-8  # least allowed error of the transforms, relative to a pixel of the sum
+SUMMED = 1e-12  # relative rounding error of the sums
 
 
 def overlaid(
@@ -33,10 +33,10 @@ def overlaid(
         negative, and a kernel of odd size, never negative, its centre in the middle. Light that
         leaves a window is lost.
     shape : (y, x) of the frame.
-    error_allowed : relative, of every pixel of the sum; below `RELATIVE`, which float32 rounds away
-        anyway, nothing is gained.
+    error_allowed : relative error allowed in every pixel of the sum. Values below `RELATIVE` have
+        no effect, because float32 rounds them away.
     """
-    relative = max(error_allowed / 2, RELATIVE)  # the other half: parts that are done again
+    relative = max(error_allowed / 2, RELATIVE)  # the other half is for parts convolved again
     images = []
     errors = []
     for _, light, kernel in parts:
@@ -54,7 +54,7 @@ def overlaid(
         where = doubtful[window]
         if where.any() and errors[k] > allowed * float(total[window][where].min()):
             images[k], bound = convolve_with_bound(light, kernel, relative)
-            errors[k] = 0.0  # relative now
+            errors[k] = 0.0  # the error is now relative, and part of the bound
             absolute = absolute + bound.absolute
             pixels = pixels + bound.pixels
     total, doubt = _sums(parts, images, errors, shape)
@@ -76,18 +76,18 @@ def _sums(
 
 
 def _by_transform(light: np.ndarray, kernel: np.ndarray) -> tuple[np.ndarray, float]:
-    """Return the convolution, never below 0, and a bound on a pixel's error: white rounding, 10
-    standard deviations.
+    """Return the convolution, never negative, and a bound on a pixel's error: 10 standard
+    deviations of white rounding noise.
     """
-    # only cropped pixels wrap
+    # only pixels that are cropped wrap around
     size = [
         sf.next_fast_len(n + min(k // 2, n - 1), real=True)
         for n, k in zip(light.shape, kernel.shape)
     ]
-    # all may be dark: a place of the field from which no light passes the lens
+    # all light may be 0, as at a field point from which no light passes the lens
     scale = float(light.max()) or 1.0
     centred = np.zeros(size)
-    # what can reach
+    # the part of the kernel that is not longer than the image
     cut = [slice(max(0, k // 2 - n + 1), k // 2 + n) for n, k in zip(light.shape, kernel.shape)]
     used = kernel[tuple(cut)]
     centred[: used.shape[0], : used.shape[1]] = used

@@ -2,8 +2,8 @@
 
 A few weighted sums of the spectrum (functionals) are convolved instead of every band
 (`physics.convolution.spectral`). Functionals are added until their error, computed exactly at a
-sample of the scene's tiles, is far below the sensor's noise. The light of bright tiles needs more
-digits than that of all others. What the functionals miss of it is added by direct sums.
+sample of the scene's tiles, is far below the sensor's noise. The light of bright tiles must be more
+accurate than that of all others: the part of it that the functionals miss is added by direct sums.
 """
 
 from __future__ import annotations
@@ -37,20 +37,23 @@ class Photocurrent(NamedTuple):
     """Photocurrent on the field's own tiles."""
 
     values: np.ndarray  # (channel, y, x) electrons per m2 and second
-    channels: list[str]  # those that differ
+    channels: list[str]  # names of the distinct channels
     efficiency: np.ndarray  # (channel, band) electrons per photon
-    terms: tuple[ErrorTerm, ...]  # of the functionals and of the transforms
+    terms: tuple[ErrorTerm, ...]  # errors of the functionals and of the transforms
 
 
 def photocurrent(cube: np.ndarray, optics: FieldOptics, response: Response) -> Photocurrent | None:
-    """Return photocurrent of mixed radiance; None where irradiance is as fast, or more exact.
+    """Return photocurrent of mixed radiance; None if irradiance is as fast or more accurate.
+
+    In every tile and channel that is not saturated, the error in electrons stays below
+    `noise_fraction_allowed` of the sensor's noise. The field `terms` of the result states the
+    largest error of the sampled tiles.
 
     Parameters
     ----------
-    cube : mixed radiance (band, y, x), W m-2 sr-1 nm-1. `optics` : of its field.
-    response : `isethdr_core.demand.Response` of the sensor. In every tile and channel that is not
-        saturated, the error in electrons stays below `noise_fraction_allowed` of the sensor's
-        noise. `terms` state the largest error of the sampled tiles.
+    cube : mixed radiance (band, y, x), W m-2 sr-1 nm-1.
+    optics : optics of its field.
+    response : `isethdr_core.demand.Response` of the sensor.
     """
     if (
         optics.kernels is None
@@ -78,7 +81,7 @@ def photocurrent(cube: np.ndarray, optics: FieldOptics, response: Response) -> P
         rounding_e = response.area_exposure_m2_s * sum(
             _convolve(out, weights, *part, apply) for part in parts if part[0]
         )
-        # rounding may have what the functionals leave
+        # rounding may use the part of the allowed error that the functionals leave
         allowed = response.noise_fraction_allowed
         left = max(TRANSFORMS * allowed, allowed - fit.noise_share)
         if rounding_e > left * max(response.read_noise_e, 1.0):
@@ -109,10 +112,11 @@ def photocurrent(cube: np.ndarray, optics: FieldOptics, response: Response) -> P
 def _planes(
     cube: np.ndarray, relative: np.ndarray, fit: Fit
 ) -> tuple[Callable[..., Any], Callable[..., Any]]:
-    """Return two functions of rows: functionals for the near and for the far part of the kernels.
+    """Return two functions of rows that give the functionals for the near and for the far part of
+    the kernels.
 
-    The bands are read once. Call the first function for all rows before the second: it keeps the
-    functionals of the far part.
+    The bands are read once. The first function must be called for all rows before the second,
+    because it also computes the functionals of the far part.
     """
     count = len(fit.near.project)
     project = np.concatenate(
@@ -139,7 +143,17 @@ def _convolve(
     part: Part,
     apply: Callable[..., Any],
 ) -> float:
-    """Add a part's convolutions to `out`; return a bound on the rounding of any tile."""
+    """Add a part's convolutions to `out`; return a bound on the rounding error of any tile.
+
+    Parameters
+    ----------
+    out : (channel, y, x) photocurrent.
+    weights : (channel, band) photocurrent per radiance and kernel.
+    basis : functionals of the part.
+    planes : function(rows) -> functionals (functional, y, x) of these rows.
+    part : transforms of the part of the kernels.
+    apply : the `map` of a pool of threads.
+    """
     combine = weights[:, None, :] * basis.predict.T * part.peaks
     norm, largest = channels(out, planes, combine, part.blocks, part.size, apply)
     gain = float(max(np.abs(c).max() * k for c, k in zip(np.moveaxis(combine, 2, 0), part.norms)))
@@ -157,7 +171,9 @@ def _functional_count(fit: Fit) -> str:
 def _distinct_channels(
     efficiency: np.ndarray, names: tuple[str, str, str]
 ) -> tuple[np.ndarray, list[str]]:
-    """Return the distinct rows (channel, wavelength), each with the name of its first channel."""
+    """Return the distinct rows (channel, band) of `efficiency`, and for each row the name of the
+    first channel that has it.
+    """
     _, first = np.unique(efficiency, axis=0, return_index=True)
     first.sort()
     return efficiency[first], [names[i] for i in first]

@@ -1,5 +1,5 @@
-"""Photoelectron map: electrons that a sensor would collect from a scene without blur, in tiles and
-in blocks of tiles.
+"""Photoelectron map: electrons that a sensor would collect from a scene without blur, per tile and
+per block of tiles.
 """
 
 from __future__ import annotations
@@ -22,24 +22,25 @@ if TYPE_CHECKING:
 
     from ..abilities import PupilOptics
 
-MOST_BLOCKS = 96  # along an axis
+MOST_BLOCKS = 96  # largest number of blocks along an axis
 
 
 @dataclass(frozen=True, eq=False)
 class PhotoelectronMap:
     """Electrons that one sensor collects from a scene without blur.
 
-    A block has `block` tiles along either axis, or fewer at the border.
+    A block has `block` tiles along each axis, or fewer at the border. A row is a channel; equal
+    channels are one row.
     """
 
     block: int
     frame: tuple[int, int]  # (y, x) tiles
-    weights: np.ndarray  # (row, band): electrons per radiance, of the channels that differ
-    total_e: np.ndarray  # (y, x) electrons of all rows together
-    sums: np.ndarray  # (row, y, x) electrons of blocks
+    weights: np.ndarray  # (row, band) electrons per radiance
+    total_e: np.ndarray  # (y, x) electrons per tile, summed over rows
+    sums: np.ndarray  # (row, y, x) electrons per block
     least: np.ndarray  # (row, y, x) electrons of the darkest tile of each block
-    # (band, y, x): sums of the squares of radiance over blocks, at the largest relative
-    # illumination
+    # (band, y, x) sums over blocks of the squares of radiance, times the square of the largest
+    # relative illumination
     squares: np.ndarray
 
 
@@ -50,7 +51,8 @@ def map_photoelectrons(
 
     Parameters
     ----------
-    lens : gives the throughput. `mixed` : mixed radiance (wavelength, y, x).
+    lens : lens that gives the throughput.
+    mixed : mixed radiance (wavelength, y, x).
     relative : relative illumination of the tiles, (y, x) or 1.
     response : `isethdr_core.demand.Response` of the sensor.
     """
@@ -93,12 +95,12 @@ def map_photoelectrons(
 
 
 def electrons(response: Response, wavelength_nm: np.ndarray) -> np.ndarray:
-    """Return electrons per m2 and second of an irradiance of 1 W m-2 nm-1, (channel, band)."""
+    """Return electrons per m2 and second for an irradiance of 1 W m-2 nm-1, (channel, band)."""
     return response.efficiency(wavelength_nm) * photons_per_energy(wavelength_nm)
 
 
 def block_of(shape: tuple[int, ...]) -> int:
-    """Return the tiles of a block along either axis of a frame."""
+    """Return the number of tiles of a block along each axis of a frame."""
     return max(1, -(-max(shape) // MOST_BLOCKS))
 
 
@@ -107,9 +109,9 @@ def sums(planes: np.ndarray, block: int, power: int = 1) -> np.ndarray:
 
     Parameters
     ----------
-    planes : (..., y, x).
-    block : tiles of a block along either axis; fewer at the border.
-    power : of the values that are added: 1 or 2.
+    planes : (..., y, x) values.
+    block : number of tiles of a block along each axis; fewer at the border.
+    power : power of the values that are summed: 1 or 2.
     """
     strips = [planes[..., start : start + block, :] for start in range(0, planes.shape[-2], block)]
     rows = [s.sum(-2) if power == 1 else np.einsum("...yx,...yx->...x", s, s) for s in strips]

@@ -1,7 +1,8 @@
-"""Sensor plane: where a lens images the tiles of a field, and with which relative illumination.
+"""Sensor plane: positions at which a lens images the tiles of a field, and their relative
+illumination.
 
 The light of a tile is multiplied by `relative` and convolved on the field's own grid. Then it is
-moved along the distortion: every sensor tile gets the light of its quadrilateral in the field. The
+moved by the distortion: every sensor tile gets the light of its quadrilateral in the field. The
 energy of any region is conserved.
 """
 
@@ -33,37 +34,40 @@ if TYPE_CHECKING:
 
     from ..abilities import LensOptics
 
-BORDER_POINTS = 129  # along each side of the field
-CHECKED = 65  # x 65 points of the field at which a map must not fold
+BORDER_POINTS = 129  # number of points along each side of the field
+CHECKED = 65  # number of points along each axis at which the map is checked for folds
 
 
 @dataclass(frozen=True, eq=False)
 class SensorPlane:
     """The sensor's tiles of one field and one lens."""
 
-    relative: np.ndarray | float  # of the light of the field's tiles, before it is moved
+    relative: np.ndarray | float  # factor on the light of the field's tiles, before it is moved
     x: np.ndarray  # tile centres, focal lengths
-    y: np.ndarray
+    y: np.ndarray  # tile centres, focal lengths
     field: tuple[float, float]  # width and height of the camera's field, focal lengths
-    # of irradiance: falloff; distortion, projection and chief rays where there are any
+    # attributes of irradiance: falloff; distortion, projection and chief rays if there are any
     attrs: dict
     # sparse (sensor tile, field tile): shared area over the area of a tile; None: same grid
     areas: object = None
-    # magnification of every band over that of the reference, a number or a course over the field;
-    # None: 1 for all bands
+    # magnification of every band over that of the reference: a number, or a
+    # `lateral_colour.Course`; None: 1 for all bands
     scales: list | None = None
     unmagnified_shape: tuple[int, int] | None = None  # (y, x) tiles before bands are magnified
     stretched: float = 0.0  # largest relative stretch of the image by distortion
-    dark_corner_share: float = 0.0  # of a corner tile, left dark by the smallest band's image
-    notes: tuple[Note, ...] = ()  # errors of moving the light, and what was left out
+    # share of a border tile that the smallest band's image leaves dark, summed over both axes
+    dark_corner_share: float = 0.0
+    notes: tuple[Note, ...] = ()  # errors of moving the light, and omissions
 
     @property
     def keeps_grid(self) -> bool:
-        """Whether the sensor's tiles are those of the field."""
+        """Whether the sensor's tiles are the tiles of the field."""
         return self.areas is None and self.scales is None
 
     def of_tiles(self, tiles: dict[str, slice] | None) -> SensorPlane:
-        """Return the plane of some tiles {y, x} of the field; None: all. Needs `keeps_grid`."""
+        """Return the plane of some tiles {y, x} of the field; None: all. `keeps_grid` must be
+        true.
+        """
         if tiles is None:
             return self
         y = tiles["y"]
@@ -99,7 +103,7 @@ class SensorPlane:
     def covered(self, mixed: xr.DataArray) -> xr.DataArray:
         """Return `mixed` padded with dark tiles to the size of the sensor.
 
-        Flares may add light there.
+        Flares may add light in these tiles.
         """
         padding = [
             max(len(coordinates) - mixed.sizes[d], 0) // 2
@@ -129,7 +133,9 @@ class SensorPlane:
         )
 
     def cut(self, added: xr.DataArray) -> xr.DataArray:
-        """Return the middle of irradiance on a larger grid of the same pitch."""
+        """Return the part of irradiance on the sensor's tiles, from a larger grid of the same
+        pitch.
+        """
         if added.sizes["y"] == len(self.y) and added.sizes["x"] == len(self.x):
             return added
         top, left = ((added.sizes[d] - len(c)) // 2 for d, c in (("y", self.y), ("x", self.x)))
@@ -137,9 +143,9 @@ class SensorPlane:
 
 
 def without_geometry(lens: LensOptics) -> LensOptics:
-    """Return the lens with the blur of its axis, without distortion and falloff.
+    """Return the lens with the blur of its axis, without distortion, falloff and lateral colour.
 
-    Kernels depend on neither.
+    Kernels depend on none of these.
     """
     axis = lens.on_axis()
     traced = {"lateral_colour": "none"} if isinstance(axis, TracesColour) else {}
@@ -150,12 +156,12 @@ def sensor_plane(lens: LensOptics, mixed: xr.DataArray) -> SensorPlane:
     """Return the sensor plane of a lens for the field of `mixed`.
 
     The sensor's tiles have the pitch of the field's tiles. They cover the largest centred rectangle
-    whose light is known.
+    that gets light only from within the field.
 
     Raises
     ------
-    ConfigError : the distortion folds the field over, or its table ends within the field; cos4
-        beyond 90 degrees.
+    ConfigError : the distortion folds the field over; its table ends within the field; or the
+        falloff is cos4 and the field reaches 90 degrees.
     """
     x, y = (mixed[d].values.astype(float) for d in ("x", "y"))
     pitch = [quantities.tile_pitch(mixed, d) for d in ("x", "y")]
@@ -206,23 +212,24 @@ def sensor_plane(lens: LensOptics, mixed: xr.DataArray) -> SensorPlane:
 def image_size(
     lens: LensOptics, width: float, height: float, projection: str = "tangent"
 ) -> tuple[float, float]:
-    """Return (width, height) of the largest centred rectangle on the sensor plane whose light comes
-    from a field, in focal lengths; at most 1e-6 too large.
+    """Return (width, height), in focal lengths, of the largest centred rectangle on the sensor
+    plane that gets light only from within a field. It is at most 1e-6 too large.
 
     Parameters
     ----------
-    lens : with a distortion. `width`, `height` : of the field, in the units of `projection`.
-    projection : of the field, as in `isethdr_core.physics.optics.projection`.
+    lens : lens that gives the distortion.
+    width, height : size of the field, in the unit of `projection`.
+    projection : projection of the field, as in `isethdr_core.physics.optics.projection`.
 
     Notes
     -----
-    `sensor_plane` may give a smaller one, because it has whole tiles only.
+    `sensor_plane` may give a smaller rectangle, because it has whole tiles only.
     """
     half = width / 2, height / 2
     distortion_map = camera_geometry.distortion_map(
         lens.distortion_to(float(projections.angle_rad(*half, projection))), projection
     )
-    # 1e-6: a table over this field differs in its last digits from one over a field with overscan
+    # 1e-6, because a table over this field differs in its last digits from one with overscan
     scale = (
         1.0
         if isinstance(distortion_map, camera_geometry.Identity)
@@ -239,7 +246,9 @@ def _relative_illumination(
     projection: str,
     widest: float,
 ) -> tuple[float | np.ndarray, dict[str, dict[Any, Any] | str] | dict[str, str]]:
-    """Return the factor of the field's tiles, (y, x) or 1.0, and the attributes for it."""
+    """Return the factor on the light of the field's tiles, (y, x) or 1.0, and the attributes of the
+    falloff.
+    """
     falloff = lens.falloff_to(widest)
     if falloff == "none":
         return 1.0, {"falloff": "none"}
@@ -279,8 +288,8 @@ def _check_no_fold(
 
 
 def _inscribed_scale(distortion_map: BrownConrady | KannalaBrandt, half: Sequence[float]) -> float:
-    """Return the largest s for which the light of the rectangle +-s `half` on the sensor comes from
-    within +-`half` of the field.
+    """Return the largest s for which the rectangle +-s `half` on the sensor gets light only from
+    within the rectangle +-`half` of the field.
     """
     side = np.linspace(-1, 1, BORDER_POINTS)
     u = np.concatenate([side, side, -np.ones_like(side), np.ones_like(side)]) * half[0]
@@ -300,9 +309,9 @@ def _inscribed_scale(distortion_map: BrownConrady | KannalaBrandt, half: Sequenc
 
 
 def _tiles(count: int, width: float | np.ndarray, pitch: float | np.ndarray) -> np.ndarray:
-    """Return the centres of as many tiles as fit, symmetric about the axis.
+    """Return the centres of as many tiles as fit into `width`, symmetric about the axis.
 
-    Their number differs from `count` by a multiple of two.
+    Their number differs from `count` by a multiple of two, so that the grid is not shifted.
     """
     fits = int(np.floor(width / pitch * (1 + 1e-12)))
     fits -= (fits - count) % 2
@@ -317,7 +326,14 @@ def _tiles(count: int, width: float | np.ndarray, pitch: float | np.ndarray) -> 
 def _error_of_uniform_light(
     uniform: np.ndarray, attrs: dict[str, Any], sensor: Sequence[np.ndarray]
 ) -> ErrorTerm:
-    """Return the error of uniform light against the relative illumination of the attributes."""
+    """Return the error of uniform light against the relative illumination of the attributes.
+
+    Parameters
+    ----------
+    uniform : (tile,) light of a uniform scene on the sensor's tiles, flat.
+    attrs : attributes of irradiance.
+    sensor : (x,) and (y,) centres of the sensor's tiles, focal lengths.
+    """
     x, y = np.meshgrid(*sensor)
     stated = camera_geometry.relative_illumination(attrs, x, y)
     worst = np.abs(uniform.reshape(x.shape) - stated).max() / stated.max()

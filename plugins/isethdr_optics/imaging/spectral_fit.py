@@ -1,5 +1,5 @@
-"""Spectral fit: the functionals of a scene's spectra to convolve, so that their error stays below
-the sensor's noise. A functional is a weighted sum of the bands.
+"""Spectral fit: the functionals of a scene's spectra that are convolved, chosen so that their error
+stays below the sensor's noise. A functional is a weighted sum of the bands.
 """
 
 from __future__ import annotations
@@ -28,20 +28,20 @@ if TYPE_CHECKING:
     from ..psf.kernels import Kernels
     from .field_optics import FieldOptics
 
-BRIGHT = 100.0  # a tile is bright with this multiple of the median
-MOST_BRIGHT = 16384  # bright tiles
-LEAST_BRIGHT = 64
-ROWS = 64  # summed in one block
-SPECTRA = 2048  # spectra of bright tiles used for the fit, and of other tiles
-TARGETS = 64  # tiles at which the error of light from bright tiles is computed
-SOURCES = 256  # brightest tiles whose light is used there
-NEIGHBOURHOODS = 700  # tiles at which the error of light from adjacent tiles is computed
+BRIGHT = 100.0  # light of a bright tile, at least, over the median of all tiles
+MOST_BRIGHT = 16384  # largest number of bright tiles
+LEAST_BRIGHT = 64  # least number of bright tiles
+ROWS = 64  # number of rows that are summed in one block
+SPECTRA = 2048  # number of spectra of bright tiles, and of other tiles, that are used for the fit
+TARGETS = 64  # number of tiles at which the error of light from bright tiles is computed
+SOURCES = 256  # number of the brightest tiles that send light to them
+NEIGHBOURHOODS = 700  # number of tiles at which the error of light from adjacent tiles is computed
 STEPS = np.stack(np.mgrid[-1:2, -1:2], axis=-1).reshape(-1, 2)
-# largest error of all tiles over that of the sampled tiles: of light from adjacent tiles, from all
+# largest error of all tiles over that of the sampled tiles: for light from adjacent tiles, from all
 # bright tiles together, and from single bright tiles
 WORST = (1.7, 3.5, 2.0)
-TOLERATED = FUNCTIONALS  # share of the error allowed, at the worst tile
-MOST = 12  # functionals; beyond them band by band is as fast
+TOLERATED = FUNCTIONALS  # share of the allowed error that functionals may use, at the worst tile
+MOST = 12  # largest number of functionals; with more, imaging band by band is as fast
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,11 +61,11 @@ class Fit:
     """The functionals for the near and far part of the kernels, and the bright tiles to correct."""
 
     near: Basis
-    far: Basis | None  # None where the kernels are not divided
-    bright: np.ndarray  # flat indices of bright tiles
-    radii: np.ndarray  # tiles, within which each bright tile is corrected
+    far: Basis | None  # None: the kernels are not divided
+    bright: np.ndarray  # (tile,) flat indices of bright tiles
+    radii: np.ndarray  # (tile,) radius in tiles within which each bright tile is corrected
     noise_share: float  # largest error of the samples, standard deviations of the noise
-    sample_count: int
+    sample_count: int  # number of sampled values
 
 
 def fit(
@@ -79,7 +79,8 @@ def fit(
 
     Parameters
     ----------
-    cube : (band, y, x) radiance. `optics` : `field_optics.FieldOptics` of its field.
+    cube : (band, y, x) radiance.
+    optics : `field_optics.FieldOptics` of its field.
     weights : (channel, band) photocurrent per radiance and kernel.
     response : `isethdr_core.demand.Response` of the sensor, for its noise.
     apply : `map`, or the `map` of a pool of threads.
@@ -104,7 +105,7 @@ def fit(
         return None
     moments /= scale
     centre = np.array([b[b.shape[0] // 2, b.shape[1] // 2] for b in kernels.bands], float)
-    # all of a tile's light, and what stays in the tile: both exact
+    # all light of a tile, and the light that stays in the tile, are predicted exactly
     exact_functionals = np.concatenate([weights, weights * centre])
     light = _Light(cube, factor, bright, others, spectra)
     samples = _ErrorSamples(light, weights, kernels, response)
@@ -113,8 +114,14 @@ def fit(
     def fewest(
         exact_functionals: np.ndarray, points: np.ndarray, noise_share_of: Callable[..., Any]
     ) -> tuple[Basis | None, float]:
-        """Return the first basis whose `share` of the noise is allowed, and that share; (None,
-        share) where there is none.
+        """Return the basis with the fewest functionals and an allowed error, and its error over the
+        noise; (None, error) if there is none.
+
+        Parameters
+        ----------
+        exact_functionals : (functional, band) functionals that the basis must contain.
+        points : (point, band) samples of the kernels.
+        noise_share_of : function(basis) -> error over the noise.
         """
         rows = directions(exact_functionals, moments, kernel_moments(points, weights))
         noise_share = np.inf
@@ -144,7 +151,7 @@ def fit(
 
 
 def _rate(cube: np.ndarray, total: np.ndarray, apply: Callable[..., Any]) -> np.ndarray:
-    """Return the light of each tile as one row; `total` weights the bands."""
+    """Return the light of each tile, flat; `total` (band,) weights the bands."""
     rows = total[None].astype(cube.dtype)
     first = range(0, cube.shape[1], ROWS)
     return np.concatenate(
@@ -174,10 +181,10 @@ class _Light:
     """The light of a scene, and its bright tiles."""
 
     cube: np.ndarray  # (band, y, x) radiance
-    factor: np.ndarray  # per tile, by which the cube is multiplied
+    factor: np.ndarray  # (tile,) factor on the light of each tile of the cube
     bright: np.ndarray  # flat indices of the bright tiles, the brightest first
     others: np.ndarray  # flat indices of other tiles on a regular grid
-    spectra: np.ndarray  # (tile, band) of the bright tiles
+    spectra: np.ndarray  # (tile, band) light of the bright tiles
 
 
 class _ErrorSamples:
@@ -224,7 +231,7 @@ class _ErrorSamples:
         distances = np.abs(offsets).max(axis=-1)[..., None]
         self.kernels = self._kernels(offsets)
         self.beyond = distances > NEAR
-        # nearer ones are corrected
+        # within their radii, bright tiles are corrected
         self.missed_near = ~self.beyond & (distances > self.radii[:SOURCES, None])
         self.far_light = (
             np.einsum("tsb,sb->tb", self.kernels, self.bright) @ weights.T
@@ -242,7 +249,9 @@ class _ErrorSamples:
         self.single_light = self._from_single(self.single)
 
     def _beyond(self, radius: int) -> np.ndarray:
-        """Return the kernels (point, band) at the sampled points just beyond `radius` tiles."""
+        """Return the kernels (point, band) at the `TARGETS` sampled points nearest beyond `radius`
+        tiles.
+        """
         y, x = (
             np.arange(n) * step + first - middle
             for n, step, first, middle in zip(
@@ -256,7 +265,9 @@ class _ErrorSamples:
         return self.points.reshape(-1, self.points.shape[2])[order]
 
     def around_tiles(self, near: Basis) -> float:
-        """Return the largest error expected of light from a tile and its neighbours."""
+        """Return the largest expected error of light from a tile and its neighbours, over the
+        noise.
+        """
         return WORST[0] * float(
             self._share(
                 self._from_neighbours(near.missed(self.near) * self.counts[..., None]),
@@ -265,7 +276,9 @@ class _ErrorSamples:
         )
 
     def of_bright(self, near: Basis, far: Basis) -> float:
-        """Return the largest error expected of light from bright tiles, together and single."""
+        """Return the largest expected error of light from bright tiles, together and single, over
+        the noise.
+        """
         parts = (self.missed_near, near), (self.beyond, far)
         missed_light = sum(
             np.einsum("tsb,sb->tb", self.kernels * part, basis.missed(self.bright))
@@ -303,9 +316,8 @@ class _ErrorSamples:
         return scale * np.abs(error) / noise
 
     def _kernels(self, offsets: np.ndarray) -> np.ndarray:
-        """Return kernels (target, source, band) at the sampled points nearest to `offsets`.
-
-        `offsets` (target, source, 2) are in tiles.
+        """Return kernels (target, source, band) at the sampled points nearest to `offsets`,
+        (target, source, 2) in tiles.
         """
         index = [
             np.clip(

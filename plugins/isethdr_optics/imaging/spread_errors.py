@@ -3,8 +3,8 @@ are accurate enough for a sensor.
 
 Errors of different tiles of a kernel are independent except for neighbours
 (`kernel_sampling_error.deviation`). Errors of different bands are independent too. The error of a
-tile's light is therefore the root of the sum of (L k d)^2, over all tiles and bands that send light
-to it: L is their light, k the kernel, d its relative error. The error from the period of the
+tile's light is therefore the root of the sum of (L k d)^2 over all tiles and bands that send light
+to it, with their light L, the kernel k and its relative error d. The error from the period of the
 computed pattern can have the same sign everywhere, and is summed linearly.
 """
 
@@ -35,38 +35,40 @@ if TYPE_CHECKING:
     from ..psf.kernels import Kernels
     from .field_optics import FieldOptics
 
-# of the error that the lens states; finer lattices need too much memory and gain little
+# factors on the error that the lens states, tried for finer kernels; smaller factors need too much
+# memory and gain little
 FINER_FACTORS = (0.5, 0.25)
-# largest share of the error allowed for the rings beyond a wider exact core
+# largest share of the allowed error for the rings beyond a wider exact core
 CORE_SHARE = 0.8
-# share of the error allowed that kernels aim at where fine rings are made. Beside lamps that
-# bright, functionals of the spectrum need most of the error that the lens may make: 0.06 of the
-# noise
+# share of the allowed error that is aimed at with fine rings. Next to lamps that need fine rings,
+# functionals of the spectrum need most of the lens's error: 0.06 of the noise.
 FINE_AIM = 0.5
 # error of fine rings (`scaled_pattern.FINE`) over that of usual rings: measured 0.02 to 0.13
 FINE_RINGS_LEAVE = 0.1
-# measured error left when kernels are computed for half the error
+# measured error of kernels that are computed for half the error, over that before
 ERROR_LEFT_BY_HALVING = 0.35
-# stated over true error, measured 1.5 to 3.7 (docs/explanation/budget.md): kernels whose stated
-# error exceeds the limit by this factor may still be accurate enough
+# stated error over true error, measured 1.5 to 3.7 (docs/explanation/budget.md): kernels with a
+# stated error above the limit by this factor may still be accurate enough
 STATED_OVER_TRUE = 2.0
 
 
 def spread_errors(
     mixed: xr.DataArray, optics: FieldOptics, weights: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray] | None:
-    """Return (deviation, bound) of the light on the sensor's tiles; None where it is not known.
+    """Return (deviation, bound) of the light on the sensor's tiles; None if the kernels vary over
+    the field or the lens has lateral colour.
 
     Both are arrays (channel, y, x), in the unit of `weights` times irradiance.
 
     Parameters
     ----------
-    mixed : mixed radiance. `optics` : `field_optics.FieldOptics` of its field.
-    weights : (channel, band) factors of irradiance, for example electrons per m2 and second.
+    mixed : mixed radiance (wavelength, y, x).
+    optics : `field_optics.FieldOptics` of its field.
+    weights : (channel, band) factors on irradiance, for example electrons per m2 and second.
 
     Notes
     -----
-    The errors of all bands have the shape of those of the worst band, scaled: kernels of
+    The errors of all bands are taken to be those of the worst band, scaled, because kernels of
     neighbouring wavelengths have similar wings.
     """
     kernels_of_field = optics.kernels
@@ -93,7 +95,7 @@ def spread_errors(
 
 
 def are_exact(kernels_of_field: Kernels | None) -> bool:
-    """Return whether kernels have no error but rounding."""
+    """Return whether kernels have only rounding errors."""
     return (
         kernels_of_field is None
         or kernels_of_field.deviation is None
@@ -110,14 +112,13 @@ def fine_enough(
 ) -> tuple[Kernels | None, float, PhotoelectronMap | None]:
     """Return (kernels, their `noise_share`, photoelectron map).
 
-    The errors of the kernels are below the sensor's noise in this scene. Where this cannot be
-    reached, the kernels have the error that the lens states. The map is None where it was not
-    needed.
+    The errors of the kernels are below the sensor's noise in this scene, as far as this can be
+    reached. The map is None if it was not needed.
 
     Parameters
     ----------
     make_kernels : function(lens) -> `kernels.Kernels`.
-    lens : lens with `speckle_error`, the largest error that kernels may have.
+    lens : lens with `speckle_error`, the largest allowed error of kernels.
     mixed : mixed radiance (wavelength, y, x).
     relative : relative illumination of the tiles, (y, x) or 1.
     response : `isethdr_core.demand.Response` of the sensors; None: the error that the lens states
@@ -149,7 +150,7 @@ def fine_enough(
         for finer in (
             FINER_FACTORS if ERROR_LEFT_BY_HALVING * share <= allowed else FINER_FACTORS[1:]
         ):
-            # the finest kernels would not be accurate enough either
+            # stop if the kernels are accurate enough, or if even the finest would not be
             if share <= allowed or ERROR_LEFT_BY_HALVING**2 * share > STATED_OVER_TRUE * allowed:
                 break
             finer_kernels = make_kernels(replace(lens, speckle_error=finer * lens.speckle_error))
@@ -166,20 +167,20 @@ def _finer_rings(
     response: Response,
     sizes: Sequence[CoreSize],
 ) -> float | None:
-    """Return the factor of the error that makes the rings of the whole frame accurate enough, or
-    None if there are no rings, a wider exact core takes less time, or no factor is expected to be
-    enough.
+    """Return the factor on the allowed error with which the rings of the whole frame are accurate
+    enough. Return None if there are no rings, if a wider exact core takes less time, or if no
+    factor is expected to be enough.
 
-    Making all rings anew takes about as long as the first kernels did. An exact core takes less
-    only while it is small: with tiles of 10 um, a core of 50 tiles takes six times as long.
+    Computing all rings again takes about as long as the first kernels did. An exact core takes less
+    time only if it is small: with tiles of 10 um, a core of 50 tiles takes six times as long.
 
     Parameters
     ----------
     kernels_of_field : kernels from one pattern.
-    share : their `noise_share`.
-    electron_map : of the scene, for that sensor.
+    share : `noise_share` of these kernels.
+    electron_map : photoelectron map of the scene, for that sensor.
     response : `isethdr_core.demand.Response` of the sensor.
-    sizes : sizes that a wider exact core can have.
+    sizes : possible sizes of a wider exact core.
     """
     if not kernels_of_field.deviation.any():
         return None
@@ -201,11 +202,19 @@ def _with_wider_core(
     """Return kernels from one pattern with the smallest exact core that is accurate enough, and
     their `noise_share`.
 
-    If no core is enough by itself, fine rings surround it. If fine rings are not enough either,
-    they are left out, and the core takes no more time than the kernels did. Beside a lamp the
-    nearest rings have the largest errors, so that a wider core costs less than finer rings in the
-    whole frame. The errors of fine rings are known once they are there: where these are larger
-    than expected, the core is widened again.
+    If no core is enough by itself, it gets fine rings. If these are not enough either, they are
+    left out, and the core is the widest that takes no more time than the kernels did. Next to a
+    lamp, the innermost rings have the largest errors, so that a wider core costs less than finer
+    rings in the whole frame. The errors of fine rings are known only after they were computed. If
+    they are larger than expected, the core is widened again.
+
+    Parameters
+    ----------
+    kernels_of_field : kernels from one pattern.
+    electron_map : photoelectron map of the scene, for that sensor.
+    response : `isethdr_core.demand.Response` of the sensor.
+    allowed : allowed `noise_share`.
+    sizes : possible sizes of a wider exact core.
     """
     found = _with_expected_core(kernels_of_field, electron_map, response, allowed, sizes)
     share = noise_share(found, electron_map, response)
@@ -228,7 +237,9 @@ def _with_expected_core(
     allowed: float,
     sizes: Sequence[CoreSize],
 ) -> Kernels:
-    """Return kernels with the size of the core that the errors of usual rings ask for."""
+    """Return kernels with the size of the core that follows from the errors of usual rings;
+    arguments as in `_with_wider_core`.
+    """
     shares = _shares_beyond_cores(kernels_of_field, electron_map, response, sizes)
     for size, share in zip(sizes, shares):
         if share <= CORE_SHARE * allowed:
@@ -249,7 +260,7 @@ def _shares_beyond_cores(
     response: Response,
     sizes: Sequence[CoreSize],
 ) -> list[float]:
-    """Return the share of the noise that rings outside each size of the core err by."""
+    """Return, for each size of the core, the error of the rings beyond it over the noise."""
     error_kernels = _beyond_cores(kernels_of_field, electron_map, [size.tiles for size in sizes])
     return [_share_of_noise(electron_map, response, one) for one in error_kernels]
 
@@ -259,12 +270,12 @@ def noise_share(
 ) -> float:
     """Return the 99th percentile of the tiles' errors over the noise of the sensor's charge.
 
-    The noise of a tile is never overstated: its light is a lower bound.
+    The noise of a tile is computed from a lower bound on its light.
 
     Parameters
     ----------
     kernels_of_field : `kernels.Kernels` of the axis.
-    electron_map : of the scene, for that sensor.
+    electron_map : photoelectron map of the scene, for that sensor.
     response : `isethdr_core.demand.Response` of the sensor.
     """
     return _share_of_noise(
@@ -284,7 +295,8 @@ def _share_of_noise(
             error_kernels.variance,
         )
         bound = _convolved_with_bound(total, error_kernels.wrapped)
-        least = least + _convolved(total, error_kernels.light)  # without light from nearby tiles
+        # a lower bound on the light, because `light` leaves out the kernel near its axis
+        least = least + _convolved(total, error_kernels.light)
         noise = np.sqrt(max(response.read_noise_e, 1.0) ** 2 + least)
         lit = least < response.full_scale_e
         if lit.any():
@@ -293,16 +305,16 @@ def _share_of_noise(
 
 
 class _ErrorKernels(NamedTuple):
-    """Kernels between blocks of tiles: of the errors, and of the light."""
+    """Kernels between blocks of tiles, for the errors and for the light."""
 
-    bands: np.ndarray  # error of every band over the worst one's
-    variance: Kernel  # of the worst band's light
+    bands: np.ndarray  # (band,) error of every band over that of the worst band
+    variance: Kernel  # variance of the error of the worst band
     wrapped: Kernel  # bound on the error from the period of the computed pattern
-    light: Kernel  # of the worst band
+    light: Kernel  # light of the worst band, without the part near the axis
 
 
 def _error_kernels(kernels_of_field: Kernels, block: int, frame: tuple[int, int]) -> _ErrorKernels:
-    """Return the error kernels; they are kept with the kernels, which never change."""
+    """Return the error kernels. They are cached in the kernels, which never change."""
     cache = kernels_of_field.__dict__.setdefault("_error_kernels", {})
     if (block, frame) not in cache:
         worst, bands = _worst(kernels_of_field)
@@ -318,7 +330,7 @@ def _error_kernels(kernels_of_field: Kernels, block: int, frame: tuple[int, int]
             np.float32
         )
         wrapped *= np.float32(kernels_of_field.wrap)
-        if kernels_of_field.wide is not None:  # a core has no part in the pattern of the rings
+        if kernels_of_field.wide is not None:  # a wider core does not come from the rings' pattern
             tiles = np.maximum(np.abs(y)[:, None], np.abs(x))
             wrapped[tiles <= kernels_of_field.wide.tiles] = 0.0
         parts = (_in_blocks(part, block, frame) for part in (variance, wrapped, light))
@@ -344,7 +356,9 @@ def _beyond_cores(
 
 
 def _worst(kernels_of_field: Kernels) -> tuple[int, np.ndarray]:
-    """Return the band with the largest errors, and the error of every band relative to it."""
+    """Return the index of the band with the largest errors, and the error of every band relative to
+    it.
+    """
     points, steps, first = kernels_of_field.sampled
     offsets = [np.arange(n) - n // 2 for n in kernels_of_field.bands[0].shape]
     y, x = (a[f::s] for a, f, s in zip(offsets, first, steps))
@@ -355,13 +369,13 @@ def _worst(kernels_of_field: Kernels) -> tuple[int, np.ndarray]:
         ]
     )
     worst = int(share.argmax())
-    if not share[worst] > 0:  # nothing is wrong in any band
+    if not share[worst] > 0:  # no band has an error
         return worst, np.ones(len(share))
     return worst, share / share[worst]
 
 
 def _deviation(kernels_of_field: Kernels, band: int, y: np.ndarray, x: np.ndarray) -> np.ndarray:
-    """Return the relative error of a band's kernel at the offsets `y`, `x` in tiles."""
+    """Return the relative error (y, x) of a band's kernel at the offsets `y` and `x` in tiles."""
     octave = kernel_sampling_error.octave_of(y[:, None], x)
     tiles = np.maximum(np.abs(y)[:, None], np.abs(x))
     out = kernels_of_field.deviation[band].astype(np.float32)[octave]
@@ -376,7 +390,7 @@ def _deviation(kernels_of_field: Kernels, band: int, y: np.ndarray, x: np.ndarra
 
 
 def _squares(kernels_of_field: Kernels, kernel: np.ndarray, band: int) -> np.ndarray:
-    """Return the squares of a band's errors."""
+    """Return the squares (y, x) of the errors of a band's kernel."""
     y, x = (np.arange(n) - n // 2 for n in kernel.shape)
     out = _deviation(kernels_of_field, band, y, x)
     out *= kernel
@@ -385,25 +399,25 @@ def _squares(kernels_of_field: Kernels, kernel: np.ndarray, band: int) -> np.nda
 
 def _in_blocks(part: np.ndarray, block: int, frame: tuple[int, int]) -> Kernel:
     """Return a kernel of tiles as a kernel of blocks, prepared for images of the frame."""
-    blocks = [-(-n // block) for n in frame]  # kernels may end before the frame does
+    blocks = [-(-n // block) for n in frame]  # blocks of the frame; kernels may be smaller
     return prepare(tile_sums(_padded(part, block), block).astype(float) / block**2, blocks)
 
 
 def _convolved(light: np.ndarray, kernel: Kernel) -> np.ndarray:
     """Return the convolution of light (y, x), with negative values set to 0."""
-    if not kernel.spectrum.size:  # nothing is spread anywhere
+    if not kernel.spectrum.size:  # the kernel is 0 everywhere
         return np.zeros(light.shape)
     out, _ = transform.convolved(light, kernel.spectrum, kernel.size)
     return np.maximum(out * kernel.peak, 0.0)
 
 
 def _convolved_with_bound(light: np.ndarray, kernel: Kernel) -> np.ndarray:
-    """Return an upper bound on the convolution of light (y, x): a bound on rounding is added.
+    """Return an upper bound on the convolution of light (y, x); it includes a bound on rounding.
 
-    Rounding is some 1e-16 of the lamps' light in every tile, far below the noise. Direct sums are
-    not needed.
+    Rounding errors are about 1e-16 of the lamps' light in every tile, far below the noise, so that
+    direct sums are not needed.
     """
-    if not kernel.spectrum.size:  # nothing is wrong anywhere
+    if not kernel.spectrum.size:  # the kernel is 0 everywhere
         return np.zeros(light.shape)
     out, norm = transform.convolved(light, kernel.spectrum, kernel.size)
     rounding = transform.error(norm * kernel.norm, float(np.linalg.norm(out)), kernel.size)

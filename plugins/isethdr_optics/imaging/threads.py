@@ -1,4 +1,4 @@
-"""Threads: blocks of work on as many threads as are of use, and linear algebra on one."""
+"""Threads: blocks of work on several threads, and linear algebra on one thread."""
 
 from __future__ import annotations
 
@@ -16,19 +16,19 @@ MOST_THREADS = 8
 
 
 def cpus() -> int:
-    """Return how many threads to use: OMP_NUM_THREADS where it is set, else the processors at
-    hand.
+    """Return the number of threads to use: OMP_NUM_THREADS if it is set, else the number of
+    processors.
     """
     return int(os.environ.get("OMP_NUM_THREADS") or os.cpu_count() or 1)
 
 
 @contextmanager
 def threads() -> Iterator[Callable[[Callable[[Any], Any], Iterable[Any]], list[Any]]]:
-    """Give `apply(function, items)`, which returns a list as `map` would, worked on by several
-    threads; several callers may share it.
+    """Yield `apply(function, items)`, which returns the list of results, computed by several
+    threads. Several callers may share it.
 
-    Each thread takes one item after the other by itself: to hand out items of a millisecond one by
-    one would cost as much as a tenth of their work.
+    Each thread takes the next item itself. Submitting items of a millisecond one by one to the pool
+    would cost a tenth of their work.
     """
     count = min(cpus(), MOST_THREADS)
 
@@ -49,7 +49,7 @@ def threads() -> Iterator[Callable[[Callable[[Any], Any], Iterable[Any]], list[A
         try:
             wait(working, return_when=FIRST_EXCEPTION)
         finally:
-            numbers.clear()  # after an error or Ctrl-C nobody goes on
+            numbers.clear()  # no thread goes on after an error or Ctrl-C
         for one in working:
             one.result()
         return results
@@ -60,10 +60,10 @@ def threads() -> Iterator[Callable[[Callable[[Any], Any], Iterable[Any]], list[A
 
 @contextmanager
 def executor(count: int) -> Iterator[ThreadPoolExecutor]:
-    """Give a pool of `count` threads; a linear algebra library has one thread meanwhile.
+    """Yield a pool of `count` threads; linear algebra libraries have one thread meanwhile.
 
-    Its own threads would go on spinning when they are done, beside those of the pool: kernels with
-    phase took half as many CPU seconds more.
+    Threads of such a library would keep spinning after their work, in competition with those of the
+    pool: kernels with phase took half as many CPU seconds more.
     """
     with _libraries().limit(limits=1, user_api="blas"), ThreadPoolExecutor(count) as pool:
         yield pool
@@ -71,7 +71,7 @@ def executor(count: int) -> Iterator[ThreadPoolExecutor]:
 
 @cache
 def _libraries() -> ThreadpoolController:
-    """Return what controls the linear algebra libraries of this process; to look for them takes
-    milliseconds.
+    """Return the controller of the linear algebra libraries of this process. It is cached, because
+    finding them takes milliseconds.
     """
     return ThreadpoolController()

@@ -1,10 +1,10 @@
 """Wing truncation: kernels end where the light beyond is too faint for any sensor.
 
-The energy beyond a truncated kernel is 1 minus the kernel's sum. In any tile, this energy adds
-between nothing and its product with the light of the brightest tile. Half of that product is added
-to every tile. The largest error of a band is then the same half. The least noise of any tile
-follows from the light that stays in its own tile. In a scene with a lamp the error exceeds the
-noise, and kernels are not truncated.
+The energy beyond a truncated kernel is 1 minus the kernel's sum. The light that this energy brings
+to any tile is at least 0, and at most its product with the light of the brightest tile. Half of
+that product is added to every tile, so that the error of a band is at most the other half. The
+least noise of any tile follows from the light that stays in its own tile. In a scene with a lamp
+the error exceeds the noise, and kernels are not truncated.
 """
 
 from __future__ import annotations
@@ -36,11 +36,13 @@ if TYPE_CHECKING:
     from ..abilities import LensOptics, PupilOptics
     from .sensor_plane import SensorPlane
 
-SHARE = 0.5  # of the error allowed of light
-WORTH = 0.5  # of the frame's reach: larger kernels take about as long as those of the whole frame
-# energy of a round stop beyond a square of half width r: twice EDGES x wavelength x f-number / r
+SHARE = 0.5  # share of the light's allowed error that truncation may use
+# largest reach of truncated kernels over that of the frame: larger kernels take about as long as
+# those of the whole frame
+WORTH = 0.5
+# The energy of a round stop beyond a square of half width r is 2 EDGES x wavelength x f-number / r.
 EDGES = 0.5 * 0.9 * 2 / np.pi**2
-# tiles on a regular grid, for a first estimate of the least noise
+# number of tiles, on a regular grid, for a first estimate of the least noise
 SAMPLED_TILES = 4096
 UNIT = "standard deviations of the sensor's noise"
 
@@ -50,8 +52,9 @@ class TruncatedKernels(kernels.Kernels):
     """Kernels that end before the frame does."""
 
     frame: tuple[int, int] = (1, 1)  # (y, x) tiles of the images
-    added: np.ndarray | None = None  # irradiance / gain per band, in place of the wings
-    noise_share: float = 0.0  # bound on the error of leaving out the wings
+    # (band,) irradiance / gain that is added in place of the wings
+    added: np.ndarray | None = None
+    noise_share: float = 0.0  # bound on the error of leaving out the wings, over the noise
 
     @cached_property
     def spectra(self) -> kernel_spectra.Spectra | None:
@@ -96,11 +99,11 @@ def truncation_noise_share(kernels_of_field: kernels.Kernels | None) -> float:
 
 @dataclass(frozen=True)
 class FieldOnSensor:
-    """The light of a field and the sensor plane that it falls on."""
+    """The light of a field, and its sensor plane."""
 
     mixed: xr.DataArray  # mixed radiance (wavelength, y, x)
     sensor: SensorPlane
-    pitch_um: tuple[float, float]  # (y, x) of a tile
+    pitch_um: tuple[float, float]  # (y, x) pitch of the tiles
 
 
 def truncated_kernels(
@@ -110,13 +113,14 @@ def truncated_kernels(
     field: FieldOnSensor,
     response: Response | None,
 ) -> TruncatedKernels | None:
-    """Return kernels that end where a sensor sees no difference; None if none end early.
+    """Return kernels that end where a sensor sees no difference; None if they cannot be truncated.
 
     Parameters
     ----------
-    make_kernels : function((y, x) reach in tiles) -> `kernels.Kernels` of the bands of `mixed`.
-    lens : without geometry. `flares` : its flare components.
-    field : its light and its sensor plane.
+    make_kernels : function((y, x) reach in tiles) -> `kernels.Kernels` of the bands of the field.
+    lens : lens without distortion and falloff (`sensor_plane.without_geometry`).
+    flares : its flare components.
+    field : light of the field, and its sensor plane.
     response : `isethdr_core.demand.Response` of the sensors; None: kernels are not truncated.
     """
     mixed = field.mixed
@@ -139,13 +143,13 @@ def truncated_kernels(
     )
     widest = min(WORTH * n * p for n, p in zip(full, pitch_um))
     edges = EDGES * wave / wave[0] * pupil_size.blur_um(lens, wave[0]) / widest  # of every stop
-    # a bright scene fails here, before any kernel is computed
+    # a bright scene is rejected here, before any kernel is computed
     if any(
         light.share(edges, most=most()) > allowed
         for most in (light.brightest_sampled, lambda: light.brightest)
     ):
         return None
-    # one band gives the reach of all
+    # the kernel of one band gives the reach for all bands
     request = kernels.KernelRequest(lens, flares, wave[-1:], pitch_um, first)
     probe = kernels.kernels(request)
     ratio = light.share(probe.outside * wave / wave[-1]) / allowed
@@ -188,7 +192,7 @@ class Light:
 
     cube: np.ndarray  # (band, y, x) radiance
     relative: np.ndarray | float  # factor of the tiles' light, (y, x) or 1
-    weights: np.ndarray  # (channel, band) electrons per m2 and second
+    weights: np.ndarray  # (channel, band) electrons per m2 and second, per radiance
     response: Response
 
     @cached_property
@@ -209,11 +213,11 @@ class Light:
 
     @cached_property
     def brightest(self) -> np.ndarray:
-        """The brightest light, per band."""
+        """The light of the brightest tile, (band,)."""
         return self._most(self.cube)
 
     def brightest_sampled(self) -> np.ndarray:
-        """Return the brightest light of the sampled tiles, per band."""
+        """Return the light of the brightest sampled tile, (band,)."""
         return self._most(self.sampled)
 
     def _most(self, cube: np.ndarray) -> np.ndarray:
@@ -230,11 +234,11 @@ class Light:
 
         Parameters
         ----------
-        outside : per band, the energy beyond the kernel.
-        centre : per band, the share of a tile's light that stays in the tile.
-        everywhere : use all tiles, so that the result is an upper bound. False: use the sampled
-            tiles only; the true value is then no smaller.
-        most : the brightest light, per band; None: of all tiles.
+        outside : (band,) energy beyond the kernel.
+        centre : (band,) share of a tile's light that stays in the tile.
+        everywhere : whether the least noise is that of all tiles; the result is then an upper
+            bound. False: that of the sampled tiles only; the true value may be larger.
+        most : (band,) light of the brightest tile; None: the brightest of all tiles.
         """
         error = self.weights @ (outside * (self.brightest if most is None else most)) / 2
         light = self._least(self.weights * centre, everywhere)
@@ -243,7 +247,7 @@ class Light:
         return float(np.max(scale * error / np.sqrt(read_noise_e**2 + scale * light)))
 
     def _least(self, weights: np.ndarray, everywhere: bool) -> np.ndarray:
-        """Return the least light of any tile, per channel."""
+        """Return the light of the darkest tile, (channel,)."""
         if not everywhere:
             return (np.tensordot(weights, self.sampled, 1) * self.factor).min(axis=(1, 2))
         planes = matrix_product(weights, self.cube.reshape(len(self.cube), -1)).reshape(
@@ -258,7 +262,9 @@ def _core(
     pitch_um: tuple[float, float],
     shape: tuple[int, int],
 ) -> tuple[int, int]:
-    """Return the tiles (y, x) within which kernels are exact: a shorter kernel saves no time."""
+    """Return the tiles (y, x) from the axis within which kernels are exact. Shorter kernels would
+    save no time.
+    """
     blur = pupil_size.blur_um(lens, float(wavelength_nm.min()))
     return tuple(
         min(n - 1, max(3, int(core_size.CORE_SAMPLES / max(2.0, np.ceil(2 * p / blur)))))
