@@ -7,6 +7,7 @@ from __future__ import annotations
 from datetime import timedelta
 from importlib import import_module
 from types import ModuleType
+from typing import Any
 
 import typer
 
@@ -23,9 +24,11 @@ from isethdr_core.storage.object_home.calls import (
     tidy_index,
 )
 
-# columns of results with keys, names and paths, which are typed again
+# columns with keys, names and paths, which users type again, so they are printed in full
 TYPED = ("id", "name", "path", "derived_from", "home", "store")
-UPLOADS_OLDER_H = 24.0  # no upload of one file takes as long
+SCENE = "scene.component"  # property that names the scene of a store, as "scene/street"
+ALSO = (SCENE, "lighting")  # properties that `find` shows where no condition names a property
+UPLOADS_OLDER_H = 24.0  # longer than the upload of any file
 
 catalog = typer.Typer(
     no_args_is_help=True, help="Find, query, check and index stored scenes and runs."
@@ -55,20 +58,30 @@ def find(
         )
     order_by = pairs.pop("order_by", order_by)
     limit = _count(pairs.pop("limit", limit))
-    rows = _query().find(places, order_by=order_by or None, limit=limit, **pairs)
+    also = () if order_by or pairs.keys() - {"kind"} else ALSO
+    rows = _query().find(places, order_by or None, limit, also, **pairs)
     paths = list(dict.fromkeys(str(_query().path_of(row, places)) for row in rows))
-    left_out = {"path"} | ({"kind"} & pairs.keys())  # a condition says what all rows hold
+    left_out = {"path"} | ({"kind"} & pairs.keys())  # a condition on kind gives all rows one kind
+    left_out |= {name for name in ALSO if all(row.get(name) is None for row in rows)}
     rows = [{name: cell for name, cell in row.items() if name not in left_out} for row in rows]
-    heads = list(rows[0]) if rows else ["nothing found"]
-    print_table(heads, [list(row.values()) for row in rows], whole=TYPED)
+    heads = ["scene" if name == SCENE else name for name in rows[0]] if rows else ["nothing found"]
+    print_table(heads, [_cells(row) for row in rows], whole=TYPED)
     if remark := _remark_on_shares(rows):
         print(remark)
     if paths:
         print("\n".join(["paths:", *paths]))
 
 
+def _cells(row: dict[str, Any]) -> list[Any]:
+    """Return the cells of a row; a scene by its name alone."""
+    return [
+        cell.removeprefix("scene/") if name == SCENE and isinstance(cell, str) else cell
+        for name, cell in row.items()
+    ]
+
+
 def _remark_on_shares(rows: list[dict]) -> str:
-    """Return a remark where the rows show scores of pictures with unlike shares of valid pixels."""
+    """Return a remark if the rows show scores of pictures with unlike shares of valid pixels."""
     shares = [row["valid_share"] for row in rows if row.get("valid_share") is not None]
     if not are_unlike(shares):
         return ""
@@ -153,7 +166,7 @@ def score(
     ),
 )
 def compare_runs(a: str, b: str) -> None:
-    """Print what differs, and the path of the page."""
+    """Print the differences, and the path of the page."""
     from .comparison_summary import print_comparison
 
     print_comparison(homes(), a, b)
@@ -284,7 +297,7 @@ def rm(
     yes: bool = typer.Option(False, "--yes", "-y", help="do not ask"),
     force: bool = typer.Option(False, help="also radiance that runs have read"),
 ) -> None:
-    """Print what was removed; exit code 1 where the answer was no.
+    """Print the removed path; exit with code 1 if the user answers no.
 
     Parameters
     ----------
@@ -323,7 +336,7 @@ def reproduce_run(name: str) -> None:
 
 
 def _query() -> ModuleType:
-    """Return the queries, which take long to import."""
+    """Import the module of queries, which takes long, and return it."""
     from . import query
 
     return query

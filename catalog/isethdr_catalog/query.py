@@ -4,7 +4,7 @@
 underscores: `__ge __le __gt __lt __ne __in`. In Python a dot of a name may be written as two
 underscores: `person__distance_m__le=30`.
 
-Each of them reads one home or several (`storage.home_folder.existing_homes`).
+All three functions read one home or several (`storage.home_folder.existing_homes`).
 """
 
 from __future__ import annotations
@@ -30,11 +30,11 @@ from .joined_index import attach_all, home_column
 if TYPE_CHECKING:
     import duckdb
 
-Homes = Path | str | Sequence[StoredHome]  # the folder of one home, or homes that are there
+Homes = Path | str | Sequence[StoredHome]  # folder of one home, or a sequence of existing homes
 OPERATORS = {"ge": ">=", "le": "<=", "gt": ">", "lt": "<"}
 PLAIN = ("id", "kind", "camera", "name", "path", "created", "derived_from")
 HOME = "home"  # column with the home of a record
-SHOWN = ("id", "kind", "camera", "path")  # of each row of `find`; with several homes also the home
+SHOWN = ("id", "kind", "camera", "path")  # columns of `find`; with several homes also the home
 SHARE = "valid_share"
 _KEPT: dict[
     tuple[int, tuple[StoredHome, ...]], tuple[duckdb.DuckDBPyConnection, list[dict[str, Any]]]
@@ -49,7 +49,7 @@ SANDBOX = (
     "SET enable_external_access=false",
     "SET lock_configuration=true",
 )
-# types of statements that a user may type: those that change nothing, and those that make tables in
+# types of statements that a user may type: READING ones change nothing, MAKING ones make tables in
 # memory; others (ATTACH, DETACH, COPY, SET, LOAD, ...) are refused
 READING = ("SELECT", "EXPLAIN")
 MAKING = ("CREATE", "INSERT", "UPDATE", "DELETE", "DROP", "ALTER", "MULTI")
@@ -70,27 +70,32 @@ CREATE VIEW all_scores AS SELECT * FROM scores UNION ALL SELECT * FROM object_sc
 
 
 def find(
-    homes: Homes, order_by: str | None = None, limit: int = 50, **conditions: Any
+    homes: Homes,
+    order_by: str | None = None,
+    limit: int = 50,
+    also: Sequence[str] = (),
+    **conditions: Any,
 ) -> list[dict[str, Any]]:
     """Return the scenes, and the runs (one row per camera), that meet all conditions.
 
     Parameters
     ----------
-    homes : the home folder, with `scenes/` and `runs/`, or several homes.
+    homes : home folder, with `scenes/` and `runs/`, or several homes.
     order_by : a property; a leading `-` puts the largest first. Rows without it come last.
     limit : largest number of rows.
-    conditions : property=value, or property__operator=value. A list property equals a value that it
-        holds.
+    also : further properties to return, if any record has them.
+    conditions : property=value, or property__operator=value. A list property equals every value
+        that it holds.
 
     Returns
     -------
-    list of dict : id, kind, camera, path, and every property that was asked about. Beside a score
-        stands `valid_share`, the share of valid pixels, where it is recorded. Of several homes also
-        `home`; a store that two of them hold has a row for each.
+    list of dict : id, kind, camera, path, and every property in `conditions` and `order_by`. If one
+        of them is a score, also `valid_share`, the share of valid pixels, if it is recorded. With
+        several homes also `home`; a store in two homes has a row for each.
 
     Raises
     ------
-    CatalogError : a property that no record has.
+    CatalogError : no record has a property.
     """
     tests = [(*_split(key), value) for key, value in conditions.items()]
     ordered = (order_by or "").removeprefix("-").replace("__", ".")
@@ -114,7 +119,8 @@ def find(
         chosen = base.execute(
             f"SELECT rowid FROM idx.shots {where} ORDER BY {order} LIMIT {int(limit)}", values
         ).fetchall()
-        extra = _with_share(known, [name for name in asked if name not in (*PLAIN, HOME)])
+        shown = dict.fromkeys([*(name for name in also if name in known), *asked])
+        extra = _with_share(known, [name for name in shown if name not in (*PLAIN, HOME)])
         whole = index_file.whole_properties(known)
         fixed = (*SHOWN, HOME) if len(places) > 1 else SHOWN
         return _rows(base, [row for (row,) in chosen], fixed, extra, whole)
@@ -150,10 +156,10 @@ def sql(homes: Homes, text: str) -> tuple[list[str], list[tuple[Any, ...]]]:
             statements = _checked(base, text)
             if all(statement.type.name in READING for statement in statements):
                 return _result(base, text)
-        with _own_database(_homes(homes)) as base:  # what the text makes goes with it
+        with _own_database(_homes(homes)) as base:  # tables that the text makes vanish with it
             return _result(base, text)
     except (duckdb.Error, ValueError, OverflowError) as error:  # values that Python cannot hold
-        # one line: below an empty line DuckDB repeats the query with a mark
+        # keep one line: after an empty line DuckDB repeats the query with a mark
         reason = " ".join(str(error).partition("\n\n")[0].split())
         raise CatalogError(
             f"the query does not run: {reason}; views: {', '.join(VIEW_NAMES)};"
@@ -166,7 +172,7 @@ def _checked(base: duckdb.DuckDBPyConnection, text: str) -> list[duckdb.Statemen
 
     Raises
     ------
-    CatalogError : there is none, or one that does more than work on the records.
+    CatalogError : the text has no statement, or one that may do more than work on the records.
     """
     statements = base.extract_statements(text)
     if not statements:
@@ -189,12 +195,14 @@ def _result(base: duckdb.DuckDBPyConnection, text: str) -> tuple[list[str], list
 
 
 def show(homes: Homes, name: str) -> dict[str, Any]:
-    """Return the root attributes of the store whose key begins with `name`, or of the run that is
-    called so, with its `path`. Of several homes that hold it the first counts; `homes` names them.
+    """Return the root attributes of a store, with its `path`.
+
+    `name` is the beginning of its key, or the name of a run. If several homes hold the store, the
+    attributes are those in the first home, and `homes` lists all of them.
 
     Raises
     ------
-    CatalogError : no store is called so, or several are.
+    CatalogError : no store matches the name, or several do.
     """
     places = _homes(homes)
     known = [(path, home.name) for home in places for path in stores(home.folder)]
@@ -218,7 +226,7 @@ def show(homes: Homes, name: str) -> dict[str, Any]:
 
 
 def shown(homes: Homes, name: str) -> str:
-    """Return what `show` returns as indented JSON."""
+    """Return the result of `show` as indented JSON."""
     return json.dumps(jsonable(show(homes, name)), indent=2)
 
 
@@ -231,8 +239,8 @@ def _homes(homes: Homes) -> tuple[StoredHome, ...]:
 
 @contextmanager
 def _reading(homes: tuple[StoredHome, ...]) -> Iterator[duckdb.DuckDBPyConnection]:
-    """Yield a connection to the attached index, for text that changes nothing. It is kept open for
-    the next query of this process as long as no home changes: opening takes 40 ms.
+    """Yield a connection to the attached index, for queries that change nothing. It is kept open
+    for the next query of this process as long as no home changes, because opening takes 40 ms.
     """
     key = (os.getpid(), homes)
     now = [state(home.folder) for home in homes]
@@ -252,7 +260,7 @@ def _reading(homes: tuple[StoredHome, ...]) -> Iterator[duckdb.DuckDBPyConnectio
 
 @contextmanager
 def _own_database(homes: tuple[StoredHome, ...]) -> Iterator[duckdb.DuckDBPyConnection]:
-    """Yield a database that is closed after use, for text that makes tables."""
+    """Yield a database that is closed after use, for queries that make tables."""
     with index_file.connected() as base:
         _open(base, homes)
         yield base
@@ -261,8 +269,8 @@ def _own_database(homes: tuple[StoredHome, ...]) -> Iterator[duckdb.DuckDBPyConn
 def _open(
     base: duckdb.DuckDBPyConnection, homes: tuple[StoredHome, ...]
 ) -> list[dict[str, Any]] | None:
-    """Attach the indices, make their views, and lock the database; return what `attach_all`
-    does.
+    """Attach the indices, make their views, and lock the database; return the result of
+    `attach_all`.
     """
     since = attach_all(base, homes)
     known = index_file.properties(base)
@@ -277,7 +285,9 @@ def _open(
 
 
 def _view_of_properties(known: dict[str, index_file.Property], home: str) -> str:
-    """Return a view with a column for each property; columns of `shots` keep their names."""
+    """Return the SQL of a view with a column for each property; columns of `shots` keep their
+    names.
+    """
     columns = [
         f"{found.column} AS {index_file.identifier(name)}"
         for name, found in sorted(known.items())
@@ -296,7 +306,7 @@ def _rows(
 ) -> list[dict[str, Any]]:
     """Return the rows of a result: the columns `fixed`, and the properties `extra`.
 
-    `whole` : the SQL of the JSON of all properties.
+    `whole` is the SQL of the JSON of all properties.
     """
     places = ", ".join(index_file.pointer(name) for name in extra)
     found = base.execute(
@@ -315,9 +325,7 @@ def _rows(
 
 
 def _with_share(known: dict[str, index_file.Property], names: list[str]) -> list[str]:
-    """Return the properties to show: with the share of valid pixels where one of them is a
-    score.
-    """
+    """Return the properties to show; if one of them is a score, with the share of valid pixels."""
     shown = any(known[name].score for name in names if name in known)
     if shown and SHARE in known and SHARE not in names:
         return [*names, SHARE]
@@ -327,7 +335,7 @@ def _with_share(known: dict[str, index_file.Property], names: list[str]) -> list
 def _check_known(
     base: duckdb.DuckDBPyConnection, known: dict[str, index_file.Property], names: list[str]
 ) -> None:
-    """Raise CatalogError where no record has a property; an empty home knows every name."""
+    """Raise CatalogError if no record has one of the properties; an empty home accepts all names."""
     for name in names:
         if name in (*PLAIN, HOME) or not known:
             continue
@@ -341,7 +349,7 @@ def _check_known(
 
 
 def _has_values(base: duckdb.DuckDBPyConnection, found: index_file.Property) -> bool:
-    """Return whether a record has a property; records of removed stores leave its column."""
+    """Return whether a record has a property: its column may outlast the records of removed stores."""
     if found.column is None:
         return True
     return bool(
@@ -350,7 +358,7 @@ def _has_values(base: duckdb.DuckDBPyConnection, found: index_file.Property) -> 
 
 
 class _Column(NamedTuple):
-    """How a property is written in SQL, and the type of its values."""
+    """The SQL expression of a property, and the type of its values."""
 
     text: str
     kind: str
@@ -370,7 +378,7 @@ def _column(
 
 
 def _order(column: _Column, direction: str) -> str:
-    """Return the SQL that sorts numbers by value, and other text behind them."""
+    """Return the SQL that sorts numbers by value, and other text after them."""
     if column.kind == index_file.NUMBER:
         return f"{column.text} {direction} NULLS LAST"
     return (
@@ -380,10 +388,10 @@ def _order(column: _Column, direction: str) -> str:
 
 
 def _clause(column: _Column, operator: str, value: Any) -> tuple[str, list[Any]]:
-    """Return the SQL of one condition and the values it binds."""
+    """Return the SQL of one condition and the values that it binds."""
     if operator in OPERATORS:
         number = _number(value)
-        if number is None:  # dates, and other text that sorts
+        if number is None:  # dates and other text are compared as text
             return f"CAST({column.text} AS VARCHAR) {OPERATORS[operator]} ?", [str(value)]
         as_number = f"try_cast({column.text} AS DOUBLE)"
         if column.kind == index_file.NUMBER:
@@ -410,7 +418,7 @@ def _alternatives(operator: str, value: Any) -> list[str]:
 
 
 def _equal(column: _Column, value: str) -> tuple[str, list[Any]]:
-    """Return the SQL that a property equals a value, or holds it, and what it binds."""
+    """Return the SQL for "a property equals or holds a value", and the values that it binds."""
     number = _number(value)
     if column.kind == index_file.NUMBER:
         return ("false", []) if number is None else (f"{column.text} = ?", [number])
@@ -434,9 +442,7 @@ def _equal(column: _Column, value: str) -> tuple[str, list[Any]]:
 
 
 def _is_verbatim_in_json(text: str) -> bool:
-    """Return whether every JSON text of a list that holds `text` contains its characters as they
-    are.
-    """
+    """Return whether JSON writes the characters of `text` unchanged."""
     return text.isascii() and text.isprintable() and not set(text) & set('"\\/')
 
 

@@ -285,3 +285,17 @@ def test_commands(folder, monkeypatch):
     assert "9 records" in call(catalog, ["refresh"]).output
     assert call(catalog, ["verify"]).exit_code == 0
     assert isinstance(call(catalog, ["find", "kind"]).exception, CatalogError)
+
+
+def test_find_without_a_condition_on_a_property_shows_scene_and_lighting(tmp_path, monkeypatch):
+    monkeypatch.setenv("ISETHDR_HOME", str(tmp_path))
+    scene = {"component": "scene/street", "seed": 3}
+    put(tmp_path, "s1", kind="run", scene=scene, lighting="dusk", cameras={"a": "bayer"})
+    call = CliRunner().invoke
+    heads, row, *_ = call(catalog, ["find", "kind=run"]).output.splitlines()
+    assert (heads.split(), row.split()) == (
+        ["id", "camera", "scene", "lighting"],
+        ["s1", "a", "street", "dusk"],
+    )
+    named = call(catalog, ["find", "scene.seed=3"]).output.splitlines()[0]
+    assert named.split() == ["id", "kind", "camera", "scene.seed"]
