@@ -2,19 +2,19 @@
 
 | module          | content                                                    |
 |-----------------|------------------------------------------------------------|
-| `record`        | what is known of one store, from its root attributes alone |
+| `record`        | the searchable properties of one store                     |
 | `index`         | `refresh`: rebuild index.duckdb, a cache of all records   |
 | `index_file`    | the index: records in typed columns of a DuckDB file       |
 | `joined_index`  | the indices of several homes as one                        |
 | `query`         | `find`, `sql`, `show`                                      |
-| `compare`       | what differs between two runs, and by more than intervals  |
+| `compare`       | the differences between two stored runs                    |
 | `comparison_summary` | what `isethdr catalog compare` prints                 |
 | `python_calls`  | `isethdr.find`, `show` and `compare`                       |
 | `dataset`       | `isethdr.PictureDataset`: stored pictures for training     |
 | `selection`     | the stored pictures that a run, a query or a sweep names   |
-| `reproduce`     | a stored run again, and the numbers that differ            |
-| `stored_scores` | what a metric says of the pictures of a stored run         |
-| `space`         | what takes how much of the disk, and its removal           |
+| `reproduce`     | repeat a stored run, and list the numbers that differ      |
+| `stored_scores` | scores of a metric for the pictures of a stored run        |
+| `space`         | disk space of each part of a home, and its removal         |
 | `verify`        | read every file and name what is damaged                   |
 | `adopt`         | give stores of format 1 a manifest                         |
 | `commands`      | `isethdr catalog find`, `sql`, `show`, `report` and the others |
@@ -37,7 +37,7 @@ if TYPE_CHECKING:
     from isethdr_core.plugins.component import Stage
 
 log = logging.getLogger(__name__)
-THREAD_SAFE = True  # what follows a stage does nothing until the whole run is done
+THREAD_SAFE = True  # the hook after a stage does nothing until the whole run is done
 
 
 @hookimpl
@@ -51,8 +51,8 @@ def isethdr_commands(app: typer.Typer) -> None:
 
 @hookimpl
 def isethdr_after_stage(stage: Stage) -> None:
-    """Write the report beside the store once a whole run is done, if it is asked for; one that is
-    there already stays. Write the page of a sweep once all of its jobs are done.
+    """Write the report next to the store once a whole run is done, if the config asks for it and
+    there is none yet. Write the page of a sweep once all of its jobs are done.
     """
     if stage.kind == "sweep":
         report.write_sweep_page(stage.result)

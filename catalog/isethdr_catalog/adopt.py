@@ -33,7 +33,7 @@ from .verify import verify_store
 
 @dataclass(frozen=True)
 class Adoption:
-    """Result for one store: `reason` tells why it was not adopted, "" if it was."""
+    """Result for one store: `reason` states why it was not adopted; "" if it was."""
 
     path: Path
     reason: str
@@ -59,7 +59,7 @@ def adopt_store(path: Path) -> bool:
 
     Returns
     -------
-    bool : False where the store had one already.
+    bool : False if the store has one already.
 
     Raises
     ------
@@ -71,8 +71,7 @@ def adopt_store(path: Path) -> bool:
         if problems := verify_store(path).problems:
             raise CatalogError("; ".join(problems))
         return False
-    # the last digits of the format are all that changes, so that an interrupted adoption can be
-    # told from damage
+    # only the format changes, so that an interrupted adoption can be distinguished from damage
     content["attributes"]["format"] = FORMAT
     root = json.dumps(content, allow_nan=False).encode()
     manifest = read_manifest(path)
@@ -126,10 +125,9 @@ def _files(path: Path) -> dict[str, FileRecord]:
 
 
 def _sharded_record(data: bytes, chunks: int) -> FileRecord:
-    """Describe a file; `chunks` is the number of chunks in a shard, 0 where the file is no shard.
+    """Return the record of a file; `chunks` is the number of chunks in a shard, 0 without shards.
 
-    The parts are left out where chunks do not follow each other: reads of them then compare the
-    whole file.
+    If chunks do not follow each other, the record has no parts: reads then compare the whole file.
     """
     whole = file_record([data])
     start = len(data) - 16 * chunks - CRC_BYTES

@@ -1,5 +1,5 @@
-"""Compare two stored runs: what differs in their configs, and which scores differ by more than
-their intervals.
+"""Compare two stored runs: settings that differ, and scores that differ by more than their
+intervals.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ ABSENT = "–"  # a setting that one of the configs does not have
 
 
 class Setting(NamedTuple):
-    """A setting that differs, as the command line would write it."""
+    """A setting that differs, with its name and values as on the command line."""
 
     name: str
     a: str
@@ -36,18 +36,18 @@ class ScorePair:
 
     score: str
     unit: str
-    cameras: str  # of A and B; one name where they are called the same
+    cameras: str  # names of the cameras of A and B; one name if both are equal
     a: Scored
     b: Scored
 
     @property
     def difference(self) -> float:
-        """B less A, in the unit of the score."""
+        """B minus A, in the unit of the score."""
         return self.b.value - self.a.value
 
     @property
     def differs(self) -> bool | None:
-        """Whether A and B differ by more than their intervals; None where these are not known."""
+        """Whether A and B differ by more than their intervals; None if an interval is unknown."""
         return differ(self.a, self.b)
 
 
@@ -58,7 +58,7 @@ class Comparison:
     a: Result
     b: Result
     settings: list[Setting]
-    versions: list[Setting]  # of libraries, and the code of components
+    versions: list[Setting]  # versions of libraries and code of components that differ
     scores: list[ScorePair]
 
     def _repr_html_(self) -> str:
@@ -76,12 +76,12 @@ def compare(homes: Homes, a: str, b: str) -> Comparison:
 
     Parameters
     ----------
-    homes : the home folder, or several homes.
-    a, b : the first digits of two runs, or their names.
+    homes : home folder, or several homes.
+    a, b : first digits of the keys of two runs, or their names.
 
     Raises
     ------
-    CatalogError : one of them is no run, or there are several that are called so.
+    CatalogError : one of them is no run, or several stores match.
     """
     one = stored_run(homes, a)
     other = stored_run(homes, b)
@@ -95,18 +95,18 @@ def compare(homes: Homes, a: str, b: str) -> Comparison:
 
 
 def camera_pairs(a: Result, b: Result) -> list[tuple[str, str]]:
-    """Return which camera of A stands beside which of B: those of one name, or the only ones."""
+    """Return the pairs of cameras (A, B) to compare: those of one name, or the only ones."""
     if len(a.cameras) == len(b.cameras) == 1:
         return [(a.cameras[0], b.cameras[0])]
     return [(name, name) for name in a.cameras if name in b.cameras]
 
 
 def stored_run(homes: Homes, name: str) -> Result:
-    """Return the run of that name or key.
+    """Return the run with a name or a key.
 
     Raises
     ------
-    CatalogError : it is no run, or several are called so.
+    CatalogError : the store is no run, or several stores match.
     """
     attributes = show(homes, name)
     if attributes.get("kind") != "run":
@@ -118,7 +118,7 @@ def stored_run(homes: Homes, name: str) -> Result:
 
 
 def versions_that_differ(a: Result, b: Result) -> list[Setting]:
-    """Return the libraries, and the components of both, whose version or code differs."""
+    """Return the libraries and components of both runs that differ in version or code."""
     found = [
         _differing(a.attributes.get(name, {}), b.attributes.get(name, {}))
         for name in ("versions", "code")

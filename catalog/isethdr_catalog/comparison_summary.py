@@ -1,4 +1,4 @@
-"""What `isethdr catalog compare` prints, and where its page is."""
+"""The printed summary of `isethdr catalog compare`, with the path of its page."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from .compare import VERDICT, compare
 from .report.compare_page import write_compare_page
 from .space import COMPARISONS
 
-MOST_SETTINGS = 15  # lines; the page has all
+MOST_SETTINGS = 15  # greatest number of printed settings; the page lists all
 
 
 def print_comparison(homes: Sequence[StoredHome], a: str, b: str) -> None:
@@ -22,12 +22,12 @@ def print_comparison(homes: Sequence[StoredHome], a: str, b: str) -> None:
 
     Parameters
     ----------
-    homes : homes in which the runs are looked for.
-    a, b : the first digits of two runs, or their names.
+    homes : homes in which the runs are searched for.
+    a, b : first digits of the keys of two runs, or their names.
 
     Raises
     ------
-    CatalogError : one of them is no run, or there are several that are called so.
+    CatalogError : one of them is no run, or several stores match.
     """
     found = compare(homes, a, b)
     for letter, run in (("A", found.a), ("B", found.b)):

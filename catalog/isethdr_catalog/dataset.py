@@ -1,7 +1,7 @@
 """Pictures of stored runs as a dataset for training: a length, and items of NumPy arrays.
 
-It has the two methods that `torch.utils.data.DataLoader` asks for, and does not import torch.
-Nothing is read until an item is asked for, and nothing stays open, so that workers may have copies.
+It has the two methods that `torch.utils.data.DataLoader` calls, and does not import torch. An item
+is read at its access. No file stays open, so that workers may have copies of the dataset.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from .selection import Selection, StoredShot, found, select
 
 @dataclass(frozen=True)
 class Product:
-    """An array of an item: where it is stored, and the type that it is given as."""
+    """An array of an item: where it is stored, and its type in the item."""
 
     group: str  # picture, truth or captures
     variable: str
@@ -57,19 +57,19 @@ class PictureDataset:
 
     Parameters
     ----------
-    names : runs or sweeps, as `isethdr export` takes them; or none, and conditions.
-    products : the arrays of an item, of `PRODUCTS`.
-    transform : function of an item; what it returns is the item. Workers need one that can be
-        pickled: a function of a module.
-    cache : folder in which arrays are kept as .npy after their first use, and mapped into memory
-        from then on: an item of which a part is used reads that part. None keeps none.
+    names : runs or sweeps, as `isethdr export` takes them; without names, give conditions.
+    products : arrays of an item, keys of `PRODUCTS`.
+    transform : function that maps an item to the item that is returned. For workers it must be
+        picklable, that is a function of a module.
+    cache : folder in which arrays are kept as .npy files after their first use. Later they are
+        mapped into memory, so that only the used parts of an array are read. None: no cache.
     conditions : conditions of a query, `property=value` or `property__operator=value`, as in
         `isethdr.find`.
 
     Raises
     ------
     CatalogError : nothing is found, or a name or property is unknown.
-    ConfigError : an unknown product, or names and conditions together.
+    ConfigError : a product is unknown, or names and conditions are given together.
     """
 
     def __init__(
@@ -102,7 +102,7 @@ class PictureDataset:
 
         Raises
         ------
-        IndexError : beyond the last picture.
+        IndexError : `number` is beyond the last picture.
         CatalogError : the run does not hold a product, or its store is damaged.
         """
         shot = self.shots[number]
@@ -120,7 +120,7 @@ class PictureDataset:
         path = self.cache / f"{shot.path.stem}_{shot.camera}_{product}.npy"
         if not path.is_file():
             _keep(array_of(shot, product), path)
-        # changes of an item stay its own
+        # changes of an item do not reach the file
         return np.load(path, mmap_mode="c")
 
 
@@ -138,7 +138,7 @@ def array_of(shot: StoredShot, product: str) -> np.ndarray:
 
     Raises
     ------
-    CatalogError : the run does not hold it.
+    CatalogError : the run does not hold the product.
     """
     wanted = PRODUCTS[product]
     data = open_store(shot.path, f"{wanted.group}/{shot.camera}")
@@ -156,7 +156,7 @@ def array_of(shot: StoredShot, product: str) -> np.ndarray:
 
 
 def _display(picture: xr.Dataset) -> np.ndarray:
-    """Return the picture with its own white; that of the report is the white of a whole run."""
+    """Return the display view of a picture with its own white; the report has one white per run."""
     white = display_view.white_cd_m2(picture)
     return display_view.display(picture, white, natural_colour=True)
 

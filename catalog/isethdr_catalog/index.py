@@ -3,8 +3,8 @@ index or not.
 
 The stores are authoritative. Stores and records are compared by path and by the state of the root
 metadata file (inode, time, size), never by the order of times, so a clock that is set back does no
-harm. Where the folders of the stores have not changed since the last comparison, it is left out.
-Writers of stores do not touch the index, so it needs no lock. It can be deleted at any time.
+harm. If the folders of the stores have not changed since the last comparison, no comparison is
+made. Writers of stores do not touch the index, so it needs no lock. It can be deleted at any time.
 """
 
 from __future__ import annotations
@@ -32,18 +32,19 @@ if TYPE_CHECKING:
 
 FOLDERS = ("scenes", "runs", "studies")
 INDEX = "index.duckdb"
-STATE = "index.state.json"  # of the folders when the index was last compared with them
+STATE = "index.state.json"  # state of the folders at the last comparison with the index
 EARLIER = "index.parquet"  # the index of earlier versions
-# A folder counts as unchanged by its time of change only if this was so long before the comparison:
-# two changes within one tick of a file system's clock have the same time.
+# Least time between a folder's last change and the comparison for which its time of change proves
+# that it is unchanged: two changes within one tick of a file system's clock have the same time.
 SETTLED_S = 3.0
-# scratch folders without a writer's name, of an older version, are left alone for so long
+# least age at which scratch folders of an older version, which do not name their writer, are
+# removed
 OLD_SCRATCH_S = 3600.0
 
 
 @dataclass(frozen=True)
 class Refreshed:
-    """What a refresh found: how many records, and every store that was skipped, with the reason."""
+    """Result of a refresh: the number of records, and the skipped stores with the reasons."""
 
     path: Path
     records: int
@@ -52,10 +53,10 @@ class Refreshed:
 
 @dataclass
 class _Reading:
-    """Records of stores, and which stores were skipped on the way."""
+    """Iterable over the records of stores; it collects the stores that it skips."""
 
     folder: Path
-    stamps: dict[str, str]  # of the stores to read, by path
+    stamps: dict[str, str]  # stamps of the stores to read, by path
     skipped: dict[str, str] = field(default_factory=dict)
 
     def __iter__(self) -> Iterator[tuple[str, str, list[dict[str, Any]]]]:
@@ -104,10 +105,11 @@ def stamps(folder: Path) -> dict[str, str]:
 
 
 def refresh(folder: str | os.PathLike[str]) -> Refreshed:
-    """Bring `<folder>/index.duckdb` up to date: read new stores only, forget those that are gone.
+    """Bring `<folder>/index.duckdb` up to date: read new and changed stores, and remove the records
+    of missing ones.
 
-    Damaged stores are named and skipped. Records pass through in batches, so memory does not grow
-    with them.
+    Damaged stores are skipped and listed. Records are written in batches, so memory does not grow
+    with their number.
 
     Raises
     ------
@@ -125,8 +127,8 @@ def attach(
 ) -> dict[str, Any] | None:
     """Attach an index of all stores of a home folder, and bring it up to date first.
 
-    Where it cannot be written, or was replaced meanwhile by a process that knew fewer stores, a
-    temporary copy takes its place.
+    If the file cannot be written, or another process has replaced it by one with fewer stores, a
+    temporary copy is attached instead.
 
     Parameters
     ----------
@@ -136,8 +138,8 @@ def attach(
 
     Returns
     -------
-    The state of the home for which the attached file holds, as long as `state` returns the same;
-    None where the file holds for this moment only.
+    The state of the home for which the attached file is valid, as long as `state` returns the same;
+    None if the file is valid at this moment only.
 
     Raises
     ------
@@ -173,7 +175,7 @@ def attach(
 
 def state(folder: Path) -> dict[str, Any] | None:
     """Return the state of a home that has not changed since its index was compared with its stores;
-    None where it has changed, or may have.
+    None if it has changed, or may have.
     """
     try:
         remembered = json.loads((folder / STATE).read_bytes())
@@ -185,18 +187,18 @@ def state(folder: Path) -> dict[str, Any] | None:
 
 
 def forget(folder: Path) -> None:
-    """Have the next query compare the index with all stores: a store has changed in its place."""
+    """Make the next query compare the index with all stores; needed if a store changed in place."""
     (folder / STATE).unlink(missing_ok=True)
 
 
 @dataclass
 class _Changes:
-    """What an index file lacks, and what it holds too much."""
+    """Stores that an index file lacks, and stores that it must not hold any more."""
 
     index: Path
-    records: int  # in the file
-    stale: list[str]  # paths of stores that are gone or changed
-    reading: _Reading  # of the stores that it lacks
+    records: int  # number of records in the file
+    stale: list[str]  # paths of stores that are missing or changed
+    reading: _Reading  # records of the stores that the file lacks
 
 
 def _changes(
@@ -205,10 +207,10 @@ def _changes(
     current: dict[str, str],
     alias: str = index_file.ALIAS,
 ) -> _Changes:
-    """Return what the index of a home lacks.
+    """Return the changes that the index of a home needs.
 
-    `base` : reads the index file, and lets go of it again. It is that of a query, because a
-    database of its own would take 30 ms.
+    `base` attaches the index file for reading and detaches it again. It is the connection of a
+    query, because a new one would take 30 ms.
     """
     index = folder / INDEX
     known = {}
@@ -263,8 +265,8 @@ def _write(
 
 
 def _begin_comparison(folder: Path) -> dict[str, Any] | None:
-    """Return the state of the folders of stores, before they are read; None where one of them
-    changed a moment ago, or is on another file system, whose clock is unknown.
+    """Return the state of the folders of stores before they are read; None if one of them changed a
+    moment ago, or is on another file system with an unknown clock.
     """
     found: dict[str, Any] = {}
     try:
@@ -296,7 +298,7 @@ def _remember(folder: Path, compared: dict[str, Any]) -> None:
 
 
 def _folder_state(folder: Path) -> str:
-    """Return what changes whenever an entry of a folder is added, renamed or removed."""
+    """Return a text that changes whenever an entry of a folder is added, renamed or removed."""
     try:
         status = os.stat(folder)
     except OSError:

@@ -4,13 +4,13 @@ the columns that it names.
 | table      | one row for each                                                                   |
 |------------|------------------------------------------------------------------------------------|
 | `about`    | file: the version of this layout                                                   |
-| `store`    | store that was read: its number, its path, and the state of its root metadata       |
-| `property` | property: its name, the column of `shots` that holds it, its type, whether a score |
+| `store`    | store that was read: its number, its path, and the state of its root metadata      |
+| `property` | property: its name, its column of `shots`, its type, and whether it is a score     |
 | `shots`    | store and camera                                                                   |
-| `scores`, `object_scores` | score of the whole picture, of an object                            |
+| `scores`, `object_scores` | score of the whole picture, or of an object                         |
 | `objects`  | labelled object                                                                    |
 
-A file is changed by one process under a temporary name, renamed, and never changed again.
+One process changes a file under a temporary name and renames it. After that it never changes.
 """
 
 from __future__ import annotations
@@ -30,12 +30,12 @@ from .record import SCHEMA
 if TYPE_CHECKING:
     import duckdb
 
-ALIAS = "idx"  # of the attached file
-BATCH_BYTES = 1_000_000  # of records that are handed to DuckDB at once
-ROW_GROUP = 16_384  # rows that DuckDB compresses together
-MEMORY = "400MB"  # of DuckDB while a file is written; the rest is on disk
-MOST_COLUMNS = 4000  # further properties are read from JSON
-# of a property: with a list among its values
+ALIAS = "idx"  # name of the attached file in SQL
+BATCH_BYTES = 1_000_000  # size of the records that are passed to DuckDB at once
+ROW_GROUP = 16_384  # number of rows that DuckDB compresses together
+MEMORY = "400MB"  # limit of DuckDB's memory while a file is written; the rest is on disk
+MOST_COLUMNS = 4000  # greatest number of columns; other properties are read from JSON
+# types of a property; LIST: at least one of its values is a list
 NUMBER = "number"
 TEXT = "text"
 LIST = "list"
@@ -100,7 +100,8 @@ def connected() -> Iterator[duckdb.DuckDBPyConnection]:
 
 
 def attach(base: duckdb.DuckDBPyConnection, path: Path, alias: str = ALIAS) -> bool:
-    """Attach an index file for reading; False where it is missing, damaged or of another layout.
+    """Attach an index file for reading; return False if it is missing, damaged or of another
+    layout.
 
     Parameters
     ----------
@@ -128,7 +129,7 @@ def attach(base: duckdb.DuckDBPyConnection, path: Path, alias: str = ALIAS) -> b
 
 
 def detach(base: duckdb.DuckDBPyConnection, alias: str = ALIAS) -> None:
-    """Let go of the attached file."""
+    """Detach the file."""
     base.execute(f"DETACH {alias}")
 
 
@@ -151,21 +152,21 @@ def properties(base: duckdb.DuckDBPyConnection, alias: str = ALIAS) -> dict[str,
 
 @dataclass
 class Property:
-    """A property of records, and where its values are."""
+    """A property of records, and the place of its values."""
 
     name: str
-    place: int | None  # of its column; None: in the JSON `properties` only
+    place: int | None  # number of its column; None: in the JSON `properties` only
     kind: str
     score: bool  # whether it is a score of the whole picture
 
     @property
     def column(self) -> str | None:
-        """The column of `shots`, None where there is none."""
+        """The column of `shots`; None if the property has none."""
         return None if self.place is None else f"p{self.place}"
 
 
 def whole_properties(known: dict[str, Property]) -> str:
-    """Return the SQL of the JSON of all properties, for scenes with the lightings of their runs."""
+    """Return the SQL of the JSON of all properties; scenes also get the lightings of their runs."""
     lighting = known.get("lighting")
     if lighting is None or lighting.column is None:
         return "properties"
@@ -176,13 +177,13 @@ def whole_properties(known: dict[str, Property]) -> str:
 
 
 class Writer:
-    """Changes one index file, which no other process uses."""
+    """Writer of one index file, which no other process uses."""
 
     def __init__(self, base: duckdb.DuckDBPyConnection, path: Path) -> None:
-        """Attach `path` for writing; it is made where it does not exist."""
+        """Attach `path` for writing; make the file if it does not exist."""
         self.base = base
         fresh = not path.exists()
-        base.execute("SET threads=1")  # others wait for this machine as well
+        base.execute("SET threads=1")  # leave the other cores to other processes
         base.execute(f"SET memory_limit='{MEMORY}'")
         base.execute(f"SET temp_directory='{quoted(path.parent)}'")
         base.execute("SET preserve_insertion_order=false")
@@ -208,8 +209,8 @@ class Writer:
         self.base.execute(f"DELETE FROM {ALIAS}.store WHERE path IN (SELECT path FROM gone)")
 
     def add(self, stores: Iterable[tuple[str, str, list[dict[str, Any]]]]) -> None:
-        """Add stores, each with its path, its stamp and its records; in batches, so that memory
-        does not grow with their number.
+        """Add stores, each with its path, its stamp and its records. They are written in batches,
+        so that memory does not grow with their number.
         """
         batch = []
         size = 0
@@ -230,8 +231,8 @@ class Writer:
         self._insert(batch, read)
 
     def close(self) -> int:
-        """Give scenes the lightings of their runs and let go of the file; return the number of
-        its records.
+        """Give scenes the lightings of their runs and detach the file; return the number of its
+        records.
         """
         self._pass_on_lighting()
         found = count(self.base)
@@ -240,7 +241,7 @@ class Writer:
         return found
 
     def _note(self, values: dict[str, Any]) -> None:
-        """Take down the names and types of properties; columns follow with the next batch."""
+        """Record the names and types of properties; columns are made with the next batch."""
         for name, value in values.items():
             if value is None:
                 continue
@@ -308,11 +309,12 @@ class Writer:
         """)
 
     def _make_columns(self) -> None:
-        """Make the columns of new properties, and widen those whose values are of another type."""
+        """Make columns for new properties, and turn number columns with other values into text."""
         stored = properties(self.base)
         places = [p.place for p in stored.values() if p.place is not None]
         free = 1 + max(places, default=-1)
-        taken = {name.lower() for name in stored} | {""}  # a struct tells no case, and needs names
+        # names in a struct are not case-sensitive and must not be empty
+        taken = {name.lower() for name in stored} | {""}
         for name, found in self.properties.items():
             before = stored.get(name)
             if before is None:
@@ -339,8 +341,8 @@ class Writer:
         )
 
     def _pass_on_lighting(self) -> None:
-        """Give each scene the lightings its runs used: night and day are versions of one stored
-        scene. The JSON of its properties stays as it is; `whole_properties` adds them.
+        """Give each scene the lightings of its runs, since night and day are versions of one stored
+        scene. The JSON of its properties stays unchanged; `whole_properties` adds them.
         """
         if not self.base.execute(
             f"SELECT 1 FROM {ALIAS}.shots WHERE kind = 'scene' LIMIT 1"
@@ -380,9 +382,7 @@ class Writer:
 
 
 def finite(value: Any) -> Any:
-    """Return `value` with NaN as null, which SQL knows how to skip, and infinity as a number beyond
-    all others.
-    """
+    """Return `value` with NaN as null, which SQL skips, and infinity as 1e308."""
     if isinstance(value, float) and not math.isfinite(value):
         return None if math.isnan(value) else math.copysign(1e308, value)
     if isinstance(value, dict):
@@ -391,18 +391,18 @@ def finite(value: Any) -> Any:
 
 
 def quoted(text: object) -> str:
-    """Return a text between single quotes of SQL, without these."""
+    """Return a text escaped for use between single quotes of SQL."""
     return str(text).replace("'", "''")
 
 
 def identifier(name: str) -> str:
-    """Return a name as SQL writes that of a column."""
+    """Return a name as a quoted identifier of SQL."""
     return '"' + name.replace('"', '""') + '"'
 
 
 def pointer(name: str) -> str:
-    """Return the JSON pointer of a flat property, as an SQL text; names hold dots, so a path would
-    not do.
+    """Return the JSON pointer of a flat property, as an SQL text. A JSON path would split a name at
+    its dots.
     """
     return "'/" + quoted(name.replace("~", "~0").replace("/", "~1")) + "'"
 

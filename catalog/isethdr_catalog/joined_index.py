@@ -1,7 +1,7 @@
 """Joined index: the indices of several homes as one, so that a query sees the records of all.
 
-One database attaches the index file of each home. The schema that takes the place of a single file
-holds views over all of them: the same tables, with the column `home` besides.
+One database attaches the index file of each home. A schema replaces the single index file. It holds
+views over all files: the same tables, with an additional column `home`.
 """
 
 from __future__ import annotations
@@ -28,8 +28,8 @@ def attach_all(
 
     Returns
     -------
-    The states of the homes for which the attached files hold; None where one of them holds for this
-    moment only (`index.attach`).
+    The states of the homes for which the attached files are valid; None if one of them is valid at
+    this moment only (`index.attach`).
 
     Raises
     ------
@@ -45,7 +45,7 @@ def attach_all(
 
 
 def home_column(homes: Sequence[StoredHome]) -> str:
-    """Return the SQL of the home of a record."""
+    """Return the SQL expression of the home of a record."""
     return "home" if len(homes) > 1 else f"'{quoted(homes[0].name)}'"
 
 
@@ -79,7 +79,7 @@ def joined_properties(own: Sequence[Known]) -> Known:
     A property that holds numbers in one home and text in another holds text.
     """
     together: Known = {}
-    taken: set[str] = set()  # names of columns tell no case
+    taken: set[str] = set()  # names of columns are not case-sensitive
     for known in own:
         for name, found in known.items():
             joined = together.setdefault(name, Property(name, None, found.kind, False))
@@ -93,7 +93,7 @@ def joined_properties(own: Sequence[Known]) -> Known:
 
 
 def _columns(together: Known, known: Known) -> list[str]:
-    """Return the SQL of each joined column for the table of one home."""
+    """Return the SQL expression of each joined column for the table of one home."""
     return [
         f"{_value(joined, known.get(joined.name))} AS {joined.column}"
         for joined in together.values()

@@ -31,15 +31,16 @@ def find(order_by: str | None = None, limit: int = 50, home: Home = (), **condit
     Parameters
     ----------
     order_by : a property; a leading `-` puts the largest first.
-    limit : the most rows.
-    home : a home or several: folders, and addresses such as s3://bucket/lab. Of several, each row
-        states its `home`. Without any, the home folder is that of the variable ISETHDR_HOME.
+    limit : largest number of rows.
+    home : a home or several: folders, and addresses such as s3://bucket/lab. With several homes
+        each row states its `home`. Without any, the home folder is that of the variable
+        ISETHDR_HOME.
     conditions : `property=value`, or `property__operator=value` with ge, le, gt, lt, ne or in. A
         dot of a name is written as two underscores: `person__distance_m__le=30`.
 
     Raises
     ------
-    CatalogError : a property that no record has, or a home folder that is not there.
+    CatalogError : no record has a property, or a home folder does not exist.
     """
     return Rows(query.find(existing_homes(home), order_by=order_by, limit=limit, **conditions))
 
@@ -49,28 +50,29 @@ def show(name: str, home: Home = ()) -> dict[str, Any]:
 
     Parameters
     ----------
-    name : the first digits of a store, or the name of a run.
+    name : first digits of the key of a store, or the name of a run.
     home : a home or several: folders, and addresses such as s3://bucket/lab. Without any, the home
         folder is that of the variable ISETHDR_HOME.
 
     Raises
     ------
-    CatalogError : no store is called so, or several are.
+    CatalogError : no store matches the name, or several do.
     """
     return query.show(existing_homes(home), name)
 
 
 def compare(a: str, b: str, home: Home = ()) -> Comparison:
-    """Return how two stored runs differ: in settings, versions, and scores with intervals.
+    """Return the differences between two stored runs: settings, versions, and scores with
+    intervals.
 
     Parameters
     ----------
-    a, b : the first digits of two runs, or their names; they may be in different homes.
+    a, b : first digits of the keys of two runs, or their names; they may be in different homes.
     home : a home or several: folders, and addresses such as s3://bucket/lab. Without any, the home
         folder is that of the variable ISETHDR_HOME.
 
     Raises
     ------
-    CatalogError : one of them is no run, or several are called so.
+    CatalogError : one of them is no run, or several stores match.
     """
     return compare_runs(existing_homes(home), a, b)

@@ -15,8 +15,8 @@ from isethdr_core.runs.labels import read_labels
 from isethdr_core.storage.object_home.calls import home_of_stub
 from isethdr_core.store import read_attrs
 
-SCHEMA = 4  # raised when records of an earlier version must be read again
-# flattened with dotted names
+SCHEMA = 4  # increased when records of an earlier version must be read again
+# attributes whose entries become properties with dotted names
 NESTED = (
     "config",
     "scene",
@@ -30,7 +30,7 @@ NESTED = (
 
 
 def records(path: Path, folder: Path) -> list[dict]:
-    """Return the records of the store `path`, which is stated relative to `folder`.
+    """Return the records of the store `path`; they state its path relative to `folder`.
 
     Raises
     ------
@@ -92,8 +92,8 @@ def flat(attrs: dict) -> dict:
 
 
 def nearest(objects: list[dict]) -> dict:
-    """Return, per category, how many objects there are and the distance (m) and visible fraction of
-    the nearest.
+    """Return for each category the number of objects, and the distance, m, and visible fraction of
+    the nearest one.
     """
     by_category = {}
     # the nearest comes last

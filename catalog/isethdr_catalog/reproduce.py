@@ -1,6 +1,6 @@
-"""Reproduce: run a stored run again from its record, and name the numbers that differ.
+"""Reproduce: repeat a stored run from its record, and list the numbers that differ.
 
-The run is computed in a temporary home folder, so that nothing stored is read or changed.
+The run is computed in a temporary home folder, so that it neither reads nor changes stored data.
 """
 
 from __future__ import annotations
@@ -27,14 +27,14 @@ from isethdr_core.truth import variance_known
 from .compare import Setting, stored_run, versions_that_differ
 from .query import Homes
 
-MOST_NUMBERS = 30  # lines that are printed
+MOST_NUMBERS = 30  # greatest number of printed numbers
 
 
 class Outcome(IntEnum):
     """Exit code of `isethdr reproduce`; 2 is a mistake of the user."""
 
-    SAME = 0  # every number
-    BEYOND = 1  # a number differs by more than its interval, or has none
+    SAME = 0  # no number differs
+    BEYOND = 1  # a number differs by more than its interval, or differs and has no interval
     WITHIN = 3  # numbers differ, all of them within their intervals
 
 
@@ -45,26 +45,26 @@ class Difference:
     number: str  # camera and score, or camera and statistic of the picture
     stored: float
     again: float
-    half_width: float  # of the 95 % interval of the difference; NaN where one is not known
-    beyond: bool | None  # whether by more than that; None where it is not known
+    half_width: float  # half width of the 95 % interval of the difference; NaN if unknown
+    beyond: bool | None  # whether the difference is larger than that; None if unknown
 
     @property
     def change(self) -> float:
-        """What the number is now, less what is stored."""
+        """The new number minus the stored one."""
         return self.again - self.stored
 
     @property
     def share(self) -> float:
-        """The change relative to the half width of its interval: above 1 it is beyond."""
+        """The change over the half width of its interval; above 1 it is beyond the interval."""
         return abs(self.change) / self.half_width if self.half_width else math.inf
 
 
 @dataclass(frozen=True)
 class Reproduction:
-    """A stored run and what became of it now."""
+    """The differences between a stored run and its repetition."""
 
-    versions: list[Setting]  # A as stored, B now
-    compared: int  # how many numbers
+    versions: list[Setting]  # versions and code that differ: A stored, B now
+    compared: int  # number of compared numbers
     differences: list[Difference]
 
     @property
@@ -76,17 +76,17 @@ class Reproduction:
 
 
 def reproduce(homes: Homes, name: str) -> Reproduction:
-    """Run a stored run again from its record, and compare scores and pictures.
+    """Repeat a stored run from its record, and compare scores and pictures.
 
     Parameters
     ----------
-    homes : the home folder, or several homes.
-    name : the first digits of a run, or its name.
+    homes : home folder, or several homes.
+    name : first digits of the key of a run, or its name.
 
     Raises
     ------
-    CatalogError : there is no such run, several are called so, or its store is damaged.
-    IsetHdrError : the installed version does not run its config.
+    CatalogError : there is no such run, several stores match, or the store is damaged.
+    IsetHdrError : the installed version cannot run its config.
     """
     stored = stored_run(homes, name)
     config = OmegaConf.create(stored.attributes["config"] | {"report": False})
@@ -113,12 +113,12 @@ def reproduce(homes: Homes, name: str) -> Reproduction:
 
 
 def print_reproduction(found: Reproduction) -> None:
-    """Print the versions that differ, the numbers that differ, and which of these do by more than
-    their intervals.
+    """Print the versions that differ, the numbers that differ, and which of these differ by more
+    than their intervals.
 
     Parameters
     ----------
-    found : a stored run and what became of it now.
+    found : differences between a stored run and its repetition.
     """
     print("versions and code that differ: stored | now" if found.versions else "the same versions")
     for version in found.versions:
@@ -170,9 +170,11 @@ def _numbers(result: Result) -> dict[str, Scored]:
 
 
 def _of_picture(result: Result, camera: str) -> dict[str, Scored]:
-    """Return statistics of Y, cd/m2, over the valid pixels. The interval of the mean is 1.96
-    standard errors from the variance that the picture states; pixels are taken as independent.
-    A denoised picture states none, so its mean has no interval.
+    """Return statistics of Y, cd/m2, over the valid pixels.
+
+    The interval of the mean is 1.96 standard errors to either side, from the variance that the
+    picture states; pixels are taken as independent. A denoised picture states no variance, so its
+    mean has no interval.
     """
     picture = result.open(f"picture/{camera}").load()
     valid = picture["valid"].values.astype(bool)
@@ -196,7 +198,7 @@ def _of_picture(result: Result, camera: str) -> dict[str, Scored]:
 
 @contextmanager
 def _temporary_home() -> Iterator[None]:
-    """Have all that is stored go to a folder that is removed afterwards."""
+    """Use a temporary folder as home folder; remove it afterwards."""
     before = os.environ.get(HOME)
     with tempfile.TemporaryDirectory(prefix="isethdr-reproduce-") as folder:
         os.environ[HOME] = folder

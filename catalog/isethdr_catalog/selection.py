@@ -15,14 +15,14 @@ from isethdr_core.sweeps.record import read_jobs, read_sweep
 
 from . import query
 
-EVERY = 2**31 - 1  # rows of a query without a limit
+EVERY = 2**31 - 1  # limit of rows that no query reaches
 
 
 @dataclass(frozen=True, order=True)
 class StoredShot:
     """One camera of a stored run."""
 
-    path: Path  # of the run's store
+    path: Path  # path of the run's store
     camera: str
 
 
@@ -31,12 +31,12 @@ class Selection:
     """Stored runs by camera, and stored scenes."""
 
     shots: tuple[StoredShot, ...]
-    scenes: tuple[Path, ...] = ()  # stores of radiance, of a query with kind=scene
+    scenes: tuple[Path, ...] = ()  # stores of radiance, found by a query with kind=scene
 
 
 def select(what: Sequence[str]) -> Selection:
-    """Return what runs, sweeps or a query name in the home folder or several homes, sorted by key
-    and camera. A run that several homes hold counts once.
+    """Return the stored pictures that names or a query select in all homes, sorted by key and
+    camera. A run that several homes hold counts once.
 
     Parameters
     ----------
@@ -67,7 +67,7 @@ def found(conditions: Mapping[str, Any]) -> Selection:
 
     Raises
     ------
-    CatalogError : there are none, or no record has a property.
+    CatalogError : nothing meets the conditions, or no record has a property.
     """
     homes = existing_homes()
     rows = query.find(homes, limit=EVERY, **{"kind": "run", **conditions})
@@ -95,7 +95,7 @@ def _named(name: str) -> set[StoredShot]:
 
 
 def _of_sweep(name: str) -> list[Result] | None:
-    """Return the stored runs of a sweep of the first home that has one; None where none has."""
+    """Return the stored runs of a sweep in the first home that has it; None if no home has it."""
     if name in ("", ".", ".."):
         return None
     for home in existing_homes():

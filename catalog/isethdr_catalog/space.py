@@ -1,8 +1,8 @@
 """Space: the disk space of each part of the home folder, and its removal.
 
 Rendered radiance and runs stay until a user removes them. `collect` removes files that are made
-again when they are needed. A store is renamed to a temporary name before it is removed, so that no
-process reads a part of it.
+again when they are needed. A store gets a temporary name before it is removed, so that no process
+reads an incomplete store.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ from isethdr_core.store import read_attrs
 from .index import INDEX, STATE, stores
 
 COMPARISONS = "comparisons"
-PARTS = {  # of a home folder
+PARTS = {  # parts of a home folder, with their description
     "scenes": "rendered radiance",
     "runs": "runs, with their reports and labels",
     "studies": "tables of studies",
@@ -52,11 +52,11 @@ PARTS = {  # of a home folder
     STATE: "state of the index: made again",
     MARK: "address of the object home",
 }
-HIDDEN = (".published", ".labels")  # of a scratch folder: what is known of its bucket
-MADE_AGAIN = (INTERMEDIATE, "kernels", COMPARISONS)  # that `collect` empties
+HIDDEN = (".published", ".labels")  # notes of a scratch folder about its bucket
+MADE_AGAIN = (INTERMEDIATE, "kernels", COMPARISONS)  # parts that `collect` empties
 OTHER = "other files"
 REPORT = ".html"
-# seconds: a store that was written so lately may belong to a run that is at work
+# least age of a store that may be removed; a younger one may belong to a run in progress
 MAY_BE_IN_USE_S = 3600.0
 
 
@@ -66,13 +66,13 @@ class Usage:
 
     part: str
     what: str
-    entries: int  # stores or files directly in it
+    entries: int  # number of stores or files directly in it
     size: int  # bytes
 
 
 @dataclass(frozen=True)
 class Removable:
-    """One file or folder, why it may be removed, and what it takes on disk."""
+    """One file or folder that may be removed, the reason, and its size on disk."""
 
     path: Path
     why: str
@@ -88,8 +88,8 @@ class Dependents:
 
 
 def usage(folder: str | os.PathLike[str]) -> list[Usage]:
-    """Return what each part of a home folder takes on disk; parts that are not there are left
-    out. Of an object home the parts in its bucket come first.
+    """Return the disk space of each existing part of a home folder. For an object home the parts in
+    its bucket come first.
     """
     root = Path(folder)
     usages = _in_bucket(Path(folder))
@@ -120,7 +120,7 @@ def _in_bucket(folder: Path) -> list[Usage]:
 
 
 def size_of(path: Path) -> int:
-    """Return the bytes that a file, or a folder with all in it, takes on disk."""
+    """Return the size on disk of a file, or of a folder with all its files, bytes."""
     if not path.is_dir():
         return _blocks(path)
     return sum(
@@ -129,15 +129,16 @@ def size_of(path: Path) -> int:
 
 
 def removable(folder: str | os.PathLike[str], scenes: bool = False) -> list[Removable]:
-    """Return what may be removed without losing a result.
+    """Return the files and folders that may be removed without losing a result.
 
     Parameters
     ----------
+    folder : home folder.
     scenes : include rendered radiance that no stored run has read. It takes long to render.
 
     Raises
     ------
-    CatalogError : with `scenes`, where a run is damaged and cannot tell what it has read.
+    CatalogError : with `scenes`, if a run is damaged and does not state what it has read.
     """
     root = Path(folder)
     candidates = [
@@ -154,11 +155,11 @@ def removable(folder: str | os.PathLike[str], scenes: bool = False) -> list[Remo
 
 
 def unread_scenes(folder: str | os.PathLike[str]) -> list[Removable]:
-    """Return the radiance that no stored run has read, and that no run can be at work on.
+    """Return the radiance that no stored run has read and no run in progress can be using.
 
     Raises
     ------
-    CatalogError : a run is damaged and cannot tell what it has read.
+    CatalogError : a run is damaged and does not state what it has read.
     """
     root = Path(folder)
     read_by = _readers(root)
@@ -175,8 +176,8 @@ def unread_scenes(folder: str | os.PathLike[str]) -> list[Removable]:
 
 
 def local_copies(folder: str | os.PathLike[str]) -> list[Removable]:
-    """Return the stores of an object home whose files are in its bucket and on this machine as
-    well, and that no run can be at work on. None of a home that is a folder.
+    """Return the stores of an object home with files both in its bucket and on this machine, which
+    no run in progress can be using. The list is empty for a home that is a folder.
     """
     return [
         Removable(path, "local copy of a store in the bucket", size_of(path))
@@ -186,7 +187,7 @@ def local_copies(folder: str | os.PathLike[str]) -> list[Removable]:
 
 
 def release_copies(copies: list[Removable]) -> int:
-    """Leave the files of stores to the bucket alone, and return the bytes that were freed.
+    """Remove the local files of stores that are in the bucket, and return the freed bytes.
 
     Raises
     ------
@@ -198,12 +199,12 @@ def release_copies(copies: list[Removable]) -> int:
 
 
 def collect(folder: str | os.PathLike[str], items: list[Removable]) -> int:
-    """Remove what `removable` has listed, temporary files of killed writers, and notes of equal
-    light whose store is gone.
+    """Remove the items that `removable` listed, temporary files of interrupted writes, and notes of
+    equal radiance about missing stores.
 
     Returns
     -------
-    Bytes that were freed, without temporary files.
+    Freed bytes, without temporary files.
     """
     root = Path(folder)
     free = 0
@@ -217,7 +218,7 @@ def collect(folder: str | os.PathLike[str], items: list[Removable]) -> int:
 
 
 def dependents(folder: str | os.PathLike[str], path: Path) -> Dependents:
-    """Return the stored runs that have read a store. Nothing reads runs and tables of studies."""
+    """Return the stored runs that have read a store of radiance; other stores have no readers."""
     if path.parent.name != "scenes":
         return Dependents(())
     read_by = _readers(Path(folder))
@@ -225,11 +226,11 @@ def dependents(folder: str | os.PathLike[str], path: Path) -> Dependents:
 
 
 def find_one(folder: str | os.PathLike[str], name: str) -> Path:
-    """Return the path of the store that is called `name` or begins so, whole or damaged.
+    """Return the path of the store with a key that is or begins with `name`, intact or damaged.
 
     Raises
     ------
-    CatalogError : there is none, or several.
+    CatalogError : no store matches, or several do.
     """
     known = stores(folder)
     matches = [p for p in known if p.stem.startswith(name.removesuffix(".zarr"))]
@@ -244,7 +245,7 @@ def find_one(folder: str | os.PathLike[str], name: str) -> Path:
 
 
 def remove_store(folder: str | os.PathLike[str], path: Path, force: bool = False) -> int:
-    """Remove a store, and the report beside a run.
+    """Remove a store, and the report and the labels next to a run.
 
     Parameters
     ----------
@@ -255,11 +256,11 @@ def remove_store(folder: str | os.PathLike[str], path: Path, force: bool = False
 
     Returns
     -------
-    Bytes that were freed.
+    Freed bytes.
 
     Raises
     ------
-    CatalogError : runs have read the store, or a damaged run may have.
+    CatalogError : without `force`, if runs have read the store or a damaged run may have.
     """
     users = dependents(folder, path)
     if not force and (users.readers or users.unknown):
@@ -280,11 +281,11 @@ def remove_store(folder: str | os.PathLike[str], path: Path, force: bool = False
 
 
 def _remove(path: Path) -> None:
-    """Remove a file, or a folder under a temporary name; one that is gone already is no error.
+    """Remove a file, or a folder under a temporary name; a missing one is no error.
 
     Raises
     ------
-    CatalogError : no permission.
+    CatalogError : it cannot be removed, for example without permission.
     """
     try:
         if not path.is_dir():
@@ -302,7 +303,7 @@ def _remove(path: Path) -> None:
 
 
 def _readers(root: Path) -> dict[str, list[str]]:
-    """Return {radiance: runs that have read it}; under "" the runs that are damaged."""
+    """Return {radiance: runs that have read it}; damaged runs are listed under ""."""
     readers: dict[str, list[str]] = {}
     for path in sorted((root / "runs").glob("*.zarr")):
         try:

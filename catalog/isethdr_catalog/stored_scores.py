@@ -16,18 +16,18 @@ PICTURE = ("xyz", "variance", "valid")  # variables of a reference picture; othe
 
 
 def scores_of(path: Path | str, metric: Metric) -> list[dict[str, Any]]:
-    """Return the scores that a metric gives the stored picture of each camera of a run.
+    """Return the scores of a metric for the stored picture of each camera of a run.
 
     Parameters
     ----------
     path : path of the run's store.
-    metric : any metric; the run need not have asked for it.
+    metric : any metric, also one that the run did not compute.
 
     Returns
     -------
     list : one dictionary per camera, metric and object: camera, metric, value, unit, object, low,
         high. The picture is that of the first noise realisation, so `low` and `high` are the spread
-        that the metric finds in one picture. They hold no renderer noise.
+        that the metric estimates from one picture. They do not include renderer noise.
 
     Raises
     ------
@@ -36,7 +36,7 @@ def scores_of(path: Path | str, metric: Metric) -> list[dict[str, Any]]:
     Notes
     -----
     Pictures are stored with the rounding that their attribute `rounding` states. A metric that
-    needs labels finds those that the run asked of its scene.
+    needs labels gets those that the run stored.
     """
     attributes = read_attrs(path)
     if attributes.get("kind") != "run":
@@ -49,7 +49,7 @@ def scores_of(path: Path | str, metric: Metric) -> list[dict[str, Any]]:
         picture = open_store(path, f"picture/{camera}").load()
         reference = open_store(path, f"truth/{camera}").load()
         labels = reference.drop_vars([name for name in PICTURE if name in reference])
-        if "direction" in labels.dims:  # as the run renamed it, for `xyz` is a variable of pictures
+        if "direction" in labels.dims:  # the run renamed `xyz`, which is a variable of pictures
             labels = labels.rename_dims(direction="xyz")
         rows += [{"camera": camera, **asdict(s)} for s in metric(picture, reference, labels)]
     return rows

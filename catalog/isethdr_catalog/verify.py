@@ -23,7 +23,7 @@ class Report:
     path: Path
     arrays: int
     problems: tuple[str, ...]
-    protected: bool = True  # by a manifest
+    protected: bool = True  # whether a manifest protects it
 
     @property
     def state(self) -> str:
@@ -47,8 +47,8 @@ def verify(folder: Path) -> list[Report]:
 def verify_store(path: Path) -> Report:
     """Return the problems of one store: its attributes, its manifest, the bytes of every file.
 
-    A store without a manifest (format 1) is decoded instead: its chunks carry checksums, but a file
-    that is missing or exchanged may go unnoticed.
+    A store without a manifest (format 1) is decoded instead. Its chunks have checksums, but a
+    missing or exchanged file may go unnoticed.
     """
     path = Path(path)
     problems_found = []
@@ -62,7 +62,7 @@ def verify_store(path: Path) -> Report:
         problems_found += [] if str(error) in problems_found else [str(error)]
         return Report(path, 0, tuple(problems_found))
     if manifest is not None:
-        # a published store is read in its bucket, and here as well if this machine has its files
+        # files of a published store are read in its bucket, and also here if this machine has them
         here = [] if home_of_stub(path) else problems(path, manifest)
         there = problems_in_bucket(path, manifest) or []
         return Report(path, _arrays(path), (*problems_found, *here, *there))
@@ -71,11 +71,11 @@ def verify_store(path: Path) -> Report:
 
 
 def _arrays(path: Path) -> int:
-    """Return how many arrays the metadata of a store name; 0 where they are damaged."""
+    """Return the number of arrays in the metadata of a store; 0 if the metadata is damaged."""
     try:
         nodes = json.loads((path / "zarr.json").read_bytes())["consolidated_metadata"]["metadata"]
         return sum(node["node_type"] == "array" for node in nodes.values())
-    except KeyError:  # of an earlier version
+    except KeyError:  # metadata of an earlier version
         return sum(map(_is_array, path.glob("**/zarr.json")))
     except (OSError, ValueError, TypeError, AttributeError):
         return 0  # named as a problem already

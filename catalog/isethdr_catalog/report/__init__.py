@@ -1,16 +1,16 @@
-"""The report of a run, and the page of a sweep: one self-contained HTML file beside its store.
+"""The report of a run and the page of a sweep: one self-contained HTML file next to its store.
 
 | module     | content                                                               |
 |------------|-----------------------------------------------------------------------|
-| `page`     | what each section of the page shows                                   |
+| `page`     | content of each section of the page                                   |
 | `sweep_page` | any score of a sweep against any parameter, the best by each score  |
 | `compare_page` | two runs: settings, scores and pictures side by side              |
-| `named_report` | the report of a stored run, written where it is not there        |
+| `named_report` | the report of a stored run, written if it is missing              |
 | `templates` | the templates in `templates/`, filled in with every value escaped    |
-| `viewer`   | numbers of every pixel, for the pictures that a reader zooms into     |
+| `viewer`   | values of every pixel, for the pictures that a reader zooms into      |
 | `pictures` | display views, the false-colour scale and labels as embedded images   |
-| `plots`    | line profile, signal-to-noise ratio, error beside seconds             |
-| `tables`   | cameras, scores, ledger, what was left out, config and versions                |
+| `plots`    | line profile, signal-to-noise ratio, seconds by stage                 |
+| `tables`   | cameras, scores, ledger, omissions, versions                          |
 """
 
 from __future__ import annotations
@@ -26,8 +26,8 @@ if TYPE_CHECKING:
 
 
 def write_report(result: Result) -> Path:
-    """Write `<key>.html` beside the run's store and return its path; written whole or not at
-    all.
+    """Write `<key>.html` next to the run's store and return its path. The file is complete or not
+    written at all.
     """
     from .page import page
 

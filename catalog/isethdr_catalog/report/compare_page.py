@@ -34,7 +34,8 @@ def compare_page(comparison: Comparison, folder: Path) -> Markup:
 
     Parameters
     ----------
-    folder : where the page lies, for links to the reports of the runs.
+    comparison : two runs and their differences.
+    folder : folder of the page, for links to the reports of the runs.
     """
     runs = {"A": comparison.a, "B": comparison.b}
     cameras = [

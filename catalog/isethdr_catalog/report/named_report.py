@@ -1,4 +1,4 @@
-"""The report of a stored run, written where it is not there."""
+"""The report of a stored run, written if it is missing."""
 
 from __future__ import annotations
 
@@ -11,16 +11,16 @@ from . import write_report
 
 
 def named_report(homes: Homes, name: str) -> Path:
-    """Return the path of the report of a run, beside its store.
+    """Return the path of the report of a run, next to its store; write a missing report.
 
     Parameters
     ----------
-    homes : the home folder, or several homes.
-    name : the first digits of a run, or its name.
+    homes : home folder, or several homes.
+    name : first digits of the key of a run, or its name.
 
     Raises
     ------
-    CatalogError : it is no run, several are called so, or its store is damaged.
+    CatalogError : the store is no run or is damaged, or several stores match.
     """
     result = stored_run(homes, name)
     path = result.path.with_suffix(".html")

@@ -92,7 +92,7 @@ def _notes(notes: dict) -> list[str]:
 
 
 def _scene(result: Result) -> list[Figure]:
-    """Return the scene before any camera: the lighting in use, then each other version of it."""
+    """Return scene radiance without a camera: in the run's lighting, then in others."""
     title_names = {result.attributes["lighting"]: "main"}
     title_names |= {name: name for name in result.attributes["versions_shown"]}
     figures = []
@@ -105,7 +105,7 @@ def _scene(result: Result) -> list[Figure]:
 
 
 def _inside(version: xr.Dataset) -> xr.Dataset:
-    """Crop the overscan: show the camera's field only."""
+    """Return a version cropped to the camera's field, without overscan."""
     half_x = version.attrs["field_width"] / 2
     half_y = version.attrs["field_height"] / 2
     return version.sel(x=slice(-half_x, half_x), y=slice(-half_y, half_y)).load()
@@ -114,17 +114,15 @@ def _inside(version: xr.Dataset) -> xr.Dataset:
 def _views(
     cameras: list[Look], reference: xr.Dataset, white: float, compressed: float
 ) -> list[Figure]:
-    """Return the reference and each camera's picture, lossless, all with one white and one tone
-    curve.
+    """Return the views of the reference and of each camera's picture, lossless, with one white and
+    one tone curve.
     """
     named = [("Reference", reference), *((look.name, look.picture) for look in cameras)]
     return [pictures.shown(view, white, name, compressed) for name, view in named]
 
 
 def _range(scene: xr.Dataset) -> tuple[float, float] | None:
-    """Return the range of luminances of the false colours, cd/m2; None for a scene of one
-    luminance.
-    """
+    """Return the range of luminance of the false colours, cd/m2; None if it is uniform."""
     y = display_view.luminance(scene)
     low = max(float(np.percentile(y, 1)), y.max() * 1e-9)
     high = float(y.max())
@@ -145,8 +143,9 @@ def _profile(cameras: list[Look]) -> Markup:
 
 
 def _angles_deg(picture: xr.Dataset, row: int) -> np.ndarray:
-    """Return the horizontal field angle, right positive, at which each pixel of a row looks through
-    the lens, distortion and projection included.
+    """Return the horizontal field angle of each pixel of a row, degrees, right positive.
+
+    It includes the lens distortion and the projection.
     """
     f_m = picture.attrs["focal_length_mm"] * 1e-3
     field = camera_geometry.map_of(picture).inverse(

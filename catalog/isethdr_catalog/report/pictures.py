@@ -25,8 +25,8 @@ class Figure:
 
     title: str
     note: str = ""
-    source: str = ""  # of a picture: a data address
-    drawing: Markup = Markup("")  # of a plot: vector graphics
+    source: str = ""  # data URL of a picture
+    drawing: Markup = Markup("")  # vector graphics of a plot
 
 
 @dataclass(frozen=True)
@@ -38,14 +38,14 @@ class Scale:
 
 
 def embedded(rgb: np.ndarray) -> str:
-    """Return a data address that holds a uint8 picture (y, x, 3) without loss, as PNG."""
+    """Return a data URL that holds a uint8 picture (y, x, 3) without loss, as PNG."""
     buffer = io.BytesIO()
     Image.fromarray(np.ascontiguousarray(rgb)).save(buffer, "PNG", compress_level=2)
     return _address(buffer, "png")
 
 
 def embedded_small(rgb: np.ndarray, quality: int = 90) -> str:
-    """Return a data address of a picture as JPEG, with a quarter of the bytes."""
+    """Return a data URL of a picture as JPEG, with a quarter of the bytes of `embedded`."""
     buffer = io.BytesIO()
     image = Image.fromarray(np.ascontiguousarray(rgb))
     image.save(buffer, "JPEG", quality=quality, subsampling=0)
@@ -56,23 +56,23 @@ def _address(buffer: io.BytesIO, kind: str) -> str:
     return f"data:image/{kind};base64,{base64.b64encode(buffer.getvalue()).decode()}"
 
 
-# displayed value, before the sRGB curve, of a scene's mean luminance: just above a middle grey
+# displayed value of a scene's mean luminance before the sRGB curve: just above a middle grey
 MIDDLE = 0.25
-# luminance shown as white over that of the brightest surfaces: room for lamps and lit signs
+# luminance shown as white over that of the brightest surfaces; leaves room for lamps and lit signs
 HEADROOM = 2.5
-# lowest white, as a multiple of the median: a scene without its lamps may be a single grey
+# least white over the median luminance, because a scene may be a single grey except for its lamps
 WHITE_OVER_MEDIAN = 4.0
-# percentage of each picture's pixels that are not brighter than white: flare may cover the rest
+# least percentage of each picture's pixels that are not brighter than white; flare may cover more
 BELOW_WHITE_PERCENT = 90.0
 
 
 def shown_white_cd_m2(truth: np.ndarray | xr.Dataset, seen: Sequence[xr.Dataset] = ()) -> float:
     """Return the luminance that the page shows as white, cd/m2.
 
-    It is 2.5 times the white of the scores (`display_view.white_cd_m2`) or the brightest luminance,
-    whichever is less, but at least four times the median: where all but the lamps is one dark grey,
-    that grey would otherwise show as white. In each of the pictures `seen`, at most a tenth of the
-    pixels is brighter: flare around a lamp in the dark would otherwise show as a white area.
+    It is the lesser of 2.5 times the white of the scores (`display_view.white_cd_m2`) and the
+    brightest luminance, but at least four times the median; otherwise a scene of one dark grey and
+    lamps would show the grey as white. In each of the pictures `seen`, at most a tenth of the
+    pixels is brighter; otherwise flare around a lamp in the dark would show as a white area.
 
     Parameters
     ----------
@@ -90,12 +90,12 @@ def shown_white_cd_m2(truth: np.ndarray | xr.Dataset, seen: Sequence[xr.Dataset]
 
 
 def compression(scene: np.ndarray | xr.Dataset, white_cd_m2: float) -> float:
-    """Return the tone curve's compression that shows the scene's mean luminance as a middle grey,
-    at most the view's default.
+    """Return the compression of the tone curve that shows the scene's mean luminance as a middle
+    grey; it is at most the default of the view.
 
-    The mean is that of an exposure meter: luminance above `white_cd_m2` counts as white. A day
-    needs little compression and would look pale with more; in a night the lit road becomes grey and
-    the sky stays dark.
+    As in an exposure meter, luminance above `white_cd_m2` counts as white in the mean. A day scene
+    needs little compression and would look pale with more. In a night scene the lit road becomes
+    grey and the sky stays dark.
     """
     mean = np.clip(display_view.luminance(scene) / white_cd_m2, 0.0, 1.0).mean()
     low = 0.0
@@ -112,7 +112,7 @@ def shown(
     caption: str,
     compressed: float = display_view.COMPRESSION,
 ) -> Figure:
-    """Return the display view of a picture or of xyz, with the luminance that is shown as white.
+    """Return the display view of a picture as a figure; its note states the luminance of white.
 
     Parameters
     ----------
@@ -126,8 +126,8 @@ def shown(
 
 
 def colour_scale(low: float, high: float) -> Scale:
-    """Return the scale of the false colours: a bar with a tick at each decade, cd/m2; below two
-    decades also at 2 and 5.
+    """Return the scale of the false colours, cd/m2: a bar with a tick at each decade; for less than
+    two decades also at 2 and 5.
     """
     ramp, _ = display_view.false_colour(
         np.geomspace(low, high, 512)[None, :].repeat(18, 0), low, high
@@ -144,7 +144,7 @@ def colour_scale(low: float, high: float) -> Scale:
 
 
 def _tick(decade: int, step: int) -> tuple[str, int | None]:
-    """Return `step` times a power of ten for people, as `power` does."""
+    """Return the text of `step` times a power of ten, in the form of `power`."""
     text, exponent = power(decade)
     if step == 1:
         return text, exponent
@@ -152,14 +152,14 @@ def _tick(decade: int, step: int) -> tuple[str, int | None]:
 
 
 def power(exponent: float) -> tuple[str, int | None]:
-    """Return a power of ten for people: text, and the exponent where it is shown separately."""
+    """Return the text of a power of ten, and the exponent if it is shown separately."""
     e = int(exponent)
     return (f"{10.0**e:g}", None) if -2 <= e <= 3 else ("10", e)
 
 
 def largest_objects(objects: list[dict], instance: np.ndarray, count: int = 14) -> list[dict]:
-    """Return the labelled objects with a box, largest first, without those that span the whole
-    picture.
+    """Return the labelled objects with a box, largest first, without background categories and
+    without boxes over half of the picture.
 
     Parameters
     ----------

@@ -1,5 +1,5 @@
-"""Plots of the report, as embedded vector graphics: line profile, signal-to-noise ratio, error and
-seconds.
+"""Plots of the report, as embedded vector graphics: line profile, signal-to-noise ratio, seconds
+by stage.
 """
 
 from __future__ import annotations
@@ -20,14 +20,14 @@ if TYPE_CHECKING:
 
     from isethdr_core.uncertainty.ledger import Ledger
 
-# drawn in the page's own colour of text, so that a plot reads on a light and on a dark page
+# replaced by the text colour of the page, so that a plot is legible on a light and on a dark page
 TEXT = "#010203"
 TRUTH = TEXT
-# each has a contrast of 3 or more to white and to near black
+# colours of curves; each has a contrast of 3 or more to white and to near black
 CYCLE = ("#d1495b", "#2a84c6", "#3b9a54", "#b8860b", "#8b6fc0")
 
 
-# inches; a page of 390 px shows a plot at nine tenths of this, so its letters stay readable
+# size of a plot, inches; a page 390 px wide shows it at nine tenths, so letters stay readable
 WIDTH = 5.4
 HEIGHT = 3.1
 
@@ -66,18 +66,21 @@ def _svg(draw: Callable[..., Any], width: float = WIDTH, height: float = HEIGHT)
 
 
 def legible(name: str) -> str:
-    """Return a name as matplotlib shows it unchanged.
+    """Return a name escaped so that matplotlib shows it unchanged.
 
-    A legend hides names that begin with an underscore, and two `$` would start a formula.
+    A legend hides names that begin with an underscore, and two `$` would enclose a formula.
     """
     return (" " if name.startswith("_") else "") + name.replace("$", r"\$")
 
 
 def line_profile(profiles: dict[str, tuple[np.ndarray, np.ndarray]], floor: float) -> Markup:
-    """Return log luminance along a row: {name: (x in degrees, cd/m2)}; `truth` is drawn last, in
-    the colour of text.
+    """Return the plot of log luminance along a row.
 
-    Estimates at or below `floor` cd/m2, negative ones among them, are drawn at the floor.
+    Parameters
+    ----------
+    profiles : {name: (field angle in degrees, luminance in cd/m2)}; `truth` is drawn last, in the
+        colour of text.
+    floor : least luminance drawn, cd/m2; lower estimates, also negative ones, are drawn at it.
     """
 
     def draw(ax: Axes) -> None:
@@ -107,7 +110,9 @@ def line_profile(profiles: dict[str, tuple[np.ndarray, np.ndarray]], floor: floa
 
 
 def snr_against_luminance(curves: dict[str, tuple[np.ndarray, np.ndarray]]) -> Markup:
-    """Return signal-to-noise ratio in dB against luminance: {camera: (cd/m2, dB)}."""
+    """Return the plot of signal-to-noise ratio against luminance; `curves` is {camera: (luminance
+    in cd/m2, ratio in dB)}.
+    """
 
     def draw(ax: Axes) -> None:
         for i, (name, (luminance, snr)) in enumerate(curves.items()):
@@ -136,7 +141,9 @@ def _legend(ax: Axes) -> None:
 
 
 def seconds(rows: Ledger) -> Markup:
-    """Return seconds per stage as bars, longest first, the shortest together."""
+    """Return the plot of seconds per stage: bars, longest first; beyond nine stages one bar holds
+    the sum of the others.
+    """
 
     def draw(ax: Axes) -> None:
         ranked = sorted(rows, key=lambda r: -r.seconds)
@@ -154,10 +161,10 @@ def seconds(rows: Ledger) -> Markup:
 def snr_curve(
     picture: xr.Dataset, truth: xr.Dataset, bins_per_decade: int = 6, least: int = 20
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return (cd/m2, dB): true luminance over the standard deviation that the picture itself
-    states, for the median pixel of each bin.
+    """Return luminance, cd/m2, and signal-to-noise ratio, dB, of the median pixel of each bin.
 
-    Bins are of true luminance: binned by the noisy estimate, dark bins would hold mostly noise.
+    The ratio is true luminance over the standard deviation that the picture states. Bins are of
+    true luminance: with bins of the noisy estimate, dark bins would hold mostly noise.
 
     Parameters
     ----------

@@ -1,7 +1,7 @@
 """The page of a sweep: any score against any parameter, the best by each score, links to reports.
 
-One file without network. It lies in the folder of the sweep, and links to the reports of its runs
-by their relative paths.
+The page is one file that needs no network. It is in the folder of the sweep, and links to the
+reports of its runs by relative paths.
 """
 
 from __future__ import annotations
@@ -74,7 +74,7 @@ def _best_cells(table: SweepTable, best: Best) -> list[tables.Cell]:
 
 
 def _data(table: SweepTable) -> dict[str, Any]:
-    """Return what the script of the page draws; numbers that are not finite are null."""
+    """Return the data that the script of the page draws; numbers that are not finite are null."""
     folder = table.sweep.folder
     return {
         "parameters": table.parameters,

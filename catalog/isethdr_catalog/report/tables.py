@@ -1,4 +1,4 @@
-"""Tables of the report: cameras, scores, ledger, what was left out, versions."""
+"""Tables of the report: cameras, scores, ledger, omissions, versions."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Part:
-    """A piece of text in a cell; a small one stands on a line of its own."""
+    """A piece of text in a cell; a small piece has a line of its own."""
 
     text: str
     small: bool = False
@@ -33,7 +33,7 @@ class Part:
 
 Cell = str | list[Part]
 
-# half an interval over its value, below which the ends would differ in the fifth digit only
+# half width of an interval over its value below which the ends differ in the fifth digit only
 NARROW = 1e-4
 
 
@@ -49,7 +49,7 @@ def table(
     ----------
     header : titles of the columns.
     rows : cells of each row, in the order of the columns.
-    numeric : numbers of the columns that are right-aligned, from 0.
+    numeric : indices of the right-aligned columns, from 0.
     of_sentences : whether cells hold sentences. A narrow screen shows such a row as a paragraph,
         and scrolls other tables sideways.
     """
@@ -84,9 +84,7 @@ def _names(look: Look, dimension: str) -> list[str]:
 
 
 def _each(look: Look, field: str, factor: float = 1.0) -> str:
-    """Return the number of every capture, or one number if they agree; a dash if it is not
-    stored.
-    """
+    """Return a number for every capture, or one number if all agree; a dash if none is stored."""
     if field not in look.captures:
         return number(None)
     values = [number(factor * float(value)) for value in look.captures[field].values]
@@ -96,7 +94,7 @@ def _each(look: Look, field: str, factor: float = 1.0) -> str:
 def scores(result: Result, of_objects: bool) -> Markup:
     """Return one row per metric (and object) and one column per camera.
 
-    The 95 % interval stands beneath each value.
+    The 95 % interval is below each value.
     """
     cells: dict[str, dict[tuple[str, ...], Cell]] = {camera: {} for camera in result.cameras}
     for score in result.scores:
@@ -114,7 +112,7 @@ def scores(result: Result, of_objects: bool) -> Markup:
 
 
 def shown_unit(unit: str) -> str:
-    """Return a unit as the captions of the pictures write it."""
+    """Return a unit as in the captions of the pictures."""
     return "cd/m²" if unit == "cd m-2" else unit
 
 
@@ -133,7 +131,7 @@ def _value(score: dict) -> Cell:
 
 
 def rounded(value: float, width: float) -> str:
-    """Return a number with the digits that an interval of `width` allows: two of the width's."""
+    """Return a number with as many decimals as two significant digits of an interval `width`."""
     if value is None or not math.isfinite(value):
         return number(None)
     decimals = 1 - math.floor(math.log10(width))
@@ -144,7 +142,7 @@ def rounded(value: float, width: float) -> str:
 
 
 def ledger(rows: Ledger) -> Markup:
-    """Return stage, seconds, peak memory and stated errors."""
+    """Return the table of stages with seconds, peak memory and stated errors."""
     body: list[list[Cell]] = []
     for row in rows:
         errors: list[Part] = []
@@ -167,7 +165,7 @@ def ledger(rows: Ledger) -> Markup:
 
 
 def _kind(error: ErrorTerm) -> str:
-    """Return how an error is known, and what it is an error of."""
+    """Return how an error is known, and the quantity on which it acts."""
     quantity = "" if error.acts_on in ("other", "target") else f", on {error.acts_on}"
     return f"{error.how}{quantity}" + (f" ({error.part})" if error.part else "")
 
@@ -185,7 +183,7 @@ def left_out(rows: Ledger) -> Markup:
 
 
 def _bound(omission: LeftOut) -> str:
-    """Return the largest effect of an omission with its unit; a dash where none is known."""
+    """Return the largest effect of an omission with its unit; a dash if it is unknown."""
     bound = number(omission.bound)
     return bound if bound == number(None) else f"{bound} {omission.unit}".rstrip()
 

@@ -1,9 +1,9 @@
 """Templates of the report (in `templates/`), filled in with every value escaped.
 
 Names come from users and from other people's plugins. Jinja2 escapes each of them, so that no name
-can add markup, a link or a script to the page. Only `Markup` passes unchanged: plots made
-here, and the scripts in `templates/`.
-A browser runs those scripts only: the page names them by their digest and forbids any other.
+can add markup, a link or a script to the page. Only `Markup` passes unchanged: plots made here, and
+the scripts in `templates/`. A browser runs those scripts only, because the page states their
+digests and forbids any other script.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ def filled(name: str, **values: Any) -> Markup:
 
 @dataclass(frozen=True)
 class Script:
-    """A script of the page, and its SHA-256 digest as a content security policy names it."""
+    """A script of the page, and its SHA-256 digest in the form of a content security policy."""
 
     text: Markup
     digest: str
@@ -64,7 +64,10 @@ def breakable(text: object) -> Markup:
 
 
 def number(value: float | None) -> str:
-    """Return a number for people: four significant digits, a dash where there is none."""
+    """Return the text of a number with four significant digits; a dash for None or NaN.
+
+    From 1000 to 1 million it is a whole number with separators.
+    """
     if value is None or value != value:
         return "–"
     return f"{value:,.0f}" if 1e3 <= abs(value) < 1e6 else f"{value:.4g}"

@@ -25,13 +25,13 @@ if TYPE_CHECKING:
     from isethdr_core.runs.run import Result
 
 REFERENCE = "reference"
-# signal-to-noise ratio as one byte: half decibels above the lowest, 0 where it is unknown
+# signal-to-noise ratio as one byte: half decibels above the lowest; 0 is unknown
 LOWEST_DB = -40.0
 STEP_DB = 0.5
-# pixels of all pictures together whose numbers a page carries: some 25 MB
+# largest number of pixels of all pictures for which a page holds values: some 25 MB
 MOST_PIXELS = 6_000_000
 COLOURS = 256  # steps of the false colours
-LEVEL = 1  # of gzip: 6 saves a tenth of the bytes and takes three times as long
+LEVEL = 1  # level of gzip; level 6 saves a tenth of the bytes and takes three times as long
 
 
 @dataclass(frozen=True)
@@ -65,8 +65,8 @@ def viewer(
     Parameters
     ----------
     all_looks : pictures of each camera. The reference is the truth of the camera with most pixels.
-    figures : the views, in the order of the entries: reference, then cameras.
-    scale : (low, high) of the false colours, cd/m2; None offers none.
+    figures : views in the order of the entries: reference, then cameras.
+    scale : (low, high) of the false colours, cd/m2; None: no false colours.
 
     Returns
     -------
@@ -101,7 +101,7 @@ def finest_look(all_looks: list[Look]) -> Look:
 
 
 def _entry(name: str, picture: xr.Dataset, with_values: bool) -> dict[str, Any]:
-    """Return a picture's size, the rectangle of the image plane that it covers in m, luminance."""
+    """Return a picture's size, its rectangle in the image plane, m, and its luminance."""
     height, width = picture.valid.shape
     entry = {
         "name": name,
@@ -116,7 +116,7 @@ def _entry(name: str, picture: xr.Dataset, with_values: bool) -> dict[str, Any]:
 
 
 def _edges(centres: np.ndarray) -> list[float]:
-    """Return where the first pixel begins and the last ends, from the centres of a row's pixels."""
+    """Return the outer edges of the first and the last pixel, from the centres of all pixels."""
     centres = np.asarray(centres, float)
     step = (centres[-1] - centres[0]) / (len(centres) - 1) if len(centres) > 1 else 1.0
     return [float(centres[0] - step / 2), float(centres[-1] + step / 2)]
@@ -132,10 +132,9 @@ def _upper_half(values: np.ndarray) -> np.ndarray:
 
 
 def packed(plane: np.ndarray) -> str:
-    """Return a plane of whole numbers as base64 of gzip. Of two-byte numbers, all low bytes come
-    first.
+    """Return a plane of whole numbers as base64 of gzip, ordered by byte: all lowest bytes first.
 
-    High bytes of neighbouring pixels are similar, and compress well only among themselves.
+    High bytes of neighbouring pixels are similar, and compress well only next to each other.
     """
     plane = np.ascontiguousarray(plane)
     rows = plane.view(np.uint8).reshape(-1, plane.itemsize).T
@@ -145,8 +144,8 @@ def packed(plane: np.ndarray) -> str:
 def _snr(picture: xr.Dataset) -> str:
     """Return the signal-to-noise ratio of each pixel's luminance in steps of half a decibel.
 
-    Of a denoised picture it is that before denoising, whose variance is known. 0 stands for
-    unknown: a pixel that is not valid, an estimate at or below 0, no stated variance.
+    For a denoised picture it is the ratio before denoising, for which the variance is known. 0
+    stands for unknown: the pixel is not valid, its estimate is 0 or less, or no variance is stated.
     """
     picture = before_denoising(picture)
     y = display_view.luminance(picture)
@@ -160,12 +159,12 @@ def _snr(picture: xr.Dataset) -> str:
 
 
 def _snr_name(picture: xr.Dataset) -> str:
-    """Return what the readout calls the signal-to-noise ratio of this picture."""
+    """Return the name of the signal-to-noise ratio of a picture in the readout."""
     return "SNR" if before_denoising(picture) is picture else "SNR before denoising"
 
 
 def _raw(captures: xr.Dataset) -> dict[str, Any]:
-    """Return the raw values of every capture in DN, which of them are saturated, and the filter."""
+    """Return the raw values of every capture in DN, the saturated pixels, and the filters."""
     return {
         "captures": [str(name) for name in captures["capture"].values],
         "raw": [packed(plane.astype("<u4")) for plane in captures["raw"].values],
@@ -176,7 +175,7 @@ def _raw(captures: xr.Dataset) -> dict[str, Any]:
 
 
 def _labels(truth: xr.Dataset, with_values: bool) -> dict[str, Any]:
-    """Return the instance of each pixel and what each instance is; nothing without labels."""
+    """Return the instance of each pixel and the names of the instances; nothing without labels."""
     if not with_values or "instance" not in truth:
         return {}
     names = {

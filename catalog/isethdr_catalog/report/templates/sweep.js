@@ -2,7 +2,7 @@
 // The page of a sweep: any score against any parameter, and a table that sorts.
 const data = JSON.parse(document.getElementById("sweep-data").textContent);
 const SVG = "http://www.w3.org/2000/svg";
-// Okabe and Ito 2008: told apart by readers with any colour vision, on white and on black
+// Okabe and Ito 2008: distinct for readers with any colour vision, on white and on black
 const COLOURS = ["#0f7bb8", "#e07b00", "#00a07a", "#cc79a7", "#56b4e9", "#c9a800", "#d55e00", "#8a8f98"];
 const byId = (id) => document.getElementById(id);
 const select = { x: byId("x"), y: byId("y"), colour: byId("colour") };
@@ -44,7 +44,7 @@ const described = (row) =>
 // --- axes -----------------------------------------------------------------------------------------
 
 function axisOf(kind, name) {
-  // Returns what places a row along an axis: names at equal distances, or numbers.
+  // Return the axis of a parameter or a score: names at equal distances, or numbers on a scale.
   if (kind === "score") {
     const ends = data.rows.flatMap((r) => (r.scores[name] || []).filter((v) => v !== null));
     return scale(ends, (r) => (r.scores[name] || [null])[0], titled(name));
@@ -102,7 +102,7 @@ function draw() {
   node("title", {}, svg, `${y.title} against ${x.title}`);
   const px = (u) => left + u * (width - left - right), py = (v) => height - bottom - v * (height - top - bottom);
   const line = { stroke: "currentColor", "stroke-opacity": 0.2 };
-  // of names side by side, so many fit
+  // write every nth name only, so that names do not overlap
   const every = Math.ceil((Math.max(...x.ticks.map((t) => t[1].length)) * 7 + 8) * x.ticks.length / (width - left - right));
   x.ticks.forEach(([u, text], k) => {
     node("line", { x1: px(u), x2: px(u), y1: top, y2: height - bottom, ...line }, svg);
@@ -123,7 +123,7 @@ function draw() {
     const u = x.of(row), v = y.of(row), score = row.scores[select.y.value];
     if (u === null || v === null) continue;
     const k = groups.indexOf(groupOf(row));
-    // rows of one value stand side by side
+    // draw rows of one value side by side
     const shift = groups.length > 1 && !x.at ? ((k + 0.5) / groups.length - 0.5) * 0.5 * (width - left - right) / x.ticks.length : 0;
     const colour = COLOURS[k % COLOURS.length], cx = px(u) + shift;
     if (score[1] !== null && score[2] !== null)
@@ -212,7 +212,7 @@ for (const s of data.scores) {
 option(select.colour, "", "one");
 if (data.cameras) option(select.colour, "camera:", "camera");
 for (const p of data.parameters) option(select.colour, "p:" + p, p);
-// the parameter with most values across, another one by colour
+// at first, the parameter with most values is the x axis, and another one sets the colour
 const most = [...data.parameters].sort((a, b) => count(b) - count(a));
 function count(p) { return new Set(data.rows.map((r) => r.parameters[p])).size; }
 if (most.length) select.x.value = "parameter:" + most[0];

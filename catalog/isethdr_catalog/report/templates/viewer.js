@@ -211,7 +211,7 @@
   canvas.addEventListener(
     "wheel",
     (event) => {
-      // the page scrolls on unless the reader has chosen the picture
+      // the wheel scrolls the page unless the picture has the focus or Ctrl is pressed
       if (document.activeElement !== canvas && !event.ctrlKey) return;
       event.preventDefault();
       zoomBy(Math.exp(-event.deltaY / 400), metres(event));
