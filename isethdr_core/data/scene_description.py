@@ -166,10 +166,10 @@ def _cell(nodes: np.ndarray, at: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 class Lamp:
     """An emitting part as built: a lighting weight of 1 gives exactly this emission.
 
-    The radiance is constant over the part. Within `inner_deg` of the axis it is constant; to
-    `outer_deg` it falls to zero as a smoothstep of the cosine. `lambertian_share` of the total flux
-    is a Lambertian floor, so that the lamp is never black off its axis. `outer_deg` 90 and
-    `inner_deg` 90: Lambertian.
+    The radiance is constant over the part. It is also constant in all directions within
+    `inner_deg` of the axis. From there to `outer_deg` it falls to zero as a smoothstep of the
+    cosine. The share `lambertian_share` of the total flux is added as a Lambertian floor, so that
+    the lamp is never black off its axis. With both angles at 90, the lamp is Lambertian.
 
     With a `table` the cone is ignored: the whole part has `intensity_cd` times the table in each
     direction. Its radiance is this intensity divided by the projected area of its faces.
