@@ -13,19 +13,19 @@ from ..shapes import Patch, Values
 
 @dataclass(frozen=True)
 class Landmarks:
-    """Points of the body that patches lie around, m."""
+    """Points and measures of the body that set the places of patches, m."""
 
     shoulder_m: float
     chest: np.ndarray
     hip: np.ndarray
     chest_depth_m: float
-    poll: np.ndarray  # where head and neck meet
+    poll: np.ndarray  # point where head and neck meet
     nose: np.ndarray
     seed: int
 
 
 def patches(coat: Mapping[str, Any], marks: Landmarks) -> tuple[Patch, ...]:
-    """Return the patches that a coat names, those that win first."""
+    """Return the patches that a coat names. Where patches overlap, the earlier one is shown."""
     k = marks.shoulder_m
     face = marks.nose - marks.poll
     length = float(np.linalg.norm(face))
@@ -50,7 +50,7 @@ def patches(coat: Mapping[str, Any], marks: Landmarks) -> tuple[Patch, ...]:
 
 
 def tail_patches(coat: Mapping[str, Any], end: np.ndarray, reach_m: float) -> tuple[Patch, ...]:
-    """Return the tip of a tail in a colour of its own, where the coat names one.
+    """Return the patch of the tip of a tail, if the coat names a colour for it.
 
     Parameters
     ----------
@@ -64,7 +64,7 @@ def tail_patches(coat: Mapping[str, Any], end: np.ndarray, reach_m: float) -> tu
 
 
 def _cheeks(v: np.ndarray, marks: Landmarks, ahead: np.ndarray, length: float) -> np.ndarray:
-    """Return the lower half of the face."""
+    """Return the field of the lower half of the face, negative inside."""
     along = (v - marks.poll) @ ahead
     below = (v - marks.poll) @ np.array([ahead[2], 0.0, -ahead[0]])
     far_below = below - 0.5 * length
@@ -73,7 +73,7 @@ def _cheeks(v: np.ndarray, marks: Landmarks, ahead: np.ndarray, length: float) -
 
 
 def _belly(v: np.ndarray, marks: Landmarks) -> np.ndarray:
-    """Return the underside of the trunk, which narrows towards both ends."""
+    """Return the field of the underside of the trunk, which narrows towards both ends."""
     k = marks.shoulder_m
     depth = marks.chest_depth_m
     middle = (marks.chest[0] + marks.hip[0]) / 2
@@ -86,7 +86,7 @@ def _belly(v: np.ndarray, marks: Landmarks) -> np.ndarray:
 
 
 def _throat(v: np.ndarray, marks: Landmarks) -> np.ndarray:
-    """Return the underside of the neck and the front of the chest."""
+    """Return the field of the underside of the neck and the front of the chest."""
     k = marks.shoulder_m
     front = marks.chest + np.array([0.06 * k, 0.0, 0.0])
     way = marks.poll - front
@@ -98,7 +98,7 @@ def _throat(v: np.ndarray, marks: Landmarks) -> np.ndarray:
 
 
 def _mane(v: np.ndarray, marks: Landmarks) -> np.ndarray:
-    """Return the crest of the neck and the shoulder."""
+    """Return the field of the crest of the neck and the shoulder."""
     k = marks.shoulder_m
     start = marks.chest + np.array([-0.08 * k, 0.0, 0.42 * marks.chest_depth_m])
     way = marks.poll + np.array([0.0, 0.0, 0.03 * k]) - start
@@ -115,7 +115,7 @@ def _saddle(v: np.ndarray, marks: Landmarks) -> np.ndarray:
 
 
 def _spots(v: np.ndarray, marks: Landmarks) -> np.ndarray:
-    """Return round spots in rows on back and flanks."""
+    """Return the field of round spots in rows on back and flanks."""
     k = marks.shoulder_m
     cell = 0.085 * k
     row = np.floor(v[:, 2] / cell)
@@ -127,10 +127,10 @@ def _spots(v: np.ndarray, marks: Landmarks) -> np.ndarray:
 
 
 def _blotches(v: np.ndarray, marks: Landmarks, share: float) -> np.ndarray:
-    """Return large irregular spots over about `share` of the body."""
+    """Return the field of large irregular spots over about `share` of the body."""
     rng = np.random.default_rng(marks.seed)
     waves = rng.normal(size=(7, 3)) * 4.2 / marks.shoulder_m
     phases = rng.uniform(0, 2 * np.pi, 7)
     level = np.sin(v @ waves.T + phases).mean(1)
-    # the mean of 7 sines is close to normal with a deviation of 1 / sqrt(14)
+    # the mean of 7 sines is close to normal, with a standard deviation of 1 / sqrt(14)
     return (0.27 * 2.0 * (0.5 - share) - level) * 0.3 * marks.shoulder_m

@@ -13,7 +13,7 @@ from . import quadruped
 
 FILE = "animals.yaml"
 GROUP = "animal"
-# most triangles of any animal; stored once per model
+# largest number of triangles of any animal; they are stored once per model
 TRIANGLES: dict[Detail, int] = {"near": 45_000, "middle": 10_000, "far": 5_000}
 
 
@@ -23,7 +23,7 @@ def shares() -> dict[str, float]:
 
 
 def thing(family: str, variant: int) -> Thing:
-    """Return an animal of a family; the same variant, the same animal."""
+    """Return an animal of a family. The same variant gives the same animal."""
     size = _figure(family, variant).size_m()
     return Thing(family, variant, read(FILE)[family]["category"], size, GROUP)
 

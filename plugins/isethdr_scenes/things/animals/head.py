@@ -11,7 +11,9 @@ import numpy as np
 from ...geometry.mesh.piece import unit
 from ..shapes import Ball, Limb, Rod, Shape
 
-# beams of antlers and their tines: points over the head's length forward, outward and upward
+# Beams of antlers and their tines: points forward, outward and upward from the root, scaled by the
+# height of the antlers / 1.22. A tine has the index of the point of the beam where it begins, and
+# its direction.
 BEAM = ((-0.05, 0.12, 0.2), (-0.22, 0.38, 0.42), (-0.26, 0.62, 0.76), (-0.05, 0.74, 1.02))
 BEAM_END = (0.2, 0.62, 1.22)
 TINES = (
@@ -24,7 +26,7 @@ TINES = (
 
 @dataclass(frozen=True)
 class Head:
-    """Where a head is, in shoulder heights: its back end, its direction and its measures."""
+    """Place and measures of a head, in shoulder heights: its back end, its direction, its sizes."""
 
     poll: np.ndarray
     ahead: np.ndarray
@@ -42,7 +44,7 @@ class Head:
 
     @property
     def up(self) -> np.ndarray:
-        """Return the direction across the forehead."""
+        """Return the direction out of the forehead, across `ahead` and `left`."""
         return np.cross(self.ahead, self.left)
 
     def limbs(self) -> list[Limb]:
@@ -65,13 +67,13 @@ class Head:
 def head_shapes(
     parts: Mapping[str, Any], coat: Mapping[str, Any], head: Head, scale: float
 ) -> list[Shape]:
-    """Return what stands on a head: eyes, ears and what grows, times `scale`.
+    """Return the shapes of eyes, ears, antlers, horns and tusks, in metres.
 
     Parameters
     ----------
-    parts : measures of ears, antlers, horns and tusks, those that the family has.
+    parts : measures of the ears, and of antlers, horns and tusks if the family has them.
     coat : names of the materials of the coat.
-    head : where it is, and its measures, in shoulder heights.
+    head : place and measures of the head, in shoulder heights.
     scale : shoulder height, m.
     """
     shapes: list[Shape] = []
@@ -123,7 +125,7 @@ def _point(head: Head, side: float, forward: float, out: float, up: float) -> np
 
 
 def _antler(head: Head, side: float, scale: float, height: float) -> list[Shape]:
-    """Return a beam with four tines, `height` tall."""
+    """Return a beam of an antler with four tines; its height is `height` shoulder heights."""
     root = head.poll + head.up * 0.8 * head.measures["skull"]
     k = height / 1.22
     beam = [root + k * _point(head, side, *p) for p in ((0, 0.08, 0), *BEAM, BEAM_END)]

@@ -14,19 +14,19 @@ from .coat import Landmarks, patches, tail_patches
 from .head import Head, head_shapes
 
 NEAR_STEP = 0.018  # sampling step, in shoulder heights
-WAVES_M = 0.004  # of fur, at a shoulder height of 1 m
+WAVES_M = 0.004  # height of the waves of fur, at a shoulder height of 1 m
 
 
 @dataclass(frozen=True)
 class Animal:
-    """A drawn animal: proportions in shoulder heights, as `data/animals.yaml` names them."""
+    """A drawn animal: proportions in shoulder heights, with the names of `data/animals.yaml`."""
 
     name: str
     shoulder_m: float
     parts: Mapping[str, Any]  # body, neck, head, ears, legs, tail and the rest of the file
     coat: Mapping[str, Any]  # materials
     grazes: bool
-    turn: float  # of the head to its left, -1 to 1
+    turn: float  # turn of the head to the left, -1 to 1
     gait: float  # phase of the stride, 0 to 1
     seed: int = 0
 
@@ -71,7 +71,7 @@ def figure(animal: Animal) -> Figure:
 
 
 def _step_m(animal: Animal) -> float:
-    """Return the sampling step at near detail, so that all animals have about as many faces."""
+    """Return the sampling step at near detail, m. All animals get about as many faces with it."""
     body = animal.parts["body"]
     fine = NEAR_STEP * (1.3 if "wool" in animal.parts else 1.0)
     return fine * animal.shoulder_m * float(np.sqrt(body["length"] * body["chest"] / 0.42))
@@ -156,7 +156,10 @@ def _trunk(animal: Animal) -> tuple[list[Limb], _Ends]:
 
 
 def _legs(animal: Animal, ends: _Ends) -> tuple[list[Limb], list[Shape]]:
-    """Return the legs, and feet apart: paws as the coat's socks, hooves of horn."""
+    """Return the legs, and the feet as separate shapes.
+
+    Paws have the material of the coat's socks. Hooves are of leather.
+    """
     legs = animal.parts["legs"]
     k = animal.shoulder_m
     y = legs["stance"]
@@ -263,7 +266,7 @@ def _tail(animal: Animal, ends: _Ends) -> list[Shape]:
             animal.coat.get("tail", animal.coat["main"]),
             limbs,
             blend_m=0.03 * k,
-            # the thin end has to be seen at middle detail too
+            # a step that also keeps the thin end at middle detail
             step_m=min(0.8 * _step_m(animal), 0.9 * k * min(radii)),
             patches=tail_patches(animal.coat, k * points[-1], 0.26 * k * length),
         )

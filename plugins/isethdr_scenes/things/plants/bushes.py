@@ -15,10 +15,10 @@ from .foliage import Leaves, fitted
 
 FILE = "bushes.yaml"
 GROUP = "bush"
-# most triangles of any bush or hedge
+# largest number of triangles of any bush or hedge
 TRIANGLES: dict[Detail, int] = {"near": 40_000, "middle": 12_000, "far": 3_000}
 MOST_LEAVES = 17_000
-LOW = 1.7  # exponent of heights in a bush
+LOW = 1.7  # exponent that moves leaves towards the ground
 UP = np.array([0.0, 0.0, 1.0])
 
 
@@ -28,9 +28,9 @@ def shares() -> dict[str, float]:
 
 
 def thing(family: str, variant: int) -> Thing:
-    """Return a bush of a family; the same variant, the same bush."""
+    """Return a bush of a family. The same variant gives the same bush."""
     told = _told(family, variant)
-    # a hedge is as long as it looks wide from the road
+    # the length of a hedge lies along x
     length = told["length_m"]
     width = told["width_m"]
     size = (round(length, 3), round(width, 3), round(told["height_m"], 3))
@@ -84,27 +84,27 @@ def _bush(
 
 
 def _radius(d: np.ndarray, corner: float, lumps: float, waves: np.ndarray) -> np.ndarray:
-    """Return the outline in directions `d`, in units of the half axes."""
+    """Return the radii (n,) of the outline in directions `d` (n, 3), in units of the half axes."""
     smooth = (np.abs(d) ** corner).sum(1) ** (-1 / corner)
     return smooth * (1 - lumps * (0.5 + 0.5 * np.sin(d @ waves.T).mean(1)))
 
 
 def _leaves(told: dict[str, Any], half: np.ndarray, count: int, rng: np.random.Generator) -> Leaves:
-    # directions spread evenly over the outline's faces, more of them where it is large
+    # directions are uniform on each face of the box, and their number is proportional to its area
     faces = np.array([half[1] * half[2], half[0] * half[2], half[0] * half[1]])
     axis = rng.choice(3, count, p=faces / faces.sum())
     d = rng.uniform(-1, 1, (count, 3))
     d[np.arange(count), axis] = rng.choice([-1.0, 1.0], count)
     if told["corner"] < 4:
         d = unit(rng.normal(size=(count, 3)))
-    # as many leaves low as high: bushes are green down to the ground
+    # the same number of leaves in the lower half as in the upper
     d[:, 2] = 2 * np.abs(d[:, 2]) - 1
     waves = rng.normal(size=(6, 3)) * 4
     depth = 1 - 0.30 * rng.uniform(0, 1, count) ** 2 * (0.35 if told.get("hedge") else 1.0)
     r = _radius(d, told["corner"], told["lumps"], waves) * depth
     centres = d * r[:, None] * half + [0, 0, half[2]]
     if not told.get("hedge"):
-        # a bush is widest at a third of its height, and green down to the ground
+        # a bush is widest at about a third of its height
         centres[:, 2] = 2 * half[2] * np.clip(centres[:, 2] / (2 * half[2]), 0, 1) ** LOW
     outward = unit(d * r[:, None] / half)
     normals = unit(outward + 0.6 * rng.normal(size=(count, 3)))
@@ -113,7 +113,7 @@ def _leaves(told: dict[str, Any], half: np.ndarray, count: int, rng: np.random.G
 
 
 def _shade(half: np.ndarray, detail: Detail, hedge: bool) -> Piece:
-    """Return the dark inside that keeps one from seeing through."""
+    """Return the dark inside, which blocks the view through the bush."""
     if hedge:
         return box((0, 0, half[2]), 1.66 * half, "inside", "leaf_dark")
     rings = {"near": 12, "middle": 8, "far": 5}[detail]

@@ -17,7 +17,7 @@ from ..thing import Detail, Thing
 from .foliage import SHOWN, Leaves, fitted
 
 FILE = "ground_cover.yaml"
-# most triangles of any patch or rock
+# largest number of triangles of any patch or rock
 TRIANGLES: dict[Detail, int] = {"near": 7_000, "middle": 2_200, "far": 800}
 UP = np.array([0.0, 0.0, 1.0])
 
@@ -33,7 +33,7 @@ class Grasses:
         return {family: ranges["share"] for family, ranges in read(FILE)["grass"].items()}
 
     def thing(self, family: str, variant: int) -> Thing:
-        """Return a patch; the same variant, the same patch."""
+        """Return a patch. The same variant gives the same patch."""
         told = _told("grass", family, variant)
         side = round(told["length_m"], 3)
         return Thing(family, variant, "vegetation", (side, side, told["height_m"]), self.group)
@@ -55,7 +55,7 @@ class Rocks:
         return {family: ranges["share"] for family, ranges in read(FILE)["rock"].items()}
 
     def thing(self, family: str, variant: int) -> Thing:
-        """Return a rock; the same variant, the same rock."""
+        """Return a rock. The same variant gives the same rock."""
         told = _told("rock", family, variant)
         length = told["length_m"]
         size = tuple(round(length * f, 3) for f in (1.0, told["narrow"], told["flat"]))
@@ -88,7 +88,7 @@ def _patch(told: dict[str, Any], detail: Detail, name: str) -> Assembly:
     out = Assembly(name)
     for part in made.parts:
         material = told["material"] if part.material == "grass" else part.material
-        # fewer blades are wider, so that the patch covers as much
+        # fewer blades are wider, so that the patch covers about the same area
         vertices = part.vertices.reshape(-1, 5, 3)
         wider = min(4.0, count / shown) ** 0.75
         sideways = (vertices[:, [0, 3]] - vertices[:, [1, 2]]) * (wider - 1) / 2
@@ -125,7 +125,7 @@ def _rock(told: dict[str, Any], detail: Detail, name: str) -> Assembly:
     """Return a rock: a ball cut by planes, with rounded edges and some noise."""
     rng = np.random.default_rng(told["seed"])
     normals = unit(rng.normal(size=(told["faces"], 3)))
-    sides = np.concatenate([np.eye(3), -np.eye(3)])  # the last looks down: it lies on the ground
+    sides = np.concatenate([np.eye(3), -np.eye(3)])  # the last faces down and lies on the ground
     normals = np.concatenate([normals, sides])
     distances = np.append(rng.uniform(0.68, 0.95, told["faces"]), [0.9, 0.9, 0.8, 0.9, 0.9, 0.45])
     waves = rng.normal(size=(10, 3)) * 9

@@ -16,11 +16,11 @@ from .foliage import Leaves, fitted
 
 FILE = "trees.yaml"
 Season = Literal["spring", "summer", "autumn", "winter"]
-# most triangles of any tree; stored once per model
+# largest number of triangles of any tree; they are stored once per model
 TRIANGLES: dict[Detail, int] = {"near": 42_000, "middle": 12_000, "far": 3_200}
-TWIGS = 6  # of a bough; a conifer has fewer on more boughs
-CONIFER_TWIGS = 4
-BARE = 9  # small twigs of a twig, on a tree without leaves
+TWIGS = 6  # number of twigs of a bough
+CONIFER_TWIGS = 4  # the same of a conifer, which has more boughs
+BARE = 9  # number of small twigs of each twig, on a tree without leaves
 UP = np.array([0.0, 0.0, 1.0])
 
 
@@ -36,7 +36,7 @@ class Trees:
         return {species: ranges["share"] for species, ranges in read(FILE).items()}
 
     def thing(self, family: str, variant: int) -> Thing:
-        """Return a tree of a species; the same variant, the same tree."""
+        """Return a tree of a species. The same variant gives the same tree."""
         told = _told(family, variant)
         height = told["height_m"]
         width = told["width"] * height
@@ -109,7 +109,7 @@ def _trunk(told: dict[str, Any], rng: np.random.Generator) -> _Bough:
 
 
 def _leader(told: dict[str, Any]) -> float:
-    """Return the height of the trunk's end over that of the tree: boughs make a round top."""
+    """Return the height of the trunk's end / height of the tree. Boughs form the top above it."""
     if told.get("conifer") or told["width"] < 0.25:
         return 0.97
     return 0.80
@@ -148,7 +148,7 @@ def _boughs(told: dict[str, Any], trunk: _Bough, rng: np.random.Generator) -> li
 
 
 def _curve(a: np.ndarray, b: np.ndarray, c: np.ndarray, points: int) -> np.ndarray:
-    """Return points of a parabola from `a` to `c` that passes `b` halfway."""
+    """Return points of a parabola from `a` to `c` that passes through `b` halfway."""
     t = np.linspace(0, 1, points)[:, None]
     return a * (1 - t) * (1 - 2 * t) + b * 4 * t * (1 - t) + c * t * (2 * t - 1)
 
@@ -156,7 +156,7 @@ def _curve(a: np.ndarray, b: np.ndarray, c: np.ndarray, points: int) -> np.ndarr
 def _twigs(told: dict[str, Any], boughs: list[_Bough], rng: np.random.Generator) -> list[_Bough]:
     conifer = bool(told.get("conifer"))
     twigs = CONIFER_TWIGS if conifer else TWIGS
-    # twig after twig, which is the order of the random numbers of a tree
+    # one row per twig; this order keeps the random numbers of a tree the same
     drawn = [
         (
             rng.uniform(0, 1),
@@ -199,7 +199,7 @@ def _twigs(told: dict[str, Any], boughs: list[_Bough], rng: np.random.Generator)
 def _wood(
     told: dict[str, Any], frame: _Frame, bare: bool, detail: Detail, rng: np.random.Generator
 ) -> list[Stem]:
-    """Return trunk, boughs and twigs; more twigs on a bare tree, fewer at coarse detail."""
+    """Return trunk, boughs and twigs. A bare tree has more twigs, and a coarse one has fewer."""
     sides = {"near": (12, 5), "middle": (8, 4), "far": (5, 3)}[detail]
     least = 0.008 if bare else 0.003
     if told.get("conifer"):
@@ -242,7 +242,7 @@ def _small_twigs(
 def _leaves(
     told: dict[str, Any], boughs: list[_Bough], twigs: list[_Bough], rng: np.random.Generator
 ) -> Leaves:
-    """Return the leaves about twigs and the outer boughs, in random order."""
+    """Return the leaves around twigs and the outer parts of boughs, in random order."""
     count = told["leaves"]
     height = told["height_m"]
     bearers = [*twigs, *boughs]
@@ -257,7 +257,7 @@ def _leaves(
     at = np.where(
         first, (1 - w) * ends[:, 0] + w * ends[:, 1], (1 - w) * ends[:, 1] + w * ends[:, 2]
     )
-    spread = np.clip(rng.normal(size=(count, 3)), -1.8, 1.8)  # no leaf flies beside the crown
+    spread = np.clip(rng.normal(size=(count, 3)), -1.8, 1.8)  # keeps leaves close to the crown
     centres = at + spread * told["clump"] * height
     way = unit(ends[:, 2] - ends[:, 0])
     if told.get("conifer"):

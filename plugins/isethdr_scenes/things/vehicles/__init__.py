@@ -6,5 +6,5 @@
 | cars         | passenger cars and vans                                  |
 | heavy        | trucks and buses                                         |
 | motorcycles  | motorcycles and scooters                                 |
-| two_wheelers | what both share: shapes from `data/two_wheelers.yaml`    |
+| two_wheelers | shapes of both from `data/two_wheelers.yaml`             |
 """

@@ -23,7 +23,7 @@ def shape_of(family: str, variant: int) -> bicycle.Bicycle:
 
 
 def thing(family: str, variant: int) -> Thing:
-    """Return a bicycle; nothing is built."""
+    """Return a bicycle; its mesh is not built."""
     shape = shape_of(family, variant)
     return Thing(family, variant, "bicycle", shape.size_m, "bicycle", shape.colour)
 
@@ -35,7 +35,7 @@ def build(thing: Thing, detail: Detail) -> Assembly:
 
 
 def riding_position(thing: Thing) -> RidingPosition:
-    """Return where its rider sits, holds on and pedals."""
+    """Return the points where its rider sits, holds on and pedals."""
     shape = shape_of(thing.family, thing.variant)
     saddle = shape.points["saddle"] + [-0.05, 0, 0.03]
     return two_wheelers.position(saddle, shape.grips[0], shape.pedals)

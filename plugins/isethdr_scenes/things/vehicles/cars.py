@@ -1,4 +1,4 @@
-"""Passenger cars and vans: ranges of `data/cars.yaml` become the shapes that the builder lofts."""
+"""Passenger cars and vans: shapes drawn from the ranges of `data/cars.yaml`, and their meshes."""
 
 from __future__ import annotations
 
@@ -14,9 +14,8 @@ from ..ranges import drawn, generator, one_of, read
 from ..thing import Detail, Thing
 
 FILE = "cars.yaml"
-# beyond the body: at each end, at each side
-PLATE_M = 0.0425
-MIRROR_M = 0.165
+PLATE_M = 0.0425  # length by which plates extend beyond either end of the body
+MIRROR_M = 0.165  # width by which mirrors extend beyond either side of the body
 CELL_M: dict[Detail, float] = {"middle": 0.05, "far": 0.10}
 
 
@@ -27,7 +26,7 @@ def shares() -> dict[str, float]:
 
 @lru_cache(maxsize=256)
 def thing(family: str, variant: int) -> Thing:
-    """Return a car; nothing is built."""
+    """Return a car; its mesh is not built."""
     shape = shape_of(family, variant)
     top = max(z for _, z in shape.roof)
     size = (shape.length + 2 * PLATE_M, shape.width + 2 * MIRROR_M, top)
@@ -38,7 +37,7 @@ def thing(family: str, variant: int) -> Thing:
 def shape_of(family: str, variant: int) -> Car:
     """Return the shape of a car.
 
-    In the file, u is a share of the length and z a share of the height; `tail_lamp` is in shares of
+    In the file, u is a share of the length and z a share of the height. `tail_lamp` is in shares of
     half the width and of the height.
     """
     rng = generator(family, variant)
@@ -77,7 +76,7 @@ def shape_of(family: str, variant: int) -> Car:
 
 
 def _front(given: dict[str, dict[str, float]], rng: np.random.Generator) -> Front:
-    """Return the shapes of a front, by the shares of the family or of all cars."""
+    """Return the shapes of a front, drawn by the shares of the family or else of all cars."""
     usual: dict[str, dict[str, float]] = read(FILE)["front"]
     chosen = {part: one_of(given.get(part, shares), rng) for part, shares in usual.items()}
     return Front(**chosen)

@@ -1,4 +1,4 @@
-"""Trucks and buses: ranges of `data/trucks.yaml` become the shapes that the builders make."""
+"""Trucks and buses: shapes drawn from the ranges of `data/trucks.yaml`, and their meshes."""
 
 from __future__ import annotations
 
@@ -23,10 +23,10 @@ LAMP_SHAPES = ("round", "square", "strip")
 
 @dataclass(frozen=True)
 class Heavy:
-    """A group of the file."""
+    """A group of the file: trucks or buses."""
 
     group: str
-    key: str  # of its families in the file
+    key: str  # key of its families in the file
     shape_of: Callable[[str, int], Truck | Bus]
 
     def shares(self) -> dict[str, float]:
@@ -34,7 +34,7 @@ class Heavy:
         return {name: family["share"] for name, family in read(FILE)[self.key].items()}
 
     def thing(self, family: str, variant: int) -> Thing:
-        """Return a vehicle; nothing is built."""
+        """Return a vehicle; its mesh is not built."""
         shape = self.shape_of(family, variant)
         return Thing(family, variant, self.group, shape.size_m, self.group, shape.paint)
 
@@ -71,7 +71,7 @@ def truck_of(family: str, variant: int) -> Truck:
 def bus_of(family: str, variant: int) -> Bus:
     """Return the shape of a bus.
 
-    In the file, doors behind the first one and the joint are shares of the length.
+    In the file, the places of the joint and of all doors but the first are shares of the length.
     """
     rng = generator(family, variant)
     given = drawn(read(FILE)["buses"][family], rng)
@@ -88,7 +88,7 @@ def bus_of(family: str, variant: int) -> Bus:
 
 
 def _own_fields(given: dict[str, Any], rng: np.random.Generator) -> dict[str, Any]:
-    """Return the fields of a shape, with the shape of its lamps."""
+    """Return the fields of a shape, without `share` and with the shape of its lamps."""
     given.pop("share")
     return given | {"lamp_shape": LAMP_SHAPES[int(rng.integers(len(LAMP_SHAPES)))]}
 

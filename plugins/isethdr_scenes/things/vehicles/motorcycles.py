@@ -29,7 +29,7 @@ def shape_of(family: str, variant: int) -> motorcycle.Motorcycle | scooter.Scoot
 
 
 def thing(family: str, variant: int) -> Thing:
-    """Return a motorcycle or scooter; nothing is built."""
+    """Return a motorcycle or scooter; its mesh is not built."""
     shape = shape_of(family, variant)
     return Thing(family, variant, "motorcycle", shape.size_m, "motorcycle", shape.colour)
 
@@ -45,7 +45,7 @@ def build(thing: Thing, detail: Detail) -> Assembly:
 
 
 def riding_position(thing: Thing) -> RidingPosition:
-    """Return where its rider sits, holds on and rests the feet."""
+    """Return the points where its rider sits, holds on and rests the feet."""
     at = shape_of(thing.family, thing.variant).points
     feet = (at["foot"], at["foot"] * np.array([1, -1, 1]))
     return two_wheelers.position(at["seat"], at["grip"], feet)

@@ -1,4 +1,4 @@
-"""What bicycles and motorcycles share: shapes drawn from `data/two_wheelers.yaml`."""
+"""Functions for bicycles, motorcycles and scooters: shapes from `data/two_wheelers.yaml`."""
 
 from __future__ import annotations
 
@@ -22,12 +22,12 @@ def shares(group: str) -> dict[str, float]:
 
 
 def fields_of(group: str, family: str, variant: int) -> dict[str, Any]:
-    """Return the fields of the shape of one member, its `colour` among them.
+    """Return the fields of the shape of one member, including its `colour`.
 
     Parameters
     ----------
-    group : bicycle or motorcycle.
-    family : of that group.
+    group : bicycle, motorcycle or scooter.
+    family : family of the group.
     variant : number of the member; it seeds the draw.
     """
     rng = generator(family, variant)
@@ -41,7 +41,7 @@ def fields_of(group: str, family: str, variant: int) -> dict[str, Any]:
 
 
 def at_detail(model: Assembly, detail: Detail) -> Assembly:
-    """Return the mesh without faces of no area, coarser where it is far away."""
+    """Return the mesh at a level of detail, without faces that have no area."""
     model = clean(model)
     return coarser(model, CELL_M[detail]) if detail in CELL_M else model
 
@@ -51,9 +51,9 @@ def position(saddle: np.ndarray, grip: np.ndarray, feet: tuple[np.ndarray, ...])
 
     Parameters
     ----------
-    saddle : (3,) where one sits, m.
-    grip : (3,) the left grip, m; the right one is its mirror image.
-    feet : (3,) each, the left foot and the right one, m.
+    saddle : (3,) place where the rider sits, m.
+    grip : (3,) the left grip, m; the right grip is its mirror image.
+    feet : (3,) the left and the right foot, m.
     """
     point = lambda v: tuple(float(c) for c in v)
     left: Point = point(grip)
