@@ -6,7 +6,7 @@
 | `carried`  | rucksacks, bags and sticks                                    |
 | `clothes`  | garments around joints: trousers, skirts, jackets, coats      |
 | `families` | people of the data file, drawn and built                      |
-| `gait`     | people who walk on: speed, and pose after a way               |
+| `gait`     | walking people: their speed, and their pose after a distance  |
 | `head`     | skull, face, hair and hats                                    |
 | `mounted`  | the joints of a rider who reaches grips and pedals            |
 | `riders`   | riders of the data file, for a given bicycle or motorcycle    |

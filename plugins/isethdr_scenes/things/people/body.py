@@ -8,36 +8,36 @@ import numpy as np
 
 from ...geometry.mesh.piece import unit
 
-# height of the body for which the lengths of clothes and all radii are given
-TALL_M = 1.76
-HEAD_M = 0.235  # head of that height, chin to crown
-ANKLE_M = 0.087  # ankle over the sole
+TALL_M = 1.76  # height of the template, to which all lengths of clothes and all radii refer
+HEAD_M = 0.235  # height of the template's head from chin to crown
+ANKLE_M = 0.087  # height of the template's ankle above the sole
 UP = np.array([0.0, 0.0, 1.0])
 LEFT = np.array([0.0, 1.0, 0.0])
 SIDES = (("l", 1.0), ("r", -1.0))
 Joints = dict[str, np.ndarray]
 
-# pitch of a walker's foot, toe up, over the phase of its leg: heel strike, stance, push-off, swing
+# pitch of a walker's foot, toe up, at phases of its leg: heel strike, stance, push-off, swing
 PITCH_PHASE = (0.0, 0.10, 0.33, 0.5, 0.68, 0.85, 1.0)
 PITCH_DEG = (16.0, 0.0, 0.0, -34.0, -24.0, 6.0, 16.0)
 
 
-USUAL_HIP_DEG = 26.0  # swing of the hips for which pitches of feet are given
-STANCE = 0.5  # share of the gait for which a foot is on the ground
-AHEAD = 0.05  # middle of an ankle's way before the hip, over the length of the leg
-LEAST_BEND_DEG = 6.0  # of a knee
-LIFT_M = 0.06  # of an ankle that swings forward, at the body of TALL_M
-# of a shoe: place along the foot before the ankle, and radius of its round, m at the body of TALL_M
+USUAL_HIP_DEG = 26.0  # swing of the hips to which `PITCH_DEG` refers
+STANCE = 0.5  # share of the gait during which a foot is on the ground
+AHEAD = 0.05  # mean distance of a standing foot's ankle ahead of the hip / length of the leg
+LEAST_BEND_DEG = 6.0  # least bend of a knee
+LIFT_M = 0.06  # lift of an ankle that swings forward, for the template
+# ends of a shoe: distance along the foot ahead of the ankle, and radius of the round end, m, for
+# the template
 HEEL = (-0.050, 0.041)
 TOE = (0.172, 0.032)
 
 
 @dataclass(frozen=True)
 class Swing:
-    """How a person swings legs and arms; see `data/people.yaml`."""
+    """Swing of a person's legs and arms; see `data/people.yaml`."""
 
-    hip_deg: float  # of a straight leg to the front and to the rear, which makes one step
-    arms_deg: float = 15.0  # of an upper arm to the front and to the rear
+    hip_deg: float  # swing of a straight leg to the front and to the rear, which makes one step
+    arms_deg: float = 15.0  # swing of an upper arm to the front and to the rear
     elbow_deg: float = 20.0  # bend
 
     def step_m(self, body: Body) -> float:
@@ -60,38 +60,38 @@ class Body:
 
     @property
     def scale(self) -> float:
-        """Return the height over that of the template."""
+        """Return the height / height of the template."""
         return self.height_m / TALL_M
 
     @property
     def head_scale(self) -> float:
-        """Return the size of the head over that of the template."""
+        """Return the size of the head / size of the template's head."""
         return self.height_m / self.heads / HEAD_M
 
     @property
     def thigh_m(self) -> float:
-        """Return the distance from hip to knee."""
+        """Return the distance from hip to knee, m."""
         return 0.506 * (self.leg * self.height_m - ANKLE_M * self.scale)
 
     @property
     def shin_m(self) -> float:
-        """Return the distance from knee to ankle."""
+        """Return the distance from knee to ankle, m."""
         return 0.494 * (self.leg * self.height_m - ANKLE_M * self.scale)
 
     @property
     def torso_m(self) -> float:
-        """Return the distance from the pelvis to the neck."""
+        """Return the distance from the pelvis to the neck, m."""
         neck = self.height_m - 0.280 * self.head_scale
         return neck - self.leg * self.height_m - 0.03 * self.scale
 
     @property
     def upper_arm_m(self) -> float:
-        """Return the distance from shoulder to elbow."""
+        """Return the distance from shoulder to elbow, m."""
         return 0.170 * self.height_m
 
     @property
     def forearm_m(self) -> float:
-        """Return the distance from elbow to wrist."""
+        """Return the distance from elbow to wrist, m."""
         return 0.142 * self.height_m
 
 
@@ -109,7 +109,7 @@ class Limbs:
 
 @dataclass(frozen=True)
 class Pose:
-    """Angles of both sides, and the lean of the back besides the body's own stoop."""
+    """Angles of both sides, and the lean of the back, which is added to the body's stoop."""
 
     left: Limbs
     right: Limbs
@@ -117,15 +117,16 @@ class Pose:
 
 
 def walking(body: Body, phase: float, gait: Swing) -> Pose:
-    """Return a walker at a phase of the gait, 0 to 1.
+    """Return the pose of a walker at a phase of the gait.
 
-    Each foot is on the ground for half of the gait. There its ankle goes back by one step, so that
-    the foot stands still on the ground while the body walks on; it rolls over heel and toe.
+    Each foot is on the ground for half of the gait. During that time its ankle moves back by one
+    step relative to the body. So the foot stands still while the body moves on. It rolls over heel
+    and toe.
 
     Parameters
     ----------
     body : measures of the person.
-    phase : of the gait, 0 to 1; both legs are half a period apart.
+    phase : phase of the gait, 0 to 1; the legs are half a period apart.
     gait : length of the steps and swing of the arms.
     """
     hip_m = _hip_height_m(body, phase, gait)
@@ -145,8 +146,9 @@ def _pitch_deg(at: float, gait: Swing) -> float:
 
 
 def _hip_height_m(body: Body, phase: float, gait: Swing) -> float:
-    """Return the height of the hips over the ground at a phase of the gait, m: lowest where both
-    feet are on the ground, highest over a standing leg.
+    """Return the height of the hips above the ground at a phase of the gait, m.
+
+    It is least when both feet are on the ground, and largest in the middle of a leg's stance.
     """
     heights = []
     for at in (0.0, STANCE / 2):
@@ -157,12 +159,12 @@ def _hip_height_m(body: Body, phase: float, gait: Swing) -> float:
 
 
 def _ankle_m(body: Body, at: float, gait: Swing) -> tuple[float, float]:
-    """Return how far an ankle is ahead of its hip, and its height over the ground, m.
+    """Return the distance of an ankle ahead of its hip, and its height above the ground, m.
 
     Parameters
     ----------
     body : measures of the person.
-    at : phase of the leg, from heel strike on, 0 to 1.
+    at : phase of the leg, 0 to 1, from heel strike.
     gait : length of the steps.
     """
     if at <= STANCE:
@@ -177,9 +179,10 @@ def _ankle_m(body: Body, at: float, gait: Swing) -> tuple[float, float]:
 
 
 def _ankle_on_ground_m(body: Body, at: float, gait: Swing) -> tuple[float, float]:
-    """Return how far the ankle of a foot on the ground is ahead of its hip, and its height, m.
+    """Return the same as `_ankle_m` for a foot on the ground.
 
-    A flat foot goes back evenly. A pitched one rolls on the round of its heel or its toe.
+    A flat foot moves back at constant speed. A pitched foot rolls on the round end of its heel or
+    toe.
     """
     even = gait.step_m(body) * (0.5 - at / STANCE) + AHEAD * (body.thigh_m + body.shin_m)
     pitch = np.radians(_pitch_deg(at, gait))
@@ -193,21 +196,20 @@ def _ankle_on_ground_m(body: Body, at: float, gait: Swing) -> tuple[float, float
 
 
 def _reach_m(body: Body, bend_deg: float) -> float:
-    """Return the distance from hip to ankle of a bent leg, m."""
+    """Return the distance from hip to ankle, m, of a leg with its knee bent by `bend_deg`."""
     bend = np.radians(bend_deg)
     straight = body.thigh_m + body.shin_m * np.cos(bend)
     return float(np.hypot(straight, body.shin_m * np.sin(bend)))
 
 
 def _leg_deg(body: Body, ahead_m: float, below_m: float) -> tuple[float, float]:
-    """Return the angle of the thigh and the bend of the knee that bring an ankle to its place,
-    degrees.
+    """Return the angle of the thigh and the bend of the knee, degrees, for a place of the ankle.
 
     Parameters
     ----------
     body : measures of the person.
-    ahead_m : of the ankle before the hip, m.
-    below_m : of the ankle below the hip, m.
+    ahead_m : distance of the ankle ahead of the hip, m.
+    below_m : distance of the ankle below the hip, m.
     """
     thigh = body.thigh_m
     shin = body.shin_m
@@ -218,23 +220,23 @@ def _leg_deg(body: Body, ahead_m: float, below_m: float) -> tuple[float, float]:
 
 
 def foot_along(pitch_rad: float, side: float) -> np.ndarray:
-    """Return the unit vector (3,) along a foot, which points outwards a little.
+    """Return the unit vector (3,) along a foot, which points slightly outwards.
 
     Parameters
     ----------
-    pitch_rad : toe up, radians.
-    side : +1 left, -1 right.
+    pitch_rad : pitch of the foot, toe up, radians.
+    side : +1 for the left foot, -1 for the right foot.
     """
     return unit(np.array([np.cos(pitch_rad), 0.13 * side, np.sin(pitch_rad)]))
 
 
 def foot_across(along: np.ndarray) -> np.ndarray:
-    """Return the unit vector (3,) from the sole upwards, across a foot along `along`."""
+    """Return the unit vector (3,) upwards from the sole, perpendicular to the foot `along`."""
     return unit(np.cross(along, np.cross(UP, along)))
 
 
 def standing(rng: np.random.Generator) -> Pose:
-    """Return a person at rest, the weight on both legs."""
+    """Return the pose of a person at rest, with the weight on both legs."""
     sides = [
         Limbs(
             hip=float(rng.uniform(-4, 6)),
@@ -250,7 +252,7 @@ def standing(rng: np.random.Generator) -> Pose:
 
 
 def joints(body: Body, pose: Pose) -> Joints:
-    """Return the joints of a body in a pose, m; the hips are at the origin's height of the legs."""
+    """Return the joints (3,) of a body in a pose, m, by name. The pelvis is above the origin."""
     k = body.scale
     pelvis = np.array([0.0, 0.0, body.leg * body.height_m + 0.03 * k])
     lean = np.radians(0.5 * body.stoop_deg + pose.lean_deg)
@@ -282,15 +284,16 @@ def joints(body: Body, pose: Pose) -> Joints:
 
 
 def spine(body: Body, pelvis: np.ndarray, lean: float) -> Joints:
-    """Return pelvis, chest, neck, head and shoulders of a back that leans forward, in radians.
+    """Return the joints of a back, m, by name: pelvis, chest, neck, head, shoulders.
 
-    The upper half of the back bends by the body's stoop besides.
+    The joints also have `up`, the unit vector from pelvis to neck. The stoop of the body bends the
+    upper half of the back in addition to the lean.
 
     Parameters
     ----------
     body : measures of the person.
     pelvis : (3,) place of the pelvis, m.
-    lean : of the lower back, forward from upright, radians.
+    lean : lean of the lower back, forward from upright, radians.
     """
     stoop = np.radians(body.stoop_deg)
     lower = np.array([np.sin(lean), 0.0, np.cos(lean)])
@@ -300,7 +303,7 @@ def spine(body: Body, pelvis: np.ndarray, lean: float) -> Joints:
     middle = pelvis + 0.5 * torso * lower
     ahead = np.array([upper[2], 0.0, -upper[0]])
     neck = middle + 0.5 * torso * upper + 0.02 * body.scale * ahead
-    # the neck brings the head back up: one looks ahead, however much the back bends
+    # the neck turns the head up again, so that a person with a bent back looks ahead
     nod = 0.35 * (lean + 0.9 * stoop)
     way = np.array([np.sin(nod), 0.0, np.cos(nod)])
     out = {

@@ -1,4 +1,4 @@
-"""What people carry: rucksacks, bags and sticks."""
+"""Things that people carry: rucksacks, bags and sticks."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from .body import LEFT, Body, Joints
 
 
 def carried_shapes(kind: str, material: str, body: Body, j: Joints) -> list[Shape]:
-    """Return the shapes of `kind`: none, rucksack, satchel, shoulder_bag, carrier_bag or stick.
+    """Return the shapes of what a person carries.
 
     Parameters
     ----------
@@ -89,7 +89,7 @@ def _carrier_bag(material: str, body: Body, j: Joints) -> list[Shape]:
 
 
 def _stick(body: Body, j: Joints) -> list[Shape]:
-    """Return a walking stick from the right hand to the ground that the lower foot stands on."""
+    """Return a walking stick from the right hand to the ground under the lower foot."""
     k = body.scale
     hand = _hand(j, "r", body)
     ground = min(j["ankle_l"][2], j["ankle_r"][2]) - 0.080 * k

@@ -10,14 +10,14 @@ from ...geometry.mesh.piece import unit
 from ..shapes import Limb, Loft, Mass, Patch, Ring, Shape, Values
 from .body import ANKLE_M, HEEL, LEFT, SIDES, TOE, Body, Joints, foot_across
 
-STEP_M = 0.020  # of garments at near detail, at a height of 1.76 m
-BANDS_M = (0.02, -0.16)  # reflective bands of a vest, above the chest
-BAND_M = 0.026  # half width of a band
+STEP_M = 0.020  # sampling step of garments at near detail, for a height of 1.76 m
+BANDS_M = (0.02, -0.16)  # heights of the reflective bands of a vest above the joint `chest`
+BAND_M = 0.026  # half the width of a band
 
 
 @dataclass(frozen=True)
 class Outfit:
-    """Garments; see `data/people.yaml`."""
+    """Garments and their materials; see `data/people.yaml`."""
 
     top: str = "cloth_red"
     lower: str = "denim"
@@ -26,8 +26,8 @@ class Outfit:
     tights: str = "cloth_tights"
     long_sleeves: bool = True
     lower_kind: str = "trousers"  # trousers, shorts, skirt or dress
-    tail_m: float = 0.0  # of a coat, below the hip
-    hem_m: float = 0.5  # of a skirt, above the ground
+    tail_m: float = 0.0  # length of a coat's tail below the hip
+    hem_m: float = 0.5  # height of a skirt's hem above the ground
     flare: float = 1.2
     loose: float = 1.0
     bands: bool = False
@@ -38,10 +38,10 @@ def garment_shapes(outfit: Outfit, body: Body, j: Joints, seed: int) -> list[Sha
 
     Parameters
     ----------
-    outfit : what is worn, with materials.
+    outfit : garments and their materials.
     body : measures of the person.
     j : joints of the person, m.
-    seed : of the folds.
+    seed : seed of the folds.
     """
     shapes = _lower(outfit, body, j, seed)
     shapes += _top(outfit, body, j, seed)
@@ -80,7 +80,7 @@ def _lower(outfit: Outfit, body: Body, j: Joints, seed: int) -> list[Shape]:
 
 
 def _shin_band(j: Joints, k: float) -> Values:
-    """Return a band across both shins."""
+    """Return the field of a band across both shins, negative inside."""
 
     def inside(points: np.ndarray) -> np.ndarray:
         out = np.full(len(points), 9.0)
@@ -110,7 +110,7 @@ def _shorts(outfit: Outfit, body: Body, j: Joints, seed: int) -> Mass:
 
 
 def _leg_at(j: Joints, tag: str, height: float) -> np.ndarray:
-    """Return where a leg's middle line crosses a height."""
+    """Return the point (3,), m, of a leg's middle line at a height, m."""
     hip, knee, ankle = (j[f"{part}_{tag}"] for part in ("hip", "knee", "ankle"))
     a, b = (hip, knee) if height > knee[2] else (knee, ankle)
     t = np.clip((a[2] - height) / max(a[2] - b[2], 1e-6), 0, 1)
@@ -123,13 +123,13 @@ class _Cloth:
 
     name: str
     material: str
-    waist: tuple[float, float]  # half its extent in x and y, for a body of usual girth, m
+    waist: tuple[float, float]  # half its extent in x and y for a body of girth 1, m
     low_m: float  # height of the hem
-    flare: float  # 1 falls straight
+    flare: float  # increase of its width towards the hem; 1 hangs straight
 
 
 def _hanging(cloth: _Cloth, body: Body, j: Joints) -> Loft:
-    """Return cloth around the legs, wide enough for them."""
+    """Return cloth that hangs around the legs and is wide enough for them."""
     waist = cloth.waist
     k = body.scale
     g = body.girth * body.scale
@@ -163,9 +163,9 @@ def _top(outfit: Outfit, body: Body, j: Joints, seed: int) -> list[Shape]:
     ahead = np.array([up[2], 0.0, -up[0]])
     dressed = outfit.lower_kind in ("skirt", "dress")
     waist_r = (0.088 if dressed else 0.100) * g
-    # shoulders are wider than the template's where their joints are wider apart
+    # shift of the chest's sides, for shoulders that are wider or narrower than the template's
     wide = (body.shoulders * body.height_m - 0.103 * k) * LEFT
-    # the hem rides up where the thighs are level, as a rider's are
+    # the hem is higher if the thighs are level, as those of a rider
     thigh = unit(j["knee_l"] - j["hip_l"] + j["knee_r"] - j["hip_r"])
     hem = 0.05 * k * max(0.0, -float(thigh[2]) * 1.6 - 0.6)
     limbs = []
@@ -256,7 +256,7 @@ def _hand(outfit: Outfit, body: Body, j: Joints, tag: str, side: float) -> Mass:
 
 
 def _shoe(outfit: Outfit, body: Body, j: Joints, tag: str) -> Mass:
-    """Return a shoe whose limbs all touch the plane of its sole."""
+    """Return a shoe. Its limbs touch the plane of its sole."""
     k = body.scale
     ankle = j[f"ankle_{tag}"]
     along = j[f"foot_{tag}"]

@@ -19,14 +19,14 @@ from .head import HeadLook, head_shapes
 
 FILE = "people.yaml"
 GROUP = "person"
-# most triangles of any person
+# largest number of triangles of any person
 TRIANGLES: dict[Detail, int] = {"near": 40_000, "middle": 9_000, "far": 4_500}
 MEASURES = ("height_m", "heads", "leg", "shoulders", "girth", "paunch", "bust", "stoop_deg")
 
 
 @dataclass(frozen=True)
 class Look:
-    """All of a person but the pose."""
+    """Everything about a person except the pose."""
 
     body: Body
     outfit: Outfit
@@ -42,7 +42,7 @@ def shares() -> dict[str, float]:
 
 
 def thing(family: str, variant: int) -> Thing:
-    """Return a person of a family; the same variant, the same person in the same pose."""
+    """Return a person of a family. The same variant gives the same person in the same pose."""
     return Thing(family, variant, "person", figure(family, variant).size_m(), GROUP)
 
 
@@ -51,32 +51,33 @@ def build(thing: Thing, detail: Detail) -> Assembly:
     shapes = figure_of_thing(thing)
     made = shapes.assembly(detail, standing=False)
     low = min(float(part.vertices[:, 2].min()) for part in made.parts)
-    # by the shapes' extent, which walks on with the body: that of a mesh varies by some mm
+    # The extent of the shapes moves with the body. The extent of a mesh would differ by some mm
+    # between poses.
     x, y = centre_m(shapes)
     return made.moved(shift(-x, -y, -low))
 
 
 def figure_of_thing(thing: Thing) -> Figure:
-    """Return the shapes of a person, who is at a phase of the gait or as drawn."""
+    """Return the shapes of a person: at the phase of a `Walker`, else in the drawn pose."""
     phase = thing.phase if isinstance(thing, Walker) else None
     return figure(thing.family, thing.variant, phase)
 
 
 def centre_m(figure: Figure) -> tuple[float, float]:
-    """Return the middle of a figure's extent in plan, m before and to the left of the pelvis."""
+    """Return the middle of a figure's extent in plan: distances ahead and left of the pelvis, m."""
     low, high = figure.extent()
     x, y = ((low + high) / 2)[:2].tolist()
     return x, y
 
 
 def look_of(family: str, rng: np.random.Generator, outfit: str | None = None) -> Look:
-    """Return a person of a family, drawn; in a given outfit where one is named.
+    """Return a random person of a family.
 
     Parameters
     ----------
-    family : of people.
+    family : family of people.
     rng : random numbers of the draw.
-    outfit : name of an outfit; None: drawn among those of the family.
+    outfit : name of the outfit; None: drawn from those of the family.
     """
     ranges = read(FILE)["families"][family]
     measures = drawn({key: ranges[key] for key in MEASURES if key in ranges}, rng)
@@ -101,18 +102,18 @@ def look_of(family: str, rng: np.random.Generator, outfit: str | None = None) ->
 class Walker(Thing):
     """A walking person at a phase of the gait."""
 
-    phase: float = 0.0  # 0..1
+    phase: float = 0.0  # 0 to 1
 
 
 def pose_of(family: str, body: Body, rng: np.random.Generator, phase: float | None = None) -> Pose:
-    """Return a standing or walking pose, drawn; at a phase of the gait where one is given.
+    """Return a random standing or walking pose.
 
     Parameters
     ----------
-    family : of people.
+    family : family of people.
     body : measures of the person.
     rng : random numbers of the draw.
-    phase : of the gait, 0 to 1, for who walks; None: drawn.
+    phase : phase of the gait, 0 to 1, of a walking person; None: drawn.
     """
     pace = pace_of(family, rng)
     if pace is None:
@@ -121,20 +122,20 @@ def pose_of(family: str, body: Body, rng: np.random.Generator, phase: float | No
 
 
 class Pace(NamedTuple):
-    """How somebody walks, as drawn."""
+    """Drawn swing and phase of a walking person."""
 
     swing: Swing
-    phase: float  # of the gait, 0 to 1
+    phase: float  # phase of the gait, 0 to 1
 
 
 def pace_of(family: str, rng: np.random.Generator) -> Pace | None:
-    """Return how a person walks, drawn; None for one who stands."""
+    """Return a random pace of a person; None: the person stands."""
     ranges = read(FILE)["families"][family]
     hip_deg = drawn(ranges["stride_deg"], rng)
     phase = float(rng.random())
     if rng.random() < ranges["standing"]:
         return None
-    # who takes short steps swings the arms less
+    # people with shorter steps swing their arms less
     arms_deg = drawn(read(FILE)["arms_deg"], rng) * hip_deg / USUAL_HIP_DEG
     return Pace(Swing(hip_deg, arms_deg), phase)
 
@@ -144,9 +145,9 @@ def figure_of(look: Look, at: Joints, name: str) -> Figure:
 
     Parameters
     ----------
-    look : measures, clothes and what is carried.
+    look : measures, clothes and carried things.
     at : joints of the person, m.
-    name : of the figure.
+    name : name of the figure.
     """
     shapes = garment_shapes(look.outfit, look.body, at, look.seed)
     shapes += head_shapes(look.head, at["head"], at["neck"], look.body.head_scale)
@@ -156,13 +157,13 @@ def figure_of(look: Look, at: Joints, name: str) -> Figure:
 
 @lru_cache(maxsize=128)
 def figure(family: str, variant: int, phase: float | None = None) -> Figure:
-    """Return the shapes of a person; at a phase of the gait where one is given.
+    """Return the shapes of a person.
 
     Parameters
     ----------
-    family : of people.
+    family : family of people.
     variant : number of the person in the family; it seeds look and pose.
-    phase : of the gait, 0 to 1, for who walks; None: drawn.
+    phase : phase of the gait, 0 to 1, of a walking person; None: drawn.
     """
     rng = generator(family, variant)
     look = look_of(family, rng)

@@ -1,4 +1,4 @@
-"""Gait: people who walk on by as much as their steps are long; a foot on the ground stays there."""
+"""Gait: walking people move by the length of their steps, so feet on the ground stand still."""
 
 from __future__ import annotations
 
@@ -13,22 +13,22 @@ from ..thing import Thing
 from .body import Swing
 from .families import Walker, centre_m, figure, figure_of_thing, look_of, pace_of
 
-# of two steps each: 117 steps a minute (means of men and of women at free speed: Murray, Drought &
-# Kory 1964; Murray, Kory & Sepic 1970)
+# cycles of two steps per second, 117 steps a minute (means of men and of women at free speed:
+# Murray, Drought & Kory 1964; Murray, Kory & Sepic 1970)
 CYCLES_PER_S = 0.975
-PHASES = tuple(np.arange(8) / 8)  # at which the extent of a person is looked at
+PHASES = tuple(np.arange(8) / 8)  # phases at which the extent of a person is examined
 
 
 class Gait(NamedTuple):
-    """How a person walks."""
+    """Gait of a person."""
 
-    phase: float  # 0..1, of the drawn pose
+    phase: float  # phase of the drawn pose, 0 to 1
     swing: Swing
-    cycle_m: float  # way of two steps
+    cycle_m: float  # length of two steps
 
 
 def gait(thing: Thing) -> Gait | None:
-    """Return how a person walks; None for one who stands, as those of asset packs do."""
+    """Return the gait of a person; None: the person stands, as do all people of asset packs."""
     if isinstance(thing, AssetThing):
         return None
     return _gait(thing.family, thing.variant)
@@ -43,20 +43,21 @@ def _gait(family: str, variant: int) -> Gait | None:
 
 
 def walking_speed_m_s(thing: Thing) -> float:
-    """Return the speed of a person, 0 for one who stands."""
+    """Return the speed of a person, m/s; 0 for a person who stands."""
     walk = gait(thing)
     return walk.cycle_m * CYCLES_PER_S if walk else 0.0
 
 
 @lru_cache(maxsize=256)
 def largest_size_m(thing: Thing) -> tuple[float, float, float]:
-    """Return length, width and height that hold a person in all poses of the gait, around where an
-    even walk would have the middle of the drawn extent.
+    """Return length, width and height, m, of a box that holds a person in all poses of the gait.
+
+    The middle of the box moves at constant speed. In the drawn pose it is the middle of the extent.
     """
     middle = centre_m(figure_of_thing(thing))
     poses = [figure(thing.family, thing.variant, phase) for phase in PHASES]
     sizes = np.array([thing.size_m, *(pose.size_m() for pose in poses)])
-    # limbs swing, and the middle of the extent with them
+    # the middle of the extent moves with the swinging limbs
     aside = np.abs(np.subtract([middle, *(centre_m(pose) for pose in poses)], middle))
     sizes[:, :2] += 2 * aside
     length, width, height = sizes.max(axis=0).tolist()
@@ -64,17 +65,17 @@ def largest_size_m(thing: Thing) -> tuple[float, float, float]:
 
 
 class Walked(NamedTuple):
-    """A person after a way."""
+    """A person after walking a distance."""
 
     thing: Thing
-    # of the middle of the extent, by which a thing is placed, before and to the left of where an
-    # even walk would have it: the body walks evenly, and the limbs swing around it
+    # Offset of the middle of the extent, by which a thing is placed, ahead and to the left of a
+    # point that moves at constant speed. The body moves at constant speed, while the limbs swing.
     ahead_m: float
     aside_m: float
 
 
 def walked(thing: Thing, way_m: float) -> Walked:
-    """Return a person after a way."""
+    """Return a person after walking a distance of `way_m`, m."""
     walk = gait(thing)
     if walk is None:
         return Walked(thing, 0.0, 0.0)

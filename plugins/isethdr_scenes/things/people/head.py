@@ -1,6 +1,6 @@
 """The head of a person: skull, face, hair, hats and helmets.
 
-Coordinates are those of a head whose joint is the origin, 0.235 m from chin to crown.
+Coordinates are in metres from the joint of a head that measures 0.235 m from chin to crown.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ SKULL = (
     ((-0.005, -0.076, 0.005), (-0.012, -0.086, -0.02), 0.018, 0.012),
 )
 CAP_OF_HAIR = (((-0.035, 0, 0.048), (0.012, 0, 0.056), 0.096, 0.086),)
-HAIR = {  # beyond the cap
+HAIR = {  # limbs of each style in addition to `CAP_OF_HAIR`
     "short": (),
     "bald": (),
     "long": (
@@ -46,7 +46,7 @@ LOWEST_HAIR = {"short": -0.035, "bald": 0.0, "long": -0.22, "bob": -0.10, "bun":
 
 @dataclass(frozen=True)
 class HeadLook:
-    """What a head looks like."""
+    """Skin, hair and hat of a head."""
 
     skin: str = "skin"
     hair: str = "hair_dark"
@@ -56,7 +56,7 @@ class HeadLook:
 
 
 def head_shapes(look: HeadLook, at: np.ndarray, neck: np.ndarray, scale: float) -> list[Shape]:
-    """Return the shapes of a head whose joint is `at` (3,), times `scale`, above joint `neck`.
+    """Return the shapes of a head.
 
     Parameters
     ----------
@@ -118,7 +118,10 @@ def _face(look: HeadLook, place: _Place, neck: np.ndarray) -> list[Shape]:
 
 
 def _hairline(place: _Place, low: float, covered: bool) -> Values:
-    """Return the field that keeps the face free, and the crown under a hat."""
+    """Return a field that is negative where hair grows.
+
+    It keeps the face free, and the crown under a hat.
+    """
 
     def outside(points: np.ndarray) -> np.ndarray:
         p = place.local(points)
@@ -134,7 +137,7 @@ def _hairline(place: _Place, low: float, covered: bool) -> Values:
 
 
 def _dome(place: _Place, name: str, material: str, limbs: tuple, low: float, tilt: float) -> Mass:
-    """Return a cap whose rim is at height `low` and rises by `tilt` times x."""
+    """Return a cap. Its rim is at the height `low + tilt * x` in the coordinates of the head."""
     made = tuple(place.limb(*told) for told in limbs)
 
     def outside(points: np.ndarray) -> np.ndarray:

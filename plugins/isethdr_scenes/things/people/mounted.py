@@ -11,22 +11,22 @@ from ...geometry.road_users.poses import two_bone
 from ..riding import RidingPosition
 from .body import ANKLE_M, SIDES, Body, Joints, spine
 
-BALL_M = 0.105  # from the ankle forward to the ball of the foot, at a height of 1.76 m
-PALM_M = 0.075  # from the wrist to the middle of a closed hand
-SEATED_M = 0.095  # of the hips over the saddle
-FOOT_DEG = -10.0  # the heel is a little higher than the toe
+BALL_M = 0.105  # distance from the ankle forward to the ball of the foot, for a height of 1.76 m
+PALM_M = 0.075  # distance from the wrist to the middle of a closed hand, for this height
+SEATED_M = 0.095  # height of the pelvis above the saddle, for this height and girth 1
+FOOT_DEG = -10.0  # pitch of a foot, toe up; the heel is slightly higher than the toe
 LEANS_DEG = np.arange(-6.0, 48.0, 1.0)
-SLIDES_M = np.arange(0.0, 0.36, 0.02)  # forward on the saddle, where leaning is not enough
-STRETCHED = 0.93  # of an arm's length: nobody rides with straight arms
+SLIDES_M = np.arange(0.0, 0.36, 0.02)  # slides forward on the saddle, tried if leans do not suffice
+STRETCHED = 0.93  # largest distance of shoulder and grip / length of the arm; arms stay bent
 TALLEST_M = 2.05
 
 
 def seated(body: Body, position: RidingPosition) -> tuple[Body, Joints]:
     """Return the body and its joints in the coordinates of the vehicle, m.
 
-    The back leans forward until the arms reach the grips; riders of long saddles slide forward
-    besides. A body whose legs are too short for its
-    vehicle is replaced by a taller one of the same build: riders choose vehicles that fit them.
+    The back leans forward until the arms reach the grips. If leaning is not enough, the rider also
+    slides forward. A body with legs that are too short for the vehicle is replaced by a taller one
+    of the same build, because riders choose vehicles that fit them.
     """
     at = _leaning(body, position)
     while body.height_m < TALLEST_M and not _reaches(body, at["pelvis"], position):
@@ -58,7 +58,7 @@ def _pelvis(body: Body, position: RidingPosition) -> np.ndarray:
 def _leg(
     body: Body, pelvis: np.ndarray, position: RidingPosition, side: float
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return hip, ankle and the direction of the foot."""
+    """Return hip, ankle and the direction of the foot, each (3,)."""
     k = body.scale
     pitch = np.radians(FOOT_DEG)
     hip = pelvis + [0.0, side * 0.052 * body.height_m, -0.03 * k]
@@ -69,14 +69,16 @@ def _leg(
 
 
 def _reaches(body: Body, pelvis: np.ndarray, position: RidingPosition) -> bool:
-    """Return whether both feet can rest where they should."""
+    """Return whether both feet reach their places."""
     legs = 0.985 * (body.thigh_m + body.shin_m)
     ends = [_leg(body, pelvis, position, side) for _, side in SIDES]
     return all(np.linalg.norm(ankle - hip) <= legs for hip, ankle, _ in ends)
 
 
 def _leaning(body: Body, position: RidingPosition) -> Joints:
-    """Return the joints of the back at the least lean at which the arms reach the grips."""
+    """Return the joints of the back at the least slide and lean at which the arms reach the
+    grips.
+    """
     arm = STRETCHED * (body.upper_arm_m + body.forearm_m + PALM_M * body.scale)
     for slide in SLIDES_M:
         pelvis = _pelvis(body, position) + [slide, 0.0, 0.0]
@@ -90,11 +92,11 @@ def _leaning(body: Body, position: RidingPosition) -> Joints:
 def _arm(
     body: Body, shoulder: np.ndarray, grip: np.ndarray, side: float
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return elbow and wrist of an arm whose closed hand is around the grip."""
+    """Return elbow and wrist of an arm with its closed hand around the grip."""
     bend = np.array([-0.2, 0.6 * side, -1.0])
     palm = PALM_M * body.scale
     wrist = grip - palm * unit(grip - shoulder)
-    for _ in range(8):  # the hand follows the forearm, which follows the hand
+    for _ in range(8):  # iterate, because hand and forearm depend on each other
         elbow = two_bone(shoulder, wrist, body.upper_arm_m, body.forearm_m, bend)
         wrist = grip - palm * unit(grip - elbow)
     return two_bone(shoulder, wrist, body.upper_arm_m, body.forearm_m, bend), wrist

@@ -19,12 +19,12 @@ from .mounted import seated
 
 FILE = "riders.yaml"
 GROUP = "rider"
-STOOP_DEG = 4.0  # of the upper back, besides the lean to the handlebar
+STOOP_DEG = 4.0  # stoop of the upper back, in addition to the lean towards the handlebar
 __all__ = ["GROUP", "TRIANGLES", "Rider", "Riders"]
 
 
 class Ridden(Protocol):
-    """What a module of two-wheelers offers."""
+    """The functions that a module of two-wheelers offers."""
 
     def shares(self) -> dict[str, float]:
         """Return the families, each with its share."""
@@ -36,15 +36,16 @@ class Ridden(Protocol):
         """Return the mesh of a two-wheeler, centred in x and y, standing on z = 0."""
 
     def riding_position(self, thing: Thing) -> RidingPosition:
-        """Return where its rider touches it."""
+        """Return the points where the rider touches it."""
 
 
 @dataclass(frozen=True)
 class Rider(Thing):
     """A person on a two-wheeler.
 
-    Alone, its mesh is in the coordinates of the vehicle and takes the vehicle's place; `centre_m`
-    is the middle of its box there. With `vehicle_shown` it is one mesh with the vehicle.
+    The mesh of a rider alone is in the coordinates of the vehicle and has the pose of the vehicle.
+    `centre_m` is the middle of its box in these coordinates. With `vehicle_shown` rider and vehicle
+    are one mesh.
     """
 
     vehicle: Thing | None = None
@@ -76,7 +77,7 @@ class Riders:
         return replace(alone, size_m=(length, width, height), vehicle_shown=True)
 
     def rider_of(self, vehicle: Thing, variant: int) -> Rider:
-        """Return the rider of a vehicle; the same variant, the same rider.
+        """Return the rider of a vehicle. The same variant gives the same rider.
 
         Raises
         ------
@@ -100,7 +101,7 @@ class Riders:
         )
 
     def build(self, thing: Thing, detail: Detail) -> Assembly:
-        """Return the mesh: alone in the vehicle's coordinates, or with the vehicle, centred."""
+        """Return the mesh of a rider alone, in the vehicle's coordinates, or of both, centred."""
         if not isinstance(thing, Rider) or thing.vehicle is None:
             raise ValueError(f"a rider was expected, not a {thing.group!r}")
         person = self._figure(thing.vehicle, thing.variant).assembly(detail, standing=False)
