@@ -6,7 +6,7 @@
 | buildings      | houses, apartment blocks, shops and barns with lit windows     |
 | facades        | windows and doors of a front, lit or not                       |
 | lettering      | letters and digits as convex patches                           |
-| parts          | many boxes or quads as one piece; lit faces by their area      |
+| parts          | many boxes or quads as one piece; faces that emit light        |
 | roofs          | gable, hip and flat roofs                                      |
 | sign_faces     | panels of signs: outlines, fields and pictures in sheeting     |
 | signs          | road signs on posts                                            |

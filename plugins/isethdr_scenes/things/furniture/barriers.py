@@ -1,5 +1,6 @@
-"""Panels of guard rails, fences, walls and noise barriers: they stand end to end along y, and look
-along +x, to the road.
+"""Panels of guard rails, fences, walls and noise barriers.
+
+Panels stand end to end along y, and face the road along +x.
 """
 
 from __future__ import annotations
@@ -12,7 +13,7 @@ from ...geometry.surroundings.roadside import W_BEAM
 from ..thing import Detail, Thing
 from .parts import boxes, families_of, family_data, numbers
 
-FOOT_M = 0.4  # below the ground
+FOOT_M = 0.4  # depth of the posts below the ground
 POST_M = 0.06
 BEAM_DEPTH_M = 0.08
 # depth (x) of a panel, m
@@ -24,7 +25,7 @@ DEPTH_M = {
     "garden_wall": 0.34,
     "noise_barrier": 0.24,
 }
-# New Jersey profile: half width, height
+# New Jersey profile: half the width, and height, m
 CONCRETE = ((0.30, -0.3), (0.30, 0.08), (0.12, 0.33), (0.08, 0.81))
 
 
@@ -34,7 +35,7 @@ def shares() -> dict[str, float]:
 
 
 def thing(family: str, variant: int) -> Thing:
-    """Return a panel; nothing is built. Panels of one variant have one height."""
+    """Return a panel; its mesh is not built. All panels of a variant have the same height."""
     n, _ = numbers(family, variant)
     size = (DEPTH_M[family], n["length_m"], n["height_m"])
     return Thing(family, variant, family_data(family)["category"], size, "barrier")
@@ -57,7 +58,7 @@ def build(thing: Thing, detail: Detail) -> Assembly:
 def _posts(
     length: float, height: float, step: float, x: float, side: float, material: str
 ) -> Piece:
-    """Return posts from below the ground to `height`, evenly along a panel."""
+    """Return posts from below the ground to `height`, m, at even spacing along a panel."""
     count = max(1, round(length / step))
     y = length * ((np.arange(count) + 0.5) / count - 0.5)
     middle = np.stack([0 * y + x, y, 0 * y + (height - FOOT_M) / 2], 1)

@@ -1,7 +1,7 @@
 """Buildings: houses, apartment blocks, offices, shops and barns with lit windows.
 
-A building looks along +x: this is its front, with the door. Walls reach below the ground, so that a
-building stands on a slope without a gap.
+The front of a building, with the door, faces +x. Walls reach below the ground, so that a building
+stands on a slope without a gap.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from .facades import Front, Openings, door, fronts, windows
 from .parts import boxes, families_of, numbers
 from .roofs import Roof, roof_pieces
 
-GROUND_M = 0.6  # walls below the ground
+GROUND_M = 0.6  # depth of the walls below the ground
 SHOP_HEIGHT_M = 2.2
 SHOP_SILL_M = 0.35
 DOOR_M = (1.05, 2.1)
@@ -31,7 +31,7 @@ def shares() -> dict[str, float]:
 
 @lru_cache(maxsize=512)
 def thing(family: str, variant: int) -> Thing:
-    """Return a building; nothing is built."""
+    """Return a building; its mesh is not built."""
     n, roof = _plan(family, variant)
     top = roof.top_m + (CHIMNEY_M[2] if n["chimney"] else 0.0)
     size = (roof.depth_m + 2 * roof.reach_m, roof.width_m + 2 * roof.reach_m, top)

@@ -10,11 +10,11 @@ from ...geometry.mesh.piece import Piece
 from ..thing import Detail
 from .parts import boxes, quads, shining
 
-# width of a frame; depth of a sill; width of a bar
-FRAME_M = 0.07
-SILL_M = 0.12
-BAR_M = 0.05
-PANE_OUT_M = {"near": 0.035, "middle": 0.035, "far": 0.012}  # of a pane before its wall
+FRAME_M = 0.07  # width of a frame
+SILL_M = 0.12  # depth of a sill in front of its wall
+BAR_M = 0.05  # width of a bar
+# distance of a pane in front of its wall
+PANE_OUT_M = {"near": 0.035, "middle": 0.035, "far": 0.012}
 
 
 @dataclass(frozen=True)
@@ -22,30 +22,30 @@ class Front:
     """A wall that faces along an axis: the middle of its foot, its outward normal, its width."""
 
     name: str
-    foot: tuple[float, float]  # x, y, m
+    foot: tuple[float, float]  # x and y of the middle of its foot, m
     outward: tuple[int, int]  # (1, 0), (-1, 0), (0, 1) or (0, -1)
     width_m: float
 
     @property
     def right(self) -> np.ndarray:
-        """Unit vector to the right of who looks at it."""
+        """Return the unit vector to the right, as seen by a viewer in front of the wall."""
         return np.array([-self.outward[1], self.outward[0], 0.0])
 
     @property
     def normal(self) -> np.ndarray:
-        """Outward unit vector."""
+        """Return the outward unit vector."""
         return np.array([*self.outward, 0.0], float)
 
     def at(
         self, right_m: float | np.ndarray, up_m: float | np.ndarray, out_m: float = 0.0
     ) -> np.ndarray:
-        """Return points (..., 3) to the right of the middle, above the foot, before the wall.
+        """Return points (..., 3), m, on the wall or in front of it.
 
         Parameters
         ----------
-        right_m : to the right of the wall's middle, as seen from outside, m; any shape.
-        up_m : above its foot, m; broadcasts with `right_m`.
-        out_m : before the wall, m; broadcasts with both.
+        right_m : distance to the right of the wall's middle, as seen from outside, m; any shape.
+        up_m : height above its foot, m; broadcasts with `right_m`.
+        out_m : distance in front of the wall, m; broadcasts with both.
         """
         right, up, out = np.broadcast_arrays(np.asarray(right_m, float), up_m, out_m)
         foot = np.array([*self.foot, 0.0])
@@ -53,38 +53,38 @@ class Front:
         return foot + right[..., None] * self.right + out[..., None] * self.normal + height
 
     def size(self, width_m: float, height_m: float, depth_m: float) -> np.ndarray:
-        """Return the size of a box along x, y, z.
+        """Return the size (3,) of a box along x, y and z, m.
 
         Parameters
         ----------
-        width_m : along the wall, m.
-        height_m : upwards, m.
-        depth_m : across the wall, m.
+        width_m : size along the wall, m.
+        height_m : size upwards, m.
+        depth_m : size across the wall, m.
         """
         return np.abs(self.right) * width_m + np.abs(self.normal) * depth_m + [0, 0, height_m]
 
 
 @dataclass(frozen=True)
 class Openings:
-    """Windows of one size: their middles on the front, and which of them are lit."""
+    """Windows of the same size: their middles on the front, and which of them are lit."""
 
-    right_m: np.ndarray  # (n,)
-    up_m: np.ndarray  # (n,) of their middles
+    right_m: np.ndarray  # (n,) distances of their middles to the right of the wall's middle
+    up_m: np.ndarray  # (n,) heights of their middles
     width_m: float
     height_m: float
     lit: np.ndarray  # (n,) bool
-    kind: str = "window"  # of their light
+    kind: str = "window"  # kind of lamp of the lit panes
     cd_m2: float = 10.0
 
 
 def windows(front: Front, openings: Openings, detail: Detail) -> list[Piece]:
-    """Return the windows of a front: panes, frames, bars and sills, the lit panes as one lamp.
+    """Return the windows of a front: panes, frames, bars and sills. The lit panes are one lamp.
 
     Parameters
     ----------
     front : the wall.
     openings : places and sizes of its windows, and which of them are lit.
-    detail : level of the mesh; far has panes only.
+    detail : level of detail; `far` has only panes.
     """
     o = openings
     if not len(o.right_m):
@@ -130,7 +130,7 @@ def door(front: Front, right_m: float, width_m: float, height_m: float, material
     ----------
     front : the wall.
     right_m : middle of the door, to the right of the wall's middle, m.
-    width_m, height_m : of the door, m.
+    width_m, height_m : size of the door, m.
     material : name of its material.
     """
     size = front.size(width_m, height_m, 0.12)
@@ -138,7 +138,7 @@ def door(front: Front, right_m: float, width_m: float, height_m: float, material
 
 
 def fronts(depth_m: float, width_m: float) -> tuple[Front, Front, Front, Front]:
-    """Return the front, back, left and right wall of a building that looks along +x."""
+    """Return the front, back, left and right wall of a building with its front towards +x."""
     return (
         Front("front", (depth_m / 2, 0.0), (1, 0), width_m),
         Front("back", (-depth_m / 2, 0.0), (-1, 0), width_m),

@@ -1,4 +1,4 @@
-"""Letters and digits as strokes on a grid of 4 by 6, made into convex patches."""
+"""Letters and digits: strokes on a grid of 4 by 6, as convex patches."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-# strokes: points "xy" of a grid 4 wide and 6 high
+# strokes of each letter, separated by |: points "xy" of a grid that is 4 wide and 6 high
 STROKES = {
     "0": "00 40 46 06 00",
     "1": "15 26 20",
@@ -40,12 +40,15 @@ STROKES = {
     "-": "13 33",
 }
 GRID = (4.0, 6.0)
-SPACING = 6.0  # from one letter to the next, in cells
-WIDTH = 0.95  # of a stroke, in cells
+SPACING = 6.0  # distance from one letter to the next, in cells
+WIDTH = 0.95  # width of a stroke, in cells
 
 
 def stroke_patches(points: np.ndarray, width: float) -> list[np.ndarray]:
-    """Return a polyline (n, 2) as convex quads (4, 2), each lengthened by half its width."""
+    """Return a polyline (n, 2) as convex quads (4, 2).
+
+    Each quad extends beyond both ends of its segment by half the width.
+    """
     points = np.asarray(points, float)
     patches = []
     for a, b in zip(points[:-1], points[1:], strict=True):
@@ -65,7 +68,7 @@ def text_patches(
     Parameters
     ----------
     text : letters of `STROKES`.
-    height : of the letters; the quads are in its unit.
+    height : height of the letters; the quads have its unit.
     middle : (right, up) of the middle of the line, in the same unit.
     """
     scale = height / GRID[1]
@@ -80,5 +83,5 @@ def text_patches(
 
 
 def text_width(text: str, height: float) -> float:
-    """Return the width of a line of text of that height."""
+    """Return the width of a line of text with letters of this height, in the unit of `height`."""
     return height / GRID[1] * (SPACING * (len(text) - 1) + GRID[0])

@@ -1,4 +1,4 @@
-"""Parts of built things: many boxes or quads as one piece, and lit faces by their area."""
+"""Parts of street furniture and buildings: boxes or quads as one piece, faces that emit light."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def families_of(group: str) -> dict[str, float]:
 
 
 def numbers(family: str, variant: int) -> tuple[dict, np.random.Generator]:
-    """Return the numbers of one member of a family, and the generator for what is drawn further."""
+    """Return the numbers of one member of a family, and the generator for more random numbers."""
     rng = generator(family, variant)
     return drawn(family_data(family), rng), rng
 
@@ -41,8 +41,8 @@ def boxes(centres: ArrayLike, sizes: ArrayLike, name: str, material: str) -> Pie
     Parameters
     ----------
     centres : (n, 3) m.
-    sizes : (n, 3) or (3,) m.
-    name : of the piece.
+    sizes : (n, 3) or (3,) full sizes along x, y and z, m.
+    name : name of the piece.
     material : name of its material.
     """
     centres = np.atleast_2d(np.asarray(centres, float))
@@ -61,7 +61,7 @@ def quads(corners: ArrayLike, name: str, material: str) -> Piece:
     Parameters
     ----------
     corners : (n, 4, 3) m, counter-clockwise as seen from outside.
-    name : of the piece.
+    name : name of the piece.
     material : name of its material.
     """
     corners = np.asarray(corners, float).reshape(-1, 4, 3)
@@ -71,17 +71,15 @@ def quads(corners: ArrayLike, name: str, material: str) -> Piece:
 
 
 def shining(piece: Piece, kind: str, axis: ArrayLike, candela: float | None = None) -> Piece:
-    """Return the piece as a lamp of that kind.
-
-    Its intensity is `candela`; without it, the kind's intensity is that of a square metre.
+    """Return the piece as a lamp.
 
     Parameters
     ----------
-    piece : faces that shine.
-    kind : of lamp, a key of `lamps.KINDS`.
+    piece : faces that emit.
+    kind : kind of lamp, a key of `lamps.KINDS`.
     axis : (3,) direction of the axis of its light, of any length.
-    candela : luminous intensity along the axis, cd; None: that of the kind for each m2 of the faces
-        as seen along the axis.
+    candela : luminous intensity along the axis, cd; None: the intensity of the kind, times the area
+        of the faces as seen along the axis, m2.
     """
     made = lamp(kind, axis)
     if candela is None:
@@ -91,7 +89,7 @@ def shining(piece: Piece, kind: str, axis: ArrayLike, candela: float | None = No
 
 
 def upright(assembly: Assembly, shift_x: float) -> Assembly:
-    """Return the assembly shifted along x, so that its extent is centred."""
+    """Return the assembly shifted along x by `shift_x`, m, which centres its extent."""
     matrix = np.eye(4)
     matrix[0, 3] = shift_x
     return assembly.moved(matrix)

@@ -10,10 +10,9 @@ import numpy as np
 from ...geometry.mesh.piece import Piece, flat
 from .parts import boxes, quads
 
-# height above the walls, and reach beyond them
-PARAPET_M = 0.40
-CORNICE_M = 0.25
-FASCIA_M = 0.16
+PARAPET_M = 0.40  # height of a flat roof above the walls
+CORNICE_M = 0.25  # overhang of a flat roof beyond the walls
+FASCIA_M = 0.16  # height of the boards along the eaves
 
 
 @dataclass(frozen=True)
@@ -29,12 +28,12 @@ class Roof:
 
     @property
     def reach_m(self) -> float:
-        """Reach beyond the walls on every side."""
+        """Return the overhang beyond the walls on every side, m."""
         return CORNICE_M if self.kind == "flat" else self.eaves_m
 
     @property
     def top_m(self) -> float:
-        """Height of the ridge or of the parapet above the ground."""
+        """Return the height of the ridge or of the parapet above the ground, m."""
         if self.kind == "flat":
             return self.walls_m + PARAPET_M
         return self.walls_m + self.slope * self.depth_m / 2
@@ -88,7 +87,7 @@ def roof_pieces(roof: Roof, material: str, wall: str) -> list[Piece]:
 def _triangle(
     corners: Sequence[tuple[float, float, float]], side: int, name: str, material: str
 ) -> Piece:
-    """Return a triangle that faces to `side` along y."""
+    """Return a triangle that faces +y (`side` 1) or -y (-1)."""
     points = np.asarray(corners, float)
     normal = np.cross(points[1] - points[0], points[2] - points[0])
     order = [0, 1, 2] if normal[1] * side > 0 else [0, 2, 1]

@@ -1,7 +1,7 @@
 """Panels of signs: outline, border, field and pictures as layers of retro-reflective sheeting.
 
-A face is described in `data/signs.yaml` in half widths of its panel, (right, up) as its viewers see
-it. Every patch is convex.
+`data/signs.yaml` describes the faces. Its unit is half the width of the panel. Coordinates are
+(right, up) as viewers see them. Every patch is convex.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from ..ranges import read
 from .lettering import stroke_patches, text_patches
 
 FILE = "signs.yaml"
-LAYER_M = 0.0015  # between the layers of a panel
+LAYER_M = 0.0015  # distance between the layers of a panel
 COLOURS = {
     "white": "sheeting_white",
     "red": "sheeting_red",
@@ -22,7 +22,7 @@ COLOURS = {
     "green": "sheeting_green",
     "black": "plate_ink",
 }
-ROUND = 24  # corners of a disc
+ROUND = 24  # number of corners of a disc
 
 
 def sign_data(name: str) -> dict:
@@ -31,7 +31,7 @@ def sign_data(name: str) -> dict:
 
 
 def outline(shape: str, aspect: float = 1.0) -> np.ndarray:
-    """Return the corners (n, 2) of a panel in half widths; `aspect` is width over height."""
+    """Return the corners (n, 2) of a panel, in half widths; `aspect` is width / height."""
     if shape in ("triangle", "triangle_down"):
         corners = np.array([(-1, -1 / 3**0.5), (1, -1 / 3**0.5), (0, 2 / 3**0.5)])
         return corners if shape == "triangle" else -corners
@@ -63,11 +63,11 @@ def extent(name: str, radius_m: float) -> tuple[float, float, float]:
 
 
 def face(name: str, radius_m: float, at: tuple[float, float, float]) -> list[Piece]:
-    """Return the layers of a face that looks along +x.
+    """Return the layers of a panel that faces +x.
 
     Parameters
     ----------
-    name : of `data/signs.yaml`.
+    name : name of the sign in `data/signs.yaml`.
     radius_m : half the width of the panel, m.
     at : x, y, z of the middle of its back, m.
     """
@@ -85,7 +85,9 @@ def face(name: str, radius_m: float, at: tuple[float, float, float]) -> list[Pie
 
 
 def _inside(rim: np.ndarray, width: float) -> np.ndarray:
-    """Return a convex outline moved inwards by `width`, in half widths of the panel."""
+    """Return a convex outline with its sides moved inwards by `width`; all in half widths of the
+    panel.
+    """
     before = np.roll(rim, 1, 0)
     after = np.roll(rim, -1, 0)
     one = (rim - before) / np.linalg.norm(rim - before, axis=1, keepdims=True)
@@ -130,7 +132,17 @@ def _panel(
     material: str,
     back: bool = False,
 ) -> Piece:
-    """Return a flat convex piece, the `layer`-th before x, that looks along +x (`back`: -x)."""
+    """Return a flat convex piece that faces +x, or -x if `back` is true.
+
+    Parameters
+    ----------
+    corners : (n, 2) corners (right, up) as viewers see them, m.
+    at : x, y, z of the middle of the panel's back, m.
+    layer : number of the layer, counted from the back.
+    name : name of the piece.
+    material : name of the material.
+    back : whether it is the back of the panel.
+    """
     x, y, z = at
     right, up = np.asarray(corners, float).T
     vertices = np.stack([np.full(len(right), x + LAYER_M * layer), y + right, z + up], 1)

@@ -1,6 +1,6 @@
 """Road signs on posts: warnings, priorities, prohibitions, mandatory signs and directions.
 
-A sign looks along +x, towards who reads it.
+A sign faces +x, towards its viewers.
 """
 
 from __future__ import annotations
@@ -13,12 +13,10 @@ from ..ranges import drawn, generator, read
 from ..thing import Detail, Thing
 from .sign_faces import FILE, extent, face, sign_data
 
-# radius; below the ground
-POST_M = 0.032
-FOOT_M = 0.4
-# depth between post and panel; of all layers
-CLAMP_M = 0.024
-FACE_M = 0.012
+POST_M = 0.032  # radius of a post
+FOOT_M = 0.4  # depth of a post below the ground
+CLAMP_M = 0.024  # distance between post and panel
+FACE_M = 0.012  # depth of all layers of a panel
 
 
 def shares() -> dict[str, float]:
@@ -27,13 +25,13 @@ def shares() -> dict[str, float]:
 
 
 def kind(name: str) -> str:
-    """Return what a sign is: warning, priority, prohibition, mandatory or direction."""
+    """Return the kind of a sign: warning, priority, prohibition, mandatory or direction."""
     return sign_data(name)["kind"]
 
 
 @lru_cache(maxsize=512)
 def thing(family: str, variant: int) -> Thing:
-    """Return a sign; nothing is built."""
+    """Return a sign; its mesh is not built."""
     width, low, high = extent(family, sign_data(family)["half_width_m"])
     top = _bottom_m(family, variant) + high - low
     size = (2 * POST_M + CLAMP_M + FACE_M, max(width, 2 * POST_M), top)

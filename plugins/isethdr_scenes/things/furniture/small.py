@@ -10,7 +10,7 @@ from ..thing import Detail, Thing
 from .parts import boxes, families_of, family_data, numbers, quads
 from .waiting import bus_stop, bus_stop_size
 
-FOOT_M = 0.2  # below the ground
+FOOT_M = 0.2  # depth of things below the ground
 SIDES: dict[Detail, int] = {"near": 18, "middle": 12, "far": 8}
 HOOP_STEP_M = 0.8
 HOOP_M = 0.8
@@ -23,7 +23,7 @@ def shares() -> dict[str, float]:
 
 
 def thing(family: str, variant: int) -> Thing:
-    """Return a small thing; nothing is built."""
+    """Return a small thing; its mesh is not built."""
     n, _ = numbers(family, variant)
     size = {
         "bollard": lambda: (0.16, 0.16, n["height_m"]),
@@ -72,7 +72,7 @@ def _bollard(n: dict, detail: Detail) -> list[Piece]:
 
 
 def _marker_post(n: dict, detail: Detail) -> list[Piece]:
-    """A post whose reflectors look along +x and -x."""
+    """Return a post with reflectors that face +x and -x."""
     return [
         box((0, 0, 0.4), (0.10, 0.12, 1.2), "post", "lamp_white", 0.03, 2),
         box((0, 0, 0.80), (0.104, 0.124, 0.20), "band", "plastic_black", 0.03, 2),
@@ -126,7 +126,7 @@ def _wheeled_bin(n: dict, detail: Detail) -> list[Piece]:
 
 
 def _bench(n: dict, detail: Detail) -> list[Piece]:
-    """A bench whose seat looks along +x."""
+    """Return a bench that faces +x."""
     length = n["length_m"]
     seat = [(0.06 + 0.11 * k, 0, 0.45) for k in range(-1, 3)]
     back = [(-0.19 - 0.03 * k, 0, 0.60 + 0.12 * k) for k in range(3)]
@@ -149,7 +149,7 @@ def _bench(n: dict, detail: Detail) -> list[Piece]:
 
 
 def _bicycle_stand(n: dict, detail: Detail) -> list[Piece]:
-    """Hoops across the row, which runs along y."""
+    """Return a row of hoops along y. Each hoop lies across the row."""
     count = int(n["hoops"])
     radius = HOOP_WIDTH_M / 2
     half = HOOP_M / 2 - radius
@@ -189,7 +189,7 @@ def _cone(n: dict, detail: Detail) -> list[Piece]:
 
 
 def _board(n: dict, detail: Detail) -> list[Piece]:
-    """A board of road works with slanted stripes of red and white, looking along +x."""
+    """Return a board of road works with slanted stripes of red and white. It faces +x."""
     top = n["height_m"]
     bottom = 0.35
     half = 0.125

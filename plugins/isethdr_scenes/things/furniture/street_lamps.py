@@ -1,6 +1,6 @@
-"""Street lamps: mast arms, post tops and high masts, whose luminaires are tables of candela.
+"""Street lamps: mast arms, post tops and high masts, with luminaires that are tables of candela.
 
-A mast arm reaches towards +x, over the road; its pole stands at the rear end of its extent.
+A mast arm reaches towards +x, over the road. Its pole stands at the rear end of its extent.
 """
 
 from __future__ import annotations
@@ -16,11 +16,11 @@ from .parts import families_of, numbers, quads, shining, upright
 POLE_RADIUS_M = 0.10
 HEAD_LENGTH_M = 0.70
 HEAD_HALF_HEIGHT_M = 0.07
-LENS_M = (0.48, 0.20, 0.012)  # along the arm, across it, height
-FOOT_M = 0.3  # of a pole below the ground, for slopes
-TILT_DEG = 5.0  # of the axis of a luminaire towards the road
+LENS_M = (0.48, 0.20, 0.012)  # size of a lens along the arm and across it, and its height
+FOOT_M = 0.3  # depth of a pole below the ground, for slopes
+TILT_DEG = 5.0  # tilt of the axis of a luminaire towards the road
 CAP_M = 0.26  # radius of a post top
-CROWN_M = 0.75  # from the middle of a high mast to the outer end of its luminaires
+CROWN_M = 0.75  # distance from the middle of a high mast to the outer end of its luminaires
 
 
 def shares() -> dict[str, float]:
@@ -29,7 +29,7 @@ def shares() -> dict[str, float]:
 
 
 def thing(family: str, variant: int) -> Thing:
-    """Return a street lamp; nothing is built."""
+    """Return a street lamp; its mesh is not built."""
     n, _ = numbers(family, variant)
     tall = n["height_m"]
     if family == "mast_arm":
@@ -50,7 +50,7 @@ def build(thing: Thing, detail: Detail) -> Assembly:
 
 
 def pole_x_m(thing: Thing) -> float:
-    """Return where the pole stands on the x axis of the thing, m."""
+    """Return x of the pole in the coordinates of the thing, m."""
     if thing.family == "mast_arm":
         return POLE_RADIUS_M - thing.size_m[0] / 2
     return 0.0
@@ -129,7 +129,15 @@ def _candela(kind: str) -> float:
 
 
 def _lens(centre: tuple[float, int, float], kind: str, outwards_deg: float, name: str) -> Piece:
-    """Return a lens that faces down, whose beam is turned towards +x."""
+    """Return a lens that faces down, with its beam tilted towards +x.
+
+    Parameters
+    ----------
+    centre : middle of the lens, m.
+    kind : kind of lamp.
+    outwards_deg : tilt of the beam, degrees; it is at least `TILT_DEG`.
+    name : name of the piece.
+    """
     x, y, z = centre
     half_x = LENS_M[0] / 2
     half_y = LENS_M[1] / 2

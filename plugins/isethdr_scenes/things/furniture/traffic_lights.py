@@ -1,7 +1,7 @@
 """Traffic lights: signals with a lamp for red, amber and green.
 
-A signal looks along +x, towards who waits for it. Its three lamps are parts of their own; what is
-switched on is a matter of the scene.
+A signal faces +x, towards waiting traffic. Its three lamps are separate parts. The scene sets which
+of them are on.
 """
 
 from __future__ import annotations
@@ -21,13 +21,11 @@ STATES = {
     "amber": ("signal_amber",),
 }
 HEAD_M = (0.20, 0.32, 0.96)  # depth, width, height of the housing
-# radius of a lens, distance of their middles
-LENS_M = 0.10
-STEP_M = 0.31
-HOOD_M = 0.18
-# radius
-POLE_M = 0.06
-MAST_M = 0.12
+LENS_M = 0.10  # radius of a lens
+STEP_M = 0.31  # distance between the middles of two lenses
+HOOD_M = 0.18  # length of a hood
+POLE_M = 0.06  # radius of a pole
+MAST_M = 0.12  # radius of a mast at its foot
 COLOURS = (
     ("signal_red", "lamp_red"),
     ("signal_amber", "lamp_amber"),
@@ -42,7 +40,7 @@ def shares() -> dict[str, float]:
 
 
 def thing(family: str, variant: int) -> Thing:
-    """Return a traffic light; nothing is built."""
+    """Return a traffic light; its mesh is not built."""
     n, _ = numbers(family, variant)
     top = n["height_m"] + HEAD_M[2] / 2
     depth = HEAD_M[0] + HOOD_M
@@ -57,7 +55,9 @@ _GROUP = "traffic light"
 
 
 def pole_y_m(thing: Thing) -> float:
-    """Return where the pole stands on the y axis of the thing, m: the arm reaches to its left."""
+    """Return y of the pole in the coordinates of the thing, m. The arm of a mast reaches to the
+    left.
+    """
     return 0.0 if thing.family == "signal_post" else MAST_M - thing.size_m[1] / 2
 
 
@@ -94,7 +94,7 @@ def build(thing: Thing, detail: Detail) -> Assembly:
 
 
 def _head(middle: tuple[float, float, float], sides: int) -> list[Piece]:
-    """Return a housing with three lenses that look along +x, and a hood over each."""
+    """Return a housing with three lenses that face +x, and a hood over each."""
     x, y, z = middle
     front = x + HEAD_M[0] / 2
     pieces = [box(middle, HEAD_M, "housing", "plastic_black", 0.03, 2)]

@@ -10,8 +10,8 @@ from .sign_faces import face
 
 DEPTH_M = 1.6
 TOP_M = 2.5
-POST_Y_M = 0.5  # from the shelter to the post of the sign
-PANEL_M = (1.1, 1.6)  # width, height of the lit panel
+POST_Y_M = 0.5  # distance from the shelter to the post of the sign
+PANEL_M = (1.1, 1.6)  # width and height of the lit panel
 SIGN_TOP_M = 2.9
 SIGN_RADIUS_M = 0.25
 
@@ -22,7 +22,7 @@ def bus_stop_size(n: dict) -> tuple[float, float, float]:
 
 
 def bus_stop(n: dict, detail: Detail) -> list[Piece]:
-    """Return a shelter that is open towards +x, with a sign beside it.
+    """Return a shelter that is open towards +x, with a sign next to it.
 
     The lit panel closes the right end, as seen from the road.
     """
@@ -39,7 +39,7 @@ def bus_stop(n: dict, detail: Detail) -> list[Piece]:
     middle = (low + high) / 2
     x = back + 0.05
     half = length / 2 - 0.1
-    # one sheet: thin glass needs no second side
+    # the glass is one sheet, because thin glass needs no second side
     glass = [
         (x, middle + a * half, 1.2 + b * 0.95) for a, b in ((-1, -1), (1, -1), (1, 1), (-1, 1))
     ]
