@@ -1,4 +1,4 @@
-"""Asset packs: folders of users' own meshes with a manifest, drawn beside the bundled families.
+"""Asset packs: folders of users' own meshes with a manifest, drawn together with bundled families.
 
 | module     | content                                                              |
 |------------|----------------------------------------------------------------------|
@@ -9,6 +9,6 @@
 | surfaces   | the material of each face                                            |
 | emitters   | the faces that are lamps                                             |
 | asset      | a mesh in metres with materials and lamps, as a thing of a street    |
-| pack       | a folder read as a whole, with all its mistakes at once              |
+| pack       | reads a folder as a whole and reports all its mistakes at once       |
 | report     | the table of `isethdr things check`                                  |
 """

@@ -19,24 +19,24 @@ from .manifest import Axes, Direction, ThingForm
 from .mesh_file import FilePart
 from .surfaces import material_names
 
-# axes of the formats: those of the glTF standard, and ours
+# axes of the formats: those of the glTF standard, and those of this package for other formats
 FORMAT_AXES = {".glb": Axes(forward="z", up="y")}
 OUR_AXES = Axes(forward="x", up="z")
-CREASE_DEG = 40.0  # faces that meet at a larger angle have an edge between them
-# cells of the coarser levels, as shares of the largest side
+CREASE_DEG = 40.0  # largest angle at which two faces meet without a sharp edge
+# sizes of the cells of the coarser levels, as shares of the largest side
 CELLS: dict[str, float] = {"middle": 1 / 90, "far": 1 / 45, "distant": 1 / 18}
-FEW = 400  # triangles: a mesh with less is never made coarser
+FEW = 400  # number of triangles; a mesh with fewer is never made coarser
 
 
 @dataclass(frozen=True)
 class Asset:
-    """A mesh of a pack; two with the same digest are the same."""
+    """A mesh of a pack. Two assets with the same name and digest are equal."""
 
     name: str
-    digest: str  # of the bytes of all files of its pack
+    digest: str  # digest of the bytes of all files of its pack
     licence: str = field(compare=False)
     file: str = field(compare=False)
-    share: float = field(compare=False)  # of the draws of its group or family
+    share: float = field(compare=False)  # share of the draws of its group or family
     mesh: Assembly = field(compare=False, repr=False)
 
     def build(self, detail: str) -> Assembly:
@@ -44,7 +44,7 @@ class Asset:
         return _level(self, detail)
 
     def triangles(self) -> tuple[int, int, int, int]:
-        """Return the triangles at each level."""
+        """Return the number of triangles at each level."""
         near, middle, far, distant = (
             sum(len(part.faces) for part in self.build(level).parts) for level in ("near", *CELLS)
         )
@@ -58,7 +58,7 @@ class AssetThing(Thing):
     asset: Asset | None = None
 
     def built(self, detail: Detail) -> Assembly:
-        """Return its mesh."""
+        """Return its mesh at a level of detail."""
         assert self.asset is not None
         return self.asset.build(detail)
 
@@ -75,7 +75,10 @@ def _level(asset: Asset, detail: str) -> Assembly:
 
 
 def in_metres(parts: Sequence[FilePart], form: ThingForm) -> list[FilePart]:
-    """Return the parts in metres, x ahead, y to the left and z up, on the ground and centred."""
+    """Return the parts in metres, with x ahead, y to the left and z up.
+
+    They are centred in x and y, with their lowest point at z = 0. `form` states scale and axes.
+    """
     axes = form.axes or FORMAT_AXES.get(Path(form.file).suffix.lower(), OUR_AXES)
     forward, up = (_vector(axis) for axis in (axes.forward, axes.up))
     turn = form.scale * np.stack([forward, np.cross(up, forward), up])
@@ -98,7 +101,7 @@ def _extent(parts: Sequence[FilePart] | Sequence[Piece]) -> tuple[np.ndarray, np
 
 
 def as_one(parts: Sequence[FilePart]) -> tuple[np.ndarray, np.ndarray]:
-    """Return all vertices (n, 3) and faces (m, 3)."""
+    """Return the vertices (n, 3) and the faces (m, 3) of all parts."""
     first = np.cumsum([0] + [len(part.vertices) for part in parts])
     faces = [part.faces + k for part, k in zip(parts, first)]
     return np.concatenate([part.vertices for part in parts]), np.concatenate(faces)
@@ -114,14 +117,14 @@ def size_of(parts: Sequence[FilePart]) -> tuple[float, float, float]:
 def assembled(
     parts: Sequence[FilePart], form: ThingForm, name: str, folder: Path
 ) -> tuple[Assembly, list[str]]:
-    """Return the mesh with materials and lamps, and what is wrong with them.
+    """Return the mesh with materials and lamps, and the mistakes in them.
 
     Parameters
     ----------
-    parts : of the mesh's file, in metres.
-    form : what the manifest tells of the thing: materials and lamps.
-    name : of the thing.
-    folder : of the pack, for the files of beams.
+    parts : parts of the file, in metres.
+    form : entry of the manifest, with materials and lamps.
+    name : name of the thing.
+    folder : folder of the pack, with the files of beams.
     """
     out = Assembly(name)
     mistakes = []
@@ -166,7 +169,7 @@ def assembled(
 
 
 def _places(parts: Sequence[FilePart]) -> str:
-    """Return the parts with their boxes, for who looks for a lamp's faces."""
+    """Return text with the first parts and their boxes, which helps to find a lamp's faces."""
     told = []
     for part in parts[:8]:
         low, high = _extent([part])
@@ -175,7 +178,15 @@ def _places(parts: Sequence[FilePart]) -> str:
 
 
 def _pieces(whole: Piece, on: np.ndarray, number: np.ndarray, names: list[str]) -> list[Piece]:
-    """Return the faces `on`, one piece per material."""
+    """Return the faces that `on` selects, as one piece per material.
+
+    Parameters
+    ----------
+    whole : piece with all faces.
+    on : (m,) which faces are taken.
+    number : (m,) number of the material of each face.
+    names : names of the materials.
+    """
     out = []
     for k, name in enumerate(names):
         faces = whole.faces[on & (number == k)]
@@ -185,7 +196,7 @@ def _pieces(whole: Piece, on: np.ndarray, number: np.ndarray, names: list[str]) 
 
 
 def _joined(pieces: Sequence[Piece], name: str) -> Piece:
-    """Return pieces as one, with the material of the first."""
+    """Return pieces joined into one, with the material of the first piece."""
     first = np.cumsum([0] + [len(piece.vertices) for piece in pieces])
     return Piece(
         name,
@@ -197,8 +208,10 @@ def _joined(pieces: Sequence[Piece], name: str) -> Piece:
 
 
 def creased(piece: Piece, angle_deg: float = CREASE_DEG) -> Piece:
-    """Return the piece with a normal per corner: the mean of the faces that meet there, weighted by
-    area, without those whose normals differ by more than an angle from the corner's own.
+    """Return the piece with one normal per corner of each face.
+
+    The normal is the mean over the faces that meet at the corner, weighted by area. Faces at more
+    than `angle_deg` to the corner's own face are left out.
     """
     areas = face_areas(piece)
     normals = unit(areas)
@@ -208,7 +221,7 @@ def creased(piece: Piece, angle_deg: float = CREASE_DEG) -> Piece:
     face = np.repeat(np.arange(len(piece.faces)), 3)
     order = np.argsort(corner_id, kind="stable")
     _, first, count = np.unique(corner_id[order], return_index=True, return_counts=True)
-    # every pair of corners at one place
+    # all pairs of corners at the same place
     start = np.repeat(first, count**2)
     within = np.arange(len(start)) - np.repeat(np.cumsum(count**2) - count**2, count**2)
     of = np.repeat(count, count**2)

@@ -16,18 +16,18 @@ from ...photometry.report import lamp_of
 from .manifest import LampFaces
 
 FACING = 0.5  # cosine: faces within 60 degrees of the axis emit
-PER_M2 = ("shop_window", "panel")  # kinds whose intensity is that of a square metre
+PER_M2 = ("shop_window", "panel")  # kinds with an intensity per square metre
 
 
 def selected(
     form: LampFaces, names: tuple[str, ...], middles: np.ndarray, areas: np.ndarray
 ) -> np.ndarray:
-    """Return which faces of a part emit (m,).
+    """Return which faces (m,) of a part emit.
 
     Parameters
     ----------
-    form : which faces are the lamp: part, box and axis.
-    names : of the part.
+    form : selection of the lamp's faces by part, box and axis.
+    names : names of the part.
     middles : (m, 3) middles of its faces, m.
     areas : (m, 3) vector areas of its faces, m2.
     """
@@ -41,13 +41,13 @@ def selected(
 
 
 def emission(form: LampFaces, areas: np.ndarray, folder: Path) -> Lamp:
-    """Return the lamp of faces with vector areas (m, 3), m2.
+    """Return the lamp of emitting faces.
 
     Parameters
     ----------
-    form : kind and axis of the lamp, and how bright it is.
+    form : kind and axis of the lamp, and its intensity, luminance or beam.
     areas : (m, 3) vector areas of its faces, m2.
-    folder : of the pack, for the file of its beam.
+    folder : folder of the pack, with the file of its beam.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""What the names of a manifest must be: groups, families, categories, materials, lamps, files."""
+"""Checks of names in a manifest: groups, families, categories, materials, lamps, files."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from .emitters import check_beam
 from .manifest import LampFaces, ThingForm
 from .mesh_file import SUFFIXES
 
-# groups whose families are placed by name: a new family would never stand anywhere
+# groups of things that are placed by the names of their families; a new family is never placed
 BY_FAMILY = ("street lamp", "traffic light", "sign", "building", "barrier", "furniture")
 NOT_OPEN = ("rider",)  # drawn together with bicycles
 OPEN_GROUPS = tuple(group for group in GROUPS if group not in NOT_OPEN)
@@ -27,7 +27,9 @@ LICENCE_WORDS = "for example CC0-1.0, CC-BY-4.0, MIT, or proprietary"
 
 
 def category_of(group: str, family: str) -> str:
-    """Return the category of a family, or that of all things of the group; empty if they differ."""
+    """Return the category of a family. For a new family it is that of the group's families, or ""
+    if they differ.
+    """
     families = GROUPS[group]
     known = families.shares()
     chosen = [family] if family in known else list(known)
@@ -36,14 +38,14 @@ def category_of(group: str, family: str) -> str:
 
 
 def entry_mistakes(name: str, form: ThingForm, licence: str, folder: Path) -> Iterator[str]:
-    """Yield what is wrong with an entry, without its mesh.
+    """Yield the mistakes of an entry, except those of its mesh.
 
     Parameters
     ----------
-    name : of the entry.
+    name : name of the entry.
     form : its content.
-    licence : of the pack; "" where it states none.
-    folder : of the pack, for the entry's files.
+    licence : licence of the pack; "": it states none.
+    folder : folder of the pack, with the files of the entry.
     """
     if not NAMES.fullmatch(name):
         yield "its name is no name; expected small letters, digits and underscores"

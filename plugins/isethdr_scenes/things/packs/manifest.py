@@ -1,6 +1,6 @@
 """The form of `pack.yaml`, the manifest of an asset pack.
 
-Unknown fields, missing ones and wrong types are found all at once, by pydantic.
+Pydantic finds all unknown fields, missing fields and wrong types at once.
 """
 
 from __future__ import annotations
@@ -24,43 +24,43 @@ Point = tuple[Number, Number, Number]
 
 
 class Form(BaseModel):
-    """A part of the manifest; it has no other fields."""
+    """A part of the manifest. Fields that it does not name are mistakes."""
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 
 
 class Axes(Form):
-    """Which axes of the file point forward and up."""
+    """The axes of the file that point forward and up."""
 
     forward: Direction
     up: Direction
 
 
 class Colour(Form):
-    """A surface of a colour instead of a material of ours."""
+    """A surface with a colour and a finish, in place of a bundled material."""
 
     colour: Annotated[str, Field(pattern="^#[0-9a-fA-F]{6}$")]  # sRGB
     finish: Finish = "satin"
 
 
 class LampFaces(Form):
-    """Faces that are a lamp: of a part, in a box, or both; those that look along the axis emit."""
+    """Faces of a lamp, selected by part, by box, or by both. Those that face the axis emit."""
 
-    kind: str  # of `lamps.KINDS`
+    kind: str  # a key of `lamps.KINDS`
     axis: Point  # x ahead, y to the left, z up; any length
     part: str = ""  # name of a mesh or material of the file
     box_m: tuple[Point, Point] | None = None  # least and greatest x, y, z of the faces' middles
-    candela: Positive | None = None  # largest luminous intensity; without it, that of the kind
-    cd_m2: Positive | None = None  # luminance along the axis, instead
-    beam: str = ""  # a file of LM-63 (.ies) or EULUMDAT (.ldt), instead
+    candela: Positive | None = None  # largest luminous intensity; None: that of the kind
+    cd_m2: Positive | None = None  # luminance along the axis, in place of `candela`
+    beam: str = ""  # a file of LM-63 (.ies) or EULUMDAT (.ldt), in place of both
 
 
 class Riding(Form):
-    """Where a rider touches a two-wheeler, m, as seen from its middle on the ground."""
+    """Points where a rider touches a two-wheeler, m. The origin is its middle on the ground."""
 
     saddle: Point
-    grip: Point  # the left one
-    foot: Point  # the left one
+    grip: Point  # left grip
+    foot: Point  # left foot
 
 
 class ThingForm(Form):
@@ -68,13 +68,14 @@ class ThingForm(Form):
 
     file: str
     group: str
-    family: str = ""  # a bundled one or a new one; without it, the thing's own name
-    category: str = ""  # of the labels; without it, that of the group or the family
-    licence: str = ""  # without it, that of the pack
-    share: Annotated[float, Field(gt=0, le=1)] | None = None  # of the draws of group or family
+    family: str = ""  # a bundled or a new family; "": the name of the thing
+    category: str = ""  # category of the labels; "": that of the family or the group
+    licence: str = ""  # "": the licence of the pack
+    # share of the draws of the group and of the family
+    share: Annotated[float, Field(gt=0, le=1)] | None = None
     scale: Positive = 1.0  # metres per unit of the file
-    axes: Axes | None = None  # without it, those of the format
-    open: bool = False  # holes are meant
+    axes: Axes | None = None  # None: the axes of the format
+    open: bool = False  # whether holes in the mesh are intended
     materials: dict[str, str | Colour] = {}
     lamps: tuple[LampFaces, ...] = ()
     riding: Riding | None = None
@@ -100,16 +101,16 @@ EXPECTED = {
 
 
 class Manifest(Form):
-    """A pack; `things` by name, each in the form of `ThingForm`."""
+    """A pack. `things` maps names to entries in the form of `ThingForm`."""
 
     licence: str = ""
-    source: str = ""  # where the files are from, for people
+    source: str = ""  # origin of the files, as information for readers
     things: Annotated[dict[str, Any], Field(min_length=1)]
 
 
 @dataclass(frozen=True)
 class Told:
-    """What a manifest says, as far as its form is right."""
+    """Content of a manifest: the entries with a valid form, and the mistakes of the others."""
 
     licence: str
     things: Mapping[str, ThingForm]
@@ -117,11 +118,11 @@ class Told:
 
 
 def read_manifest(folder: Path) -> Told:
-    """Return the manifest of a folder, with what is wrong with its form.
+    """Return the manifest of a folder, with the mistakes in its form.
 
     Raises
     ------
-    ConfigError : there is no manifest, or it is no YAML.
+    ConfigError : there is no manifest, or it is not YAML.
     """
     path = folder / NAME
     if not path.is_file():
@@ -146,7 +147,7 @@ def read_manifest(folder: Path) -> Told:
 
 
 def _checked(form: type[FormT], value: Any, name: str) -> tuple[FormT | None, list[str]]:
-    """Return the value in its form, or None and what is wrong with it."""
+    """Return the value in its form, or None and the mistakes."""
     try:
         return form.model_validate(value), []
     except ValidationError as error:
@@ -155,7 +156,15 @@ def _checked(form: type[FormT], value: Any, name: str) -> tuple[FormT | None, li
 
 
 def _mistake(outer: type[Form], kind: str, place: tuple[str | int, ...], message: str) -> str:
-    """Return what is wrong at a place of a form."""
+    """Return the message of a mistake in a form.
+
+    Parameters
+    ----------
+    outer : form that was checked.
+    kind : type of the mistake, as pydantic names it.
+    place : place of the mistake in the form.
+    message : message of pydantic.
+    """
     words = [str(part) for part in place if part not in ("Colour", "str")]
     where = ".".join(words)
     inner = INNER.get(words[0], outer) if len(words) > 1 else outer

@@ -13,15 +13,15 @@ from isethdr_core.errors import ConfigError
 from isethdr_core.extras import needed
 
 SUFFIXES = (".glb", ".obj", ".ply")
-STEP = 8  # of 256: colours of a texture that are nearer count as one
+STEP = 8  # step to which colours of a texture are rounded, on a scale of 256
 
 
 @dataclass(frozen=True, eq=False)
 class FilePart:
-    """A mesh of a file, in its units and axes.
+    """A mesh of a file, in the file's units and axes.
 
-    `names` are those of its node, its mesh and its material. `colours` (m, 4) are sRGB and opacity
-    of each face, 0 to 255; None where the file states none.
+    `names` are the names of its node, its mesh and its material. `colours` (m, 4) are sRGB and
+    opacity of each face, 0 to 255; None: the file states no colours.
     """
 
     names: tuple[str, ...]
@@ -33,7 +33,8 @@ class FilePart:
 def read_mesh(path: Path) -> list[FilePart]:
     """Return the parts of a file in the order of their names.
 
-    Skins, animations and normals are not read; a texture gives each face the colour at its middle.
+    Skins, animations and normals are not read. The colour of a face is that of the texture at the
+    middle of the face.
 
     Raises
     ------

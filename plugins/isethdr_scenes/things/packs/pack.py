@@ -1,4 +1,4 @@
-"""An asset pack: a folder read as a whole, with all its mistakes at once."""
+"""An asset pack: read a folder as a whole, and report all its mistakes at once."""
 
 from __future__ import annotations
 
@@ -21,9 +21,9 @@ from .manifest import NAME, Riding, ThingForm, read_manifest
 from .mesh_file import SUFFIXES, read_mesh
 from .soundness import mesh_mistakes, number_mistakes, size_mistakes
 
-# what a pack is made of: meshes, their materials and textures, beams
+# endings of the files that belong to a pack: meshes, their materials and textures, beams
 READ = (*SUFFIXES, ".mtl", ".png", ".jpg", ".jpeg", ".tga", ".bmp", ".ies", ".ldt")
-MOST_TRIANGLES = 150_000  # of a thing; a scene has 900 000
+MOST_TRIANGLES = 150_000  # largest number of triangles of a thing; a scene has 900 000
 
 
 @dataclass(frozen=True)
@@ -31,7 +31,7 @@ class Pack:
     """The things of a folder."""
 
     folder: str
-    digest: str  # of the bytes of its files
+    digest: str  # digest of the bytes of its files
     things: tuple[AssetThing, ...]
 
 
@@ -43,12 +43,12 @@ def pack_files(folder: str) -> tuple[Path, ...]:
 
 
 def load_pack(folder: str) -> Pack:
-    """Return a pack; one that was read before is not read again while its bytes are the same.
+    """Return a pack. A pack is read again only if the bytes of its files have changed.
 
     Raises
     ------
-    ConfigError : there is no such folder or manifest, or anything in it is wrong: all mistakes
-        are told at once, thing by thing.
+    ConfigError : there is no such folder or manifest, or it has mistakes; the message lists all
+        mistakes, thing by thing.
     """
     if not Path(folder).is_dir():
         raise ConfigError(
@@ -63,7 +63,7 @@ def stock_of(folders: Iterable[str]) -> Stock:
 
     Raises
     ------
-    ConfigError : anything in the packs is wrong, or all their shares exceed 1.
+    ConfigError : a pack has mistakes, or the shares of a group exceed 1 in total.
     """
     things = [thing for folder in folders for thing in load_pack(folder).things]
     mistakes = share_mistakes(things)
@@ -103,7 +103,7 @@ def _loaded(folder: str, digest: str) -> Pack:
 def _thing(
     name: str, form: ThingForm, licence: str, root: Path, digest: str
 ) -> tuple[AssetThing | None, list[str]]:
-    """Return a thing and what is wrong with it; None where anything is."""
+    """Return a thing, or None and its mistakes."""
     mistakes = list(entry_mistakes(name, form, licence, root))
     if mistakes:
         return None, mistakes
@@ -144,7 +144,7 @@ def _thing(
 
 
 def _plain(group: str) -> str:
-    """Return the group of the ranges of size: that of the trees for every season."""
+    """Return the group with the size limits of a group; trees of all seasons share `tree`."""
     return "tree" if group.endswith(" tree") else group
 
 
@@ -156,7 +156,7 @@ def _riding(form: Riding) -> RidingPosition:
 
 
 def share_mistakes(things: Iterable[AssetThing]) -> list[str]:
-    """Return which groups' things ask for more than all draws."""
+    """Return a message for each group with shares that exceed 1 in total."""
     total: dict[str, float] = defaultdict(float)
     for thing in things:
         assert thing.asset is not None

@@ -1,4 +1,4 @@
-"""The table of `isethdr things check`: what is in a pack."""
+"""The table of `isethdr things check`: the things of a pack."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ def report(folder: str) -> None:
 
     Raises
     ------
-    ConfigError : anything in the pack is wrong.
+    ConfigError : the pack has mistakes.
     """
     pack = load_pack(folder)
     print_table(COLUMNS, [_row(thing) for thing in pack.things], f"asset pack {folder}")

@@ -1,4 +1,4 @@
-"""What is wrong with a mesh: NaN, faces without area, holes, inside out, too large or too small."""
+"""Mistakes of a mesh: NaN, faces without area, holes, faces inside out, sizes out of range."""
 
 from __future__ import annotations
 
@@ -6,16 +6,18 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-LEAST_FACE_M2 = 1e-10
-SAME_PLACE_M = 1e-5
+LEAST_FACE_M2 = 1e-10  # least area of a face
+SAME_PLACE_M = 1e-5  # spacing of the grid to which vertices are rounded to find equal places
 
 
 def mesh_mistakes(vertices: np.ndarray, faces: np.ndarray, is_open: bool) -> list[str]:
-    """Return what is wrong with a mesh.
+    """Return the mistakes of a mesh.
 
     Parameters
     ----------
-    vertices : (n, 3) m. `faces` : (m, 3). `is_open` : holes are meant.
+    vertices : (n, 3) m.
+    faces : (m, 3) indices of vertices.
+    is_open : whether holes are intended.
     """
     found = []
     corners = vertices[faces]
@@ -41,7 +43,7 @@ def mesh_mistakes(vertices: np.ndarray, faces: np.ndarray, is_open: bool) -> lis
 
 
 def number_mistakes(vertices: np.ndarray) -> list[str]:
-    """Return how many of vertices (n, 3) are no points."""
+    """Return a message if vertices (n, 3) are NaN or infinite."""
     bad = int((~np.isfinite(vertices)).any(1).sum())
     if not bad:
         return []
@@ -49,9 +51,9 @@ def number_mistakes(vertices: np.ndarray) -> list[str]:
 
 
 def open_edges(vertices: np.ndarray, faces: np.ndarray) -> int:
-    """Return the number of edges at which an odd number of faces meets; a closed surface has none.
+    """Return the number of edges at which an odd number of faces meets.
 
-    Vertices at the same place are one vertex.
+    A closed surface has no such edge. Vertices at the same place count as one vertex.
     """
     places = np.round(vertices / SAME_PLACE_M).astype(np.int64)
     _, ids = np.unique(places, axis=0, return_inverse=True)
@@ -65,13 +67,13 @@ def open_edges(vertices: np.ndarray, faces: np.ndarray) -> int:
 def size_mistakes(
     size_m: Sequence[float], ranges: Mapping[str, Sequence[float]], group: str
 ) -> list[str]:
-    """Return which of length, width and height are beyond the ranges of a group, m.
+    """Return a message for each of length, width and height that is out of range.
 
     Parameters
     ----------
     size_m : length, width and height of a thing, m.
-    ranges : least and largest value, m, by the names of these three, in that order.
-    group : of the thing, for messages.
+    ranges : least and largest length, width and height, m, by name, in this order.
+    group : group of the thing, for messages.
     """
     found = []
     for (name, (least, most)), value in zip(ranges.items(), size_m, strict=True):

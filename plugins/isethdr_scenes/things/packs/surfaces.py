@@ -1,4 +1,4 @@
-"""The material of each face: as the manifest says, else the colour that the file states."""
+"""The material of each face: that of the manifest, or else the colour in the file."""
 
 from __future__ import annotations
 
@@ -10,16 +10,17 @@ from ...coloured import name_of
 from .manifest import Colour
 from .mesh_file import FilePart
 
-OPAQUE = 200  # of 255: what has less opacity is a pane of glass
+OPAQUE = 200  # least opacity of 255; a surface with less opacity is glass
 
 
 def material_names(
     part: FilePart, materials: Mapping[str, str | Colour]
 ) -> tuple[np.ndarray, list[str]] | None:
-    """Return (number of the material of each face, names), or None where nothing states one.
+    """Return the number (m,) of the material of each face, and the names of the materials.
 
-    The manifest names a material by the part's mesh or material, by the colour `#rrggbb` of a face,
-    or `default` for what is left.
+    The result is None if neither the manifest nor the file states a material. In the manifest the
+    key of a material is a name of the part, the colour `#rrggbb` of a face, or `default` for all
+    other faces.
     """
     for name in part.names:
         if name in materials:
