@@ -2,11 +2,11 @@
 
 | module    | content                                                                  |
 |-----------|--------------------------------------------------------------------------|
-| thing     | `Thing`: what is known before a mesh is built                            |
+| thing     | `Thing`: data of a thing that are known before its mesh is built         |
 | ranges    | files of `data`, and numbers drawn from their ranges                     |
 | registry  | the groups, and the module that serves each                              |
-| stock     | what may be drawn: the bundled families, and things of asset packs       |
-| fleets    | vehicles of which no two have the same silhouettes                       |
+| stock     | things that may be drawn: the bundled families, and those of asset packs |
+| fleets    | vehicles with silhouettes that all differ                                |
 | packs     | folders of users' own meshes                                             |
 | detail    | coarser meshes for things that are far away                              |
 | furniture | street lamps, signs, traffic lights, barriers, buildings, small things   |
@@ -17,9 +17,9 @@
 | plants    | trees through the seasons, bushes, hedges, grass and rocks               |
 | vehicles  | cars, trucks, buses, motorcycles and bicycles                            |
 
-`draw` a thing, place it by its `size_m`, and `build` its mesh at the detail that its distance asks
-for. A module of families offers `shares()`, `thing(family, variant)` and `build(thing, detail)`,
-and is entered in `registry.GROUPS`.
+`draw` a thing, place it by its `size_m`, and `build` its mesh at the detail that its distance
+requires. A module of families offers `shares()`, `thing(family, variant)` and
+`build(thing, detail)`, and has an entry in `registry.GROUPS`.
 """
 
 from __future__ import annotations
@@ -54,13 +54,13 @@ def names(group: str) -> tuple[str, ...]:
 
 
 def draw(group: str, rng: np.random.Generator, family: str | None = None) -> Thing:
-    """Return a bundled thing of a group; of one family of it where given, else by shares.
+    """Return a random bundled thing of a group or a family.
 
     Parameters
     ----------
     group : car, truck, person, tree, ... (`isethdr things list`).
     rng : random numbers; a draw takes several.
-    family : of that group; None: drawn by the shares of the families.
+    family : family of the group; None: drawn by the shares of the families.
 
     Raises
     ------
@@ -89,9 +89,10 @@ def rider_of(vehicle: Thing, rng: np.random.Generator) -> Rider:
 
 
 def build(thing: Thing, detail: Detail = "near") -> Assembly:
-    """Return the mesh of a thing: parts and materials apart, lamps as emitting parts of their own.
+    """Return the mesh of a thing, with separate parts for its materials and lamps.
 
-    The same thing gives the same arrays. `near` serves to 20 m, `middle` to 60 m, `far` beyond.
+    The same thing gives the same arrays. `near` serves up to a distance of 20 m, `middle` up to
+    60 m, and `far` beyond.
     """
     if isinstance(thing, AssetThing):
         return thing.built(detail)

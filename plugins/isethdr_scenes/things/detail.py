@@ -1,4 +1,4 @@
-"""Coarser meshes for things that are far away, by merging near vertices."""
+"""Coarser meshes for things that are far away. Vertices close to each other are merged."""
 
 from __future__ import annotations
 
@@ -9,12 +9,12 @@ import numpy as np
 
 from ..geometry.mesh.piece import Assembly, Piece, face_sizes
 
-LEAST_FACE_M2 = 1e-10  # slivers of cuts, which no picture shows
-MOST_IN_TABLE = 4_000_000  # keys that are numbered by a table, one byte and one number each
+LEAST_FACE_M2 = 1e-10  # least area of a face; smaller ones are slivers of cuts, never visible
+MOST_IN_TABLE = 4_000_000  # largest number of possible keys that are numbered by a table
 
 
 def clean(model: Assembly) -> Assembly:
-    """Return a copy without faces of no area."""
+    """Return a copy without faces that have no area."""
     if not model.parts:
         return Assembly(model.name)
     joined = _joined(model.parts)
@@ -22,16 +22,16 @@ def clean(model: Assembly) -> Assembly:
 
 
 class _Joined(NamedTuple):
-    """Meshes of several parts in one: a car has 140 parts, which are slow one by one."""
+    """Meshes of several parts as one. A car has 140 parts, and processing each alone is slow."""
 
     vertices: np.ndarray  # (n, 3) m
-    faces: np.ndarray  # (m, 3) into these vertices
-    normals: np.ndarray | None  # (n, 3), 0 in parts without; None: no part has any
-    vertex_ends: np.ndarray  # (parts + 1,) where each part begins and ends
-    face_ends: np.ndarray  # (parts + 1,)
+    faces: np.ndarray  # (m, 3) indices of vertices
+    normals: np.ndarray | None  # (n, 3), 0 in parts without normals; None: no part has normals
+    vertex_ends: np.ndarray  # (parts + 1,) first vertex of each part, and the end of the last part
+    face_ends: np.ndarray  # (parts + 1,) the same of faces
 
     def apart(self, parts: Sequence[Piece]) -> list[Piece]:
-        """Return the meshes as parts, with names, materials and lamps of `parts`."""
+        """Return the meshes as separate parts, with names, materials and lamps of `parts`."""
         out = []
         vertex_ends = self.vertex_ends.tolist()
         face_ends = self.face_ends.tolist()
@@ -63,13 +63,13 @@ def _joined(parts: Sequence[Piece]) -> _Joined:
 
 
 def _without_slivers(name: str, parts: Sequence[Piece], joined: _Joined) -> Assembly:
-    """Return the parts without faces of no area, and without vertices that no face uses.
+    """Return the parts without faces that have no area, and without vertices that no face uses.
 
     Parameters
     ----------
-    name : of the assembly.
-    parts : whose meshes these are.
-    joined : their meshes in one.
+    name : name of the assembly.
+    parts : parts that give names, materials and lamps.
+    joined : their meshes as one.
     """
     size = face_sizes(Piece(name, joined.vertices, joined.faces))
     solid = size > LEAST_FACE_M2
@@ -92,12 +92,12 @@ def _without_slivers(name: str, parts: Sequence[Piece], joined: _Joined) -> Asse
 
 
 def _ends_of(kept: np.ndarray, ends: np.ndarray) -> np.ndarray:
-    """Return where each part ends once some of its elements are left out.
+    """Return the ends of parts, as in `_Joined`, after some elements are left out.
 
     Parameters
     ----------
-    kept : (n,) which elements stay.
-    ends : (parts + 1,) where each part begins and ends among all of them.
+    kept : (n,) whether each element stays.
+    ends : (parts + 1,) ends of the parts among all elements.
     """
     return np.append(0, np.cumsum(kept)).take(ends)
 
@@ -121,10 +121,10 @@ def extent_m(model: Assembly) -> tuple[np.ndarray, np.ndarray]:
 
 
 def coarser(model: Assembly, cell_m: float) -> Assembly:
-    """Return a copy whose vertices within one cell of `cell_m` are one vertex; its extent stays.
+    """Return a copy with all vertices in a cell of `cell_m` merged. Its extent does not change.
 
-    All parts share the merged places, so that no gap opens between them. Lamps stay as they are:
-    their candela belong to their faces.
+    All parts share the merged places, so that no gap opens between them. Lamps do not change,
+    because their intensities belong to their faces.
     """
     dark = [part for part in model.parts if part.lamp is None]
     lit = [part for part in model.parts if part.lamp is not None]
@@ -135,8 +135,10 @@ def coarser(model: Assembly, cell_m: float) -> Assembly:
 
 
 def _cells(vertices: np.ndarray, cell_m: float) -> tuple[np.ndarray, np.ndarray]:
-    """Return the number of the cell of each vertex, and the place of each cell: the mean of its
-    vertices, moved to the end of the extent where one of them is there.
+    """Return the number of the cell of each vertex, and the place of each cell.
+
+    The place is the mean of the cell's vertices. Along an axis it is the end of the extent if one
+    of these vertices is there.
     """
     low = vertices.min(0)
     high = vertices.max(0)
@@ -154,8 +156,10 @@ def _cells(vertices: np.ndarray, cell_m: float) -> tuple[np.ndarray, np.ndarray]
 
 
 def _numbered(key: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the distinct keys in order, and which of them each key is: `numpy.unique` without a
-    sort where the keys (n,), from 0, are few enough for a table.
+    """Return the distinct keys in order, and the number of each key among them.
+
+    The result is that of `numpy.unique` for keys (n,) from 0. If the largest key is small enough, a
+    table replaces the sort.
     """
     count = int(key.max(initial=0)) + 1
     if count > MOST_IN_TABLE:
@@ -166,18 +170,19 @@ def _numbered(key: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _moved_to(joined: _Joined, ids: np.ndarray, places: np.ndarray) -> _Joined:
-    """Return meshes whose vertices are cells, without faces between fewer than three cells and
-    faces that are there twice in a part.
+    """Return meshes with one vertex for each cell of a part.
+
+    Faces between fewer than three cells are left out, and so are repeated faces of a part.
 
     Parameters
     ----------
-    joined : the meshes in one, of n vertices.
+    joined : the meshes as one, with n vertices.
     ids : (n,) cell of each vertex.
     places : (cells, 3) place of each cell, m.
     """
     parts = len(joined.vertex_ends) - 1
     owner = np.repeat(np.arange(parts) * len(places), np.diff(joined.vertex_ends))
-    cells, own = _numbered(owner + ids)  # a part's cells follow each other
+    cells, own = _numbered(owner + ids)  # the cells of a part are consecutive
     vertex_ends = np.searchsorted(cells, np.arange(parts + 1) * len(places))
     normals = joined.normals
     if normals is not None:
@@ -190,8 +195,9 @@ def _moved_to(joined: _Joined, ids: np.ndarray, places: np.ndarray) -> _Joined:
 
 
 def _distinct(faces: np.ndarray) -> np.ndarray:
-    """Return the rows, in order, of faces (m, 3) between three vertices; the first row where
-    several faces share all three.
+    """Return the rows, in order, of faces (m, 3) that have three different vertices.
+
+    If several faces have the same vertices, only the first row is returned.
     """
     a, b, c = faces.T
     thick = np.flatnonzero((a != b) & (b != c) & (a != c))
@@ -205,7 +211,7 @@ def _distinct(faces: np.ndarray) -> np.ndarray:
 
 
 def _unit_or_up(v: np.ndarray) -> np.ndarray:
-    """Return vectors (n, 3) of length 1; upwards where both sides of a thin part cancel."""
+    """Return unit vectors (n, 3). They point up where the normals of a thin part cancel."""
     length = np.linalg.norm(v, axis=1)
     out = v / np.maximum(length, 1e-9)[:, None]
     out[length < 1e-3] = (0.0, 0.0, 1.0)

@@ -1,4 +1,4 @@
-"""A fleet: vehicles of which no two have the same silhouettes."""
+"""A fleet: vehicles with silhouettes that all differ."""
 
 from __future__ import annotations
 
@@ -13,28 +13,31 @@ from .stock import BUNDLED
 from .thing import Thing
 
 GROUPS = ("car", "truck", "bus", "motorcycle")
-ALIKE = 0.93  # intersection over union, of the side and of the front, above which two are alike
-MARGIN = 0.005  # below it, for the pixels of the silhouettes
-PIXELS = 384  # along the length of a vehicle
-HIGH = 0.9  # of a picture, relative to the length
-TRIES = 40  # members of a family that are looked at, before the family is left out
+# Two vehicles are alike if the intersection over union of their silhouettes is larger than this,
+# both from the side and from the front.
+ALIKE = 0.93
+MARGIN = 0.005  # distance that is kept from `ALIKE`, for the error of pixels
+PIXELS = 384  # pixels along the length of a vehicle
+HIGH = 0.9  # height of a picture of a silhouette / its width
+TRIES = 40  # number of candidates of a family in each round
 
 
 def fleet(count: int = 80, seed: int = 0, groups: Sequence[str] = GROUPS) -> tuple[Thing, ...]:
-    """Return vehicles of which no two are alike, family after family in turn.
+    """Return vehicles of which no two are alike. The families take turns.
 
-    Candidates are built at the coarsest level: 80 vehicles need 169 of them, about 75 CPU seconds.
+    Candidates are built at the coarsest level. A fleet of 80 vehicles needs 169 candidates, which
+    take about 75 s of CPU time.
 
     Parameters
     ----------
     count : number of vehicles.
-    seed : of the draw.
-    groups : groups of vehicles that take part.
+    seed : seed of the draw.
+    groups : groups of the vehicles.
 
     Raises
     ------
     ValueError
-        If the families hold no such number of vehicles, or there is no such group.
+        If the families do not hold that many different vehicles, or there is no such group.
     """
     families = [(group, family) for group in groups for family in group_named(group).shares()]
     rng = np.random.default_rng(seed)
@@ -62,8 +65,9 @@ def fleet(count: int = 80, seed: int = 0, groups: Sequence[str] = GROUPS) -> tup
 
 
 def likeness(one: np.ndarray, other: np.ndarray) -> float:
-    """Return the intersection over union of two silhouettes (2, y, x): the lesser one of the side
-    and the front. Two vehicles are alike where both are large.
+    """Return the lesser intersection over union of two pairs of silhouettes (2, y, x).
+
+    A pair has the side and the front of a vehicle.
     """
     both = (one & other).sum((1, 2))
     either = (one | other).sum((1, 2))
@@ -71,8 +75,10 @@ def likeness(one: np.ndarray, other: np.ndarray) -> float:
 
 
 def silhouettes(thing: Thing, pixels: int = PIXELS) -> np.ndarray:
-    """Return what a thing hides (2, y, x) bool, seen from its side and from its front, both scaled
-    to one length; it stands on the lower edge.
+    """Return the silhouettes of a thing (2, y, x) bool, from its side and from its front.
+
+    In both pictures the scale is the one at which its length fills the width. It stands on the
+    lower edge.
     """
     return _silhouettes(thing, pixels)
 
@@ -89,7 +95,7 @@ def _silhouettes(thing: Thing, pixels: int) -> np.ndarray:
         up = rows - scale * corners[:, :, 2]
         picture = Image.new("1", (pixels, rows))
         draw = ImageDraw.Draw(picture)
-        # pixel k reaches from k to k + 1
+        # pixel k reaches from k to k + 1, so its middle is at k + 0.5
         for triangle in np.stack([across, up], -1) - 0.5:
             draw.polygon([tuple(point) for point in triangle.tolist()], fill=1)
         out[k] = np.asarray(picture)

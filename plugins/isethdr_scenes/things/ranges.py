@@ -1,6 +1,7 @@
 """Ranges of families: files of the folder `data`, and the numbers drawn from them.
 
-A value `a .. b` of a file is a number drawn evenly between a and b; all else is as it is written.
+A value `a .. b` of a file stands for a random number, uniform between a and b. All other values are
+taken as they are.
 """
 
 from __future__ import annotations
@@ -18,7 +19,7 @@ from isethdr_core.plugins.yaml_text import read_yaml
 
 @cache
 def read(name: str) -> dict[str, Any]:
-    """Return a file of the folder `data`; nobody may change it."""
+    """Return a file of the folder `data`. The result is cached; callers must not change it."""
     text = files(__package__).joinpath("data", name).read_text(encoding="utf-8")
     told: dict[str, Any] = read_yaml(text)
     return told
@@ -45,6 +46,6 @@ def drawn(value: Any, rng: np.random.Generator) -> Any:
 
 
 def one_of(shares: Mapping[str, float], rng: np.random.Generator) -> str:
-    """Return a key of `shares`, drawn by its share (any scale)."""
+    """Return a key of `shares`, drawn in proportion to its share; shares may have any scale."""
     share = np.array(list(shares.values()), float)
     return list(shares)[int(rng.choice(len(share), p=share / share.sum()))]

@@ -15,13 +15,13 @@ from .vehicles import bicycles, cars, heavy, motorcycles
 
 
 class Families(Protocol):
-    """What a module of families offers."""
+    """The functions that a module of families offers."""
 
     def shares(self) -> dict[str, float]:
-        """Return the families, each with its share of the group, any scale."""
+        """Return the families, each with its share of the group; shares may have any scale."""
 
     def thing(self, family: str, variant: int) -> Thing:
-        """Return a member of a family; the same variant, the same thing."""
+        """Return a member of a family. The same variant gives the same thing."""
 
     def build(self, thing: Thing, detail: Detail) -> Assembly:
         """Return the mesh, centred in x and y on z = 0."""

@@ -1,5 +1,6 @@
-"""Where a rider touches a bicycle, scooter or motorcycle: what its maker and the rider's agree
-on.
+"""The points where a rider touches a bicycle, scooter or motorcycle.
+
+Modules of two-wheelers provide them, and the module of riders uses them.
 """
 
 from __future__ import annotations

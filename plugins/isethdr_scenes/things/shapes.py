@@ -1,7 +1,7 @@
 """Shapes of living things: limbs that melt together, lofts, rods, balls and blocks.
 
-Every shape knows its extent without a mesh, so that a thing states its size before it is built,
-and turns itself into pieces at three levels of detail.
+Every shape states its extent without a mesh, so that the size of a thing is known before it is
+built. A shape can be built at three levels of detail.
 """
 
 from __future__ import annotations
@@ -21,22 +21,23 @@ from .thing import Detail
 
 DETAILS: tuple[Detail, ...] = ("near", "middle", "far")
 MIDDLE_STEP = 2.2  # sampling step of a surface at middle detail, relative to near
-SIDES: dict[Detail, int] = {"near": 10, "middle": 7, "far": 6}  # of tubes
-LEAST_M = 1e-3  # a shorter limb is a tube of this length, upright
-FLAT = 1.06  # a tube of 6 sides has about the section of a round one 1.06 times thinner
+SIDES: dict[Detail, int] = {"near": 10, "middle": 7, "far": 6}  # number of sides of tubes
+LEAST_M = 1e-3  # least length of a limb as a tube; a shorter limb becomes an upright tube
+# factor on the radii of tubes with 6 sides; their section is then about that of round tubes
+FLAT = 1.06
 Extent = tuple[np.ndarray, np.ndarray]  # least and greatest x, y, z, m
-Values = Callable[[np.ndarray], np.ndarray]  # of points (n, 3), m; negative inside
+Values = Callable[[np.ndarray], np.ndarray]  # maps points (n, 3), m, to values, negative inside
 
 
 class Shape(Protocol):
-    """What a figure is made of."""
+    """A shape of a figure."""
 
     def extent(self) -> Extent:
         """Return the least and the greatest coordinates, m."""
         ...
 
     def pieces(self, detail: Detail) -> list[Piece]:
-        """Return the meshes at that level of detail."""
+        """Return the meshes at a level of detail."""
         ...
 
 
@@ -59,14 +60,14 @@ class Limb:
         return low, np.maximum(a + self.radius_a * reach, b + self.radius_b * reach)
 
     def field(self) -> Field:
-        """Return the field for `geometry.mesh.implicit.blend`: distance in m, negative inside."""
+        """Return the field for `geometry.mesh.implicit.blend`: distance, m, negative inside."""
         narrow = np.array([1.0, 1 / self.width, 1.0])
         round_limb = cone(
             np.asarray(self.a) * narrow, np.asarray(self.b) * narrow, self.radius_a, self.radius_b
         )
         if self.width == 1.0:
             return round_limb
-        # distances shrink with the narrower axis, so that the field is never steeper than 1
+        # the scale keeps the gradient of the field at most 1
         scale = min(1.0, self.width)
 
         def distance(points: np.ndarray) -> np.ndarray:
@@ -82,7 +83,7 @@ class Patch:
     name: str
     material: str
     inside: Values
-    coarsest: Detail = "far"  # the surface is whole at coarser detail
+    coarsest: Detail = "far"  # coarsest level that shows the patch
 
 
 @dataclass(frozen=True)
@@ -98,7 +99,7 @@ class Mass:
     seed: int = 0
     patches: tuple[Patch, ...] = ()
     trim: Values | None = None  # the surface is kept where this is negative
-    coarsest: Detail = "far"  # not built at coarser detail
+    coarsest: Detail = "far"  # coarsest level at which it is built
 
     def extent(self) -> Extent:
         """Return the least and the greatest coordinates of the limbs, m."""
@@ -106,13 +107,13 @@ class Mass:
         return np.min([low for low, _ in ends], 0), np.max([high for _, high in ends], 0)
 
     def pieces(self, detail: Detail) -> list[Piece]:
-        """Return the surface, and its patches apart."""
+        """Return the surface, and its patches as separate pieces."""
         if DETAILS.index(detail) > DETAILS.index(self.coarsest):
             return []
         level = DETAILS.index(detail)
         patches = [p for p in self.patches if DETAILS.index(p.coarsest) >= level]
         if detail == "far":
-            # where patches are cut out, faces have to be about as small as a patch
+            # faces must be about as small as a patch that is cut out of them
             steps = 4 if patches else 1
             surface = tubes_of(self.limbs, steps).named(self.name, self.material)
             if self.trim is not None:
@@ -142,7 +143,7 @@ class Ring:
 
 @dataclass(frozen=True)
 class Loft:
-    """A sleeve of cloth through rings from top to bottom, closed below: a skirt, a coat's tail."""
+    """Cloth through rings from top to bottom, closed below, such as a skirt or a coat's tail."""
 
     name: str
     material: str
@@ -158,7 +159,7 @@ class Loft:
         return low, np.max([c + h for c, h in zip(centre, half, strict=True)], 0)
 
     def pieces(self, detail: Detail) -> list[Piece]:
-        """Return the sleeve with its underside."""
+        """Return the cloth with its underside."""
         sides = {"near": 60, "middle": 28, "far": 10}[detail]
         angle = np.linspace(0, 2 * np.pi, sides, endpoint=False)
         rows = []
@@ -178,7 +179,7 @@ class Loft:
 
 @dataclass(frozen=True)
 class Rod:
-    """A tube along a path; one radius per point, m."""
+    """A tube along a path, with one radius per point, m."""
 
     name: str
     material: str
@@ -226,7 +227,7 @@ class Ball:
 
 @dataclass(frozen=True)
 class Block:
-    """A box with rounded edges; the columns of `axes` are its directions."""
+    """A box with rounded edges. The columns of `axes` are the directions of its sides."""
 
     name: str
     material: str
@@ -254,11 +255,11 @@ class Block:
 
 
 def tubes_of(limbs: Sequence[Limb], steps: int = 1) -> Piece:
-    """Return limbs as tubes with rounded ends, of few faces.
+    """Return limbs as tubes with narrower ends and few faces.
 
     Parameters
     ----------
-    limbs : limbs of the tubes.
+    limbs : the limbs.
     steps : number of faces along each limb, without the ends.
     """
     width = np.array([limb.width for limb in limbs])
@@ -279,14 +280,14 @@ def tubes_of(limbs: Sequence[Limb], steps: int = 1) -> Piece:
     radii = np.concatenate([0.6 * radius_a, radii, 0.6 * radius_b], 1)
     made = closed_tubes(paths, FLAT * radii, SIDES["far"])
     across = np.repeat(across, len(made.vertices) // len(limbs), 0)
-    # normals follow the inverse, so that they stay across a stretched surface
+    # normals need the inverse scale, so that they stay perpendicular to the stretched surface
     normals = unit(made.normals * (1 / across))
     return replace(made, vertices=made.vertices * across, normals=normals)
 
 
 @dataclass(frozen=True)
 class Figure:
-    """Shapes that make one living thing, in coordinates of their own."""
+    """The shapes of one living thing, in coordinates of their own."""
 
     name: str
     shapes: tuple[Shape, ...]
@@ -303,7 +304,7 @@ class Figure:
         return length, width, height
 
     def assembly(self, detail: Detail, standing: bool = True) -> Assembly:
-        """Return the meshes: `standing` at the origin on z = 0, else in the shapes' coordinates."""
+        """Return the meshes, centred on z = 0 if `standing`, else in the shapes' coordinates."""
         out = Assembly(self.name)
         for shape in self.shapes:
             out.add(*shape.pieces(detail))
@@ -312,7 +313,7 @@ class Figure:
 
 
 def stood(assembly: Assembly) -> Assembly:
-    """Return the assembly centred in x and y, its lowest point on z = 0."""
+    """Return the assembly centred in x and y, with its lowest point at z = 0."""
     low = np.min([p.vertices.min(0) for p in assembly.parts], 0)
     high = np.max([p.vertices.max(0) for p in assembly.parts], 0)
     x, y = -(low + high)[:2] / 2

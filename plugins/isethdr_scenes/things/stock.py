@@ -1,4 +1,4 @@
-"""Stock: the things that may be drawn, of the bundled families and of asset packs."""
+"""Stock: the things that may be drawn, from the bundled families and from asset packs."""
 
 from __future__ import annotations
 
@@ -13,10 +13,10 @@ from .thing import Thing
 
 @dataclass(frozen=True)
 class Stock:
-    """The bundled families, and things of packs beside them.
+    """The bundled families, together with things of packs.
 
-    A thing of a pack has a share of the draws of its group, and the same share of the draws of its
-    family; the bundled ones have the rest.
+    A thing of a pack gets its share of the draws of its group, and the same share of the draws of
+    its family. The bundled things get the other draws.
     """
 
     own: tuple[AssetThing, ...] = ()
@@ -27,13 +27,13 @@ class Stock:
         return tuple(dict.fromkeys([*group_named(group).shares(), *added]))
 
     def draw(self, group: str, rng: np.random.Generator, family: str | None = None) -> Thing:
-        """Return a thing of a group; of one family of it where given, else by shares.
+        """Return a random thing of a group or a family.
 
         Parameters
         ----------
         group : car, truck, person, tree, ... (`isethdr things list`).
         rng : random numbers; a draw takes several.
-        family : of that group; None: drawn by the shares of the families.
+        family : family of the group; None: drawn by the shares of the families.
 
         Raises
         ------
@@ -43,13 +43,13 @@ class Stock:
         own = [t for t in self.own if t.group == group and family in (None, t.family)]
         bundled = group_named(group).shares()
         if own:
-            # a family of the packs alone has no bundled things to draw
+            # a family that only packs have has no bundled things to draw
             only = family is not None and family not in bundled
             place = float(rng.random()) * (sum(map(_share, own)) if only else 1.0)
             for thing, end in zip(own, np.cumsum([_share(t) for t in own])):
                 if place < end:
                     return thing
-            if only:  # the last digit of a sum
+            if only:  # rounding left `place` at the end of the sum
                 return own[-1]
         return _bundled(group, rng, family)
 
@@ -60,7 +60,7 @@ def _share(thing: AssetThing) -> float:
 
 
 def _bundled(group: str, rng: np.random.Generator, family: str | None) -> Thing:
-    """Return a thing of the bundled families."""
+    """Return a random thing of the bundled families."""
     families = group_named(group)
     shares = families.shares()
     if family is None:

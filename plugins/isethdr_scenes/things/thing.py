@@ -1,4 +1,4 @@
-"""A thing of a driving scene: what is known of it before a mesh is built."""
+"""A thing of a driving scene: the data that are known before its mesh is built."""
 
 from __future__ import annotations
 
@@ -12,17 +12,17 @@ Detail = Literal["near", "middle", "far"]
 
 @dataclass(frozen=True)
 class Thing:
-    """One member of a family. It stands at its own origin on z = 0, looks along +x, and is centred
-    in x and y.
+    """One member of a family. It stands on z = 0, faces +x, and is centred in x and y.
 
-    Families that need more derive from this class; every field is hashable and has a default.
+    Families that need more data derive from this class. Their fields are hashable and have
+    defaults.
     """
 
     family: str  # for example `sedan`
-    variant: int  # member of the family: the seed of all that its ranges leave open
+    variant: int  # number of the member; it seeds all random values of the member
     category: str  # a name of `isethdr_core.data.categories`
     size_m: tuple[float, float, float]  # length, width, height of the mesh, within 3 cm
-    group: str = ""  # of `registry.GROUPS`, for example `car`
-    paint: str = ""  # a name of `materials.PAINT`, where the family is painted
-    # where its rider touches it, of a two-wheeler whose family does not tell
+    group: str = ""  # a key of `registry.GROUPS`, for example `car`
+    paint: str = ""  # a name of `materials.PAINT`, if the family is painted
+    # points where its rider touches it, for a two-wheeler of an asset pack
     riding: RidingPosition | None = None
