@@ -1,4 +1,6 @@
-"""Added light: a flare's irradiance on the sensor plane, stated as the lens's own answer is."""
+"""Added light: a flare's irradiance on the sensor plane, with the attributes of a lens's
+irradiance.
+"""
 
 from __future__ import annotations
 
@@ -20,7 +22,7 @@ def added_light(lens: LensOptics, mixed: xr.DataArray, irradiance: np.ndarray) -
     Parameters
     ----------
     lens : a lens of this package.
-    mixed : mixed radiance, for the grid.
+    mixed : mixed radiance, which gives the grid.
     irradiance : (wavelength, y, x), W m-2 nm-1.
     """
     f_m = 1e-3 * lens.focal_length_mm

@@ -1,16 +1,16 @@
-"""Flares: what dirties the light on its way, and what a flare of your own may offer.
+"""The flares `ideal` and `aperture`, and the methods that any flare may have.
 
-A flare is a frozen dataclass with any of these methods; a lens honours every one it finds.
+A flare is a frozen dataclass with any of these methods; a lens uses all of them.
 
 `pupil(x_mm, y_mm, wavelength_nm)`
     complex or real amplitude transmission at points of the pupil plane (broadcast; mm from the
-    axis, x right, y down as in the image). The lens multiplies it into its own round stop, averaged
-    over 3 x 3 points per pupil cell.
+    axis, x right, y down as in the image). The lens multiplies its own round stop by the mean over
+    3 x 3 points per pupil cell.
 `pupil_shapes(radius_mm)`
-    instead of sampling `pupil`: (opening, [(shape, loss of amplitude), ...]) of
+    instead of `pupil`: (opening, [(shape, loss of amplitude), ...]) of
     `isethdr_core.physics.optics.pupil`, convex shapes in mm, the same at all wavelengths, for a
-    lens whose stop has `radius_mm`. The lens draws them exactly, and much faster. Dirt may state a
-    third number, the optical path difference in um that it adds to the light it passes.
+    lens with a stop of `radius_mm`. The lens rasterises them exactly, and much faster. An element
+    for dirt may have a third entry, the optical path difference in um of the light through it.
 `scatter(wavelength_nm, angle_rad)`
     light scattered per steradian at `angle_rad` (array) from the unscattered ray, as a fraction of
     all light. Its integral over the forward hemisphere is taken from the sharp image and spread:
@@ -19,8 +19,8 @@ A flare is a frozen dataclass with any of these methods; a lens honours every on
     light added on the sensor plane (ghosts), W m-2 nm-1, (wavelength, y, x) on the tiles of
     `mixed`.
 `redirected(lens, mixed)`
-    the radiance that something in front of the lens leaves (drops on a windscreen): mixed radiance
-    on the tiles of `mixed`, which may have components.
+    radiance behind an obstacle in front of the lens (drops on a windscreen): mixed radiance on the
+    tiles of `mixed`, which may have components.
 """
 
 from __future__ import annotations
@@ -75,7 +75,7 @@ class ApertureFlare:
     scratch_length_um: Micrometres = 500.0  # mean length of the scratches
     seed: Seed = 1  # seed of the positions and sizes of grains and scratches
     # radius of the circle through the corners of the iris; 0 takes the stop of the lens (0.5 mm
-    # where no lens is known)
+    # if no lens is known)
     radius_mm: PupilRadius = 0.0
     dust_spread: LogSpread = 0.5  # standard deviation of the logarithm of the grains' radius
     # least and greatest share of the amplitude that a grain blocks
@@ -96,7 +96,7 @@ class ApertureFlare:
     scratch_range_deg: Direction = 180.0
 
     def __post_init__(self) -> None:
-        """Refuse dirt that cannot be drawn."""
+        """Raise ConfigError for values out of range, or for reversed limits of an opacity."""
         check_ranges(self)
         for name in ("dust_opacity", "scratch_opacity"):
             ends = getattr(self, name)
@@ -107,8 +107,11 @@ class ApertureFlare:
                 )
 
     def narrow(self, demand: Demand) -> Demand:
-        """Return the demand unchanged; refuse a delay that the bands it asks for are too wide for,
-        before anything is computed.
+        """Return the demand unchanged.
+
+        Raises
+        ------
+        ConfigError : bands of the demand are too wide for `dust_delay_um`.
         """
         if self.dust_delay_um and self.dust_per_mm2 and len(demand.wavelength_nm or ()):
             check_delay(
@@ -122,7 +125,7 @@ class ApertureFlare:
 
         Parameters
         ----------
-        x_mm, y_mm : places in the pupil, mm, 0 on the axis; any shapes that broadcast.
+        x_mm, y_mm : positions in the pupil, mm, 0 on the axis; any shapes that broadcast.
         wavelength_nm : wavelength, nm.
         """
         opening, dirt = self.pupil_shapes(0.5)
@@ -138,7 +141,9 @@ class ApertureFlare:
         return transmission(opening, losses, x_mm, y_mm)
 
     def pupil_shapes(self, radius_mm: float) -> tuple[Convex, list[Any]]:
-        """Return the iris and its dirt as convex shapes, for a lens whose stop has `radius_mm`."""
+        """Return the iris and its dirt as convex shapes in mm, for a lens with a stop of
+        `radius_mm`.
+        """
         radius = self.radius_mm or radius_mm
         dust = Dust(
             self.dust_per_mm2, self.dust_radius_um, self.dust_spread, tuple(self.dust_opacity)

@@ -1,20 +1,21 @@
 """Drops: water on a windscreen, each a small lens that is far out of focus.
 
-A camera behind a windscreen sees a point of the glass at the distance z through its whole entrance
-pupil, of diameter D: light of the direction t (tangents) crosses the glass in a disc of diameter D
-about z t. A drop is a plano-convex lens of focal length f = radius of its surface / (n - 1). At the
-place p, measured from its middle c, it turns the line of sight by -(p - c) / f. The radiance that
-the camera receives from the direction t is therefore, by geometrical optics,
+The glass lies at the distance z in front of a camera with an entrance pupil of diameter D. Light
+from the direction t (tangents) crosses the glass in a disc of diameter D about z t. A drop is a
+plano-convex lens of focal length f = radius of its surface / (n - 1). At the point p of the glass,
+a drop with the middle c turns the line of sight by -(p - c) / f. The radiance that the camera
+receives from the direction t is therefore, by geometrical optics,
 
     L'(t) = (1 - w) L(t) + (1 / pupil area) x integral of L(t - (p - c) / f) dp
 
 where the integral is over the part of the disc that drops cover, and w is the share of that part.
-Radiance is kept along every ray, so even light stays even. A drop is seen as a disc blurred by the
-pupil, and in it the scene inverted, small, and blurred by D / f.
+Radiance is conserved along every ray, so that uniform light stays uniform. The picture shows a drop
+as a disc that is blurred by the pupil. In the disc the scene is inverted, small, and blurred by
+D / f.
 
-The integral is a sum over square cells of the drop. Each is multiplied by the mean of L over the
-directions that the cell looks at, with the exact share of tiles cut by its border: no lamp falls
-between the cells, however small it is.
+The integral is a sum over square cells of the drop. Each cell is multiplied by the mean of L over
+the directions in which the cell refracts the line of sight. Tiles at the border of these directions
+count with their exact share, so that no lamp falls between the cells, however small it is.
 """
 
 from __future__ import annotations
@@ -43,17 +44,18 @@ Radius = Annotated[float, Range(0.02, 10)]  # millimetres: larger drops run down
 Contact = Annotated[float, Range(2, 45)]  # degrees: steeper rims of water reflect totally
 Index = Annotated[float, Range(1.01, 1.4)]
 Distance = Annotated[float, Range(1, 2000)]  # millimetres
-PATCH_MM = 10.0  # side of the squares of glass whose drops are drawn together
-CELLS_PER_PUPIL = 6  # along its diameter: what is seen in a drop is blurred by one of them
-CELLS = (6, 48)  # least and most along a drop's diameter
-FINE = 8  # points along a cell, that tell its share within the drop
-BLOCK = 2_000_000  # products of tiles and cells at a time: 16 MB
-BANDS = 8  # at a time: the cells of a drop serve all of them
-ROUNDING = 1e-9  # of sums over tiles, relative
+PATCH_MM = 10.0  # side of the squares of glass for which random drops are drawn together
+# number of cells along the pupil's diameter; one cell blurs the scene in a drop
+CELLS_PER_PUPIL = 6
+CELLS = (6, 48)  # least and largest number of cells along a drop's diameter
+FINE = 8  # number of points along a cell that give the share of the cell within the drop
+BLOCK = 2_000_000  # number of products of tiles and cells that are computed at a time: 16 MB
+BANDS = 8  # number of bands that are computed at a time, with the same cells of a drop
+ROUNDING = 1e-9  # relative rounding error of sums over tiles
 
 
 class Drop(NamedTuple):
-    """One drop, on the glass."""
+    """One drop: position of its middle on the glass, and radius of its outline."""
 
     x_mm: float
     y_mm: float
@@ -63,9 +65,10 @@ class Drop(NamedTuple):
 class _Axis(NamedTuple):
     """Tiles and cells of a drop along one axis."""
 
-    tiles: slice  # that see the drop
-    off_mm: Floats  # (tile, cell) from the middle of the pupil's disc to that of the cell
-    places: Floats  # (tile, border) of the borders between cells, in sums over the tiles
+    tiles: slice  # tiles with light through the drop
+    off_mm: Floats  # (tile, cell) distance from the middle of the pupil's disc to the cell's middle
+    # (tile, border) direction seen through the borders of cells, in tiles, as an index of `_sums`
+    places: Floats
 
 
 @dataclass(frozen=True)
@@ -74,16 +77,16 @@ class _View:
 
     rows: _Axis
     columns: _Axis
-    part: Floats  # (down, across) of each cell that is within the drop
-    side_mm: float  # of the cells
-    pupil_mm: float
+    part: Floats  # (down, across) share of each cell that is within the drop
+    side_mm: float  # side of the cells
+    pupil_mm: float  # diameter of the entrance pupil
 
     def shares(self) -> Iterator[tuple[slice, Floats]]:
-        """Yield blocks of rows of the view, and the share of the pupil that each cell covers:
-        (row, cell down, column, cell across).
+        """Yield (block of rows of the view, share of the pupil that each cell covers). The share
+        has the shape (row, cell down, column, cell across).
         """
         whole = np.pi * self.pupil_mm**2 / 4
-        # a rim that fades over one cell, about the radius at which the disc keeps its area
+        # the pupil's rim fades over one cell, about the radius at which the disc keeps its area
         rim_mm = np.sqrt(max(self.pupil_mm**2 / 4 - self.side_mm**2 / 12, 0.0))
         across2 = self.columns.off_mm**2
         rows = max(BLOCK // (across2.size * len(self.part)), 1)
@@ -95,7 +98,7 @@ class _View:
             yield block, self.part[None, :, None, :] * seen * (self.side_mm**2 / whole)
 
     def covered(self) -> Floats:
-        """Return the share of the pupil behind the drop, (row, column)."""
+        """Return the share of the pupil that the drop covers, (row, column)."""
         return np.concatenate([share.sum((1, 3)) for _, share in self.shares()])
 
 
@@ -103,21 +106,23 @@ class _View:
 class DropsFlare:
     """Drops of water on the windscreen, each a lens out of focus; default values are assumptions.
 
-    The glass is taken as a plane across the optical axis.
+    The glass is assumed to be a plane perpendicular to the optical axis.
     """
 
     drops_per_mm2: PerArea = (
         0.01  # drops per area of the glass, before overlapping ones are removed
     )
     least_radius_mm: Radius = 0.3  # smallest radius of a drop's outline
-    largest_radius_mm: Radius = 1.5  # largest radius; logarithms are even between both
+    largest_radius_mm: Radius = 1.5  # largest radius; the distribution is uniform in log radius
     contact_deg: Contact = 30.0  # angle between glass and drop at its rim
     index: Index = 1.333  # refractive index of the drops
     distance_mm: Distance = 60.0  # distance of the glass from the entrance pupil
-    seed: Seed = 1  # seed of positions and radii; drops of a field are among those of a wider one
+    seed: Seed = 1  # seed of positions and radii; a wider field only adds drops
 
     def __post_init__(self) -> None:
-        """Raise ConfigError where the smallest radius is above the largest."""
+        """Raise ConfigError for values out of range, or if the smallest radius is above the
+        largest.
+        """
         check_ranges(self)
         if self.least_radius_mm > self.largest_radius_mm:
             raise ConfigError(
@@ -127,7 +132,7 @@ class DropsFlare:
             )
 
     def focal_length_mm(self, radius_mm: float) -> float:
-        """Return the focal length of a drop of an outline's radius, mm."""
+        """Return the focal length, mm, of a drop with this radius of its outline."""
         return radius_mm / (np.sin(np.radians(self.contact_deg)) * (self.index - 1))
 
     def drops(self, width_mm: float, height_mm: float) -> list[Drop]:
@@ -135,8 +140,8 @@ class DropsFlare:
 
         Parameters
         ----------
-        width_mm : of the rectangle.
-        height_mm : of the rectangle.
+        width_mm : width of the rectangle, mm.
+        height_mm : height of the rectangle, mm.
         """
         reach = self.largest_radius_mm
         across, down = (
@@ -159,7 +164,7 @@ class DropsFlare:
         ]
 
     def _patch(self, row: int, column: int) -> list[Drop]:
-        """Return the drops that are drawn on one square of glass."""
+        """Return the random drops of one square of glass."""
         random = np.random.default_rng([self.seed, row % 2**32, column % 2**32])
         count = int(random.poisson(self.drops_per_mm2 * PATCH_MM**2))
         place = (random.random((count, 2)) + [column, row]) * PATCH_MM
@@ -174,13 +179,13 @@ class DropsFlare:
 
         Parameters
         ----------
-        lens : its entrance pupil blurs the drops.
+        lens : lens behind the drops; its entrance pupil blurs them.
         mixed : mixed radiance ([component,] wavelength, y, x).
 
         Raises
         ------
-        ConfigError : a field in angles.
-        UnitError : `mixed` is no mixed radiance.
+        ConfigError : the field is given in angles, not in tangents.
+        UnitError : `mixed` is not mixed radiance.
         """
         values = checked_values(mixed)
         check_grid(mixed, "drops")
@@ -191,7 +196,8 @@ class DropsFlare:
             2 * self.distance_mm * float(np.abs(t).max()) + pupil_mm for t in reversed(tangents)
         ]
         found = self.drops(*size_mm)
-        turn = np.sin(np.radians(self.contact_deg)) * (self.index - 1)  # at the rim of any drop
+        # deflection at the rim of a drop of any size, tangent
+        turn = np.sin(np.radians(self.contact_deg)) * (self.index - 1)
         beyond = tuple(int(np.ceil(turn / p)) for p in pitch)
         views = [view for d in found if (view := self._view(d, tangents, pitch, pupil_mm, beyond))]
         covered = np.zeros(mixed.shape[-2:])
@@ -221,13 +227,22 @@ class DropsFlare:
         pupil_mm: float,
         beyond: tuple[int, int],
     ) -> _View | None:
-        """Return a drop as the tiles of a field see it; None where no tile does."""
+        """Return the view of a drop from the tiles of a field; None if it covers no tile.
+
+        Parameters
+        ----------
+        drop : the drop.
+        tangents : (y,) and (x,) centres of the tiles, tangents.
+        pitch : (y, x) pitch of the tiles, tangents.
+        pupil_mm : diameter of the entrance pupil, mm.
+        beyond : rows and columns that `_sums` adds on each side.
+        """
         middle = drop.y_mm, drop.x_mm
         reach = drop.radius_mm + pupil_mm / 2
         wanted = np.ceil(2 * drop.radius_mm * CELLS_PER_PUPIL / pupil_mm)
         count = int(np.clip(wanted, *CELLS))
         side = 2 * drop.radius_mm / count
-        borders = drop.radius_mm - side * np.arange(count + 1)  # from the far side of the middle
+        borders = drop.radius_mm - side * np.arange(count + 1)  # falling: directions then rise
         cells = (borders[1:] + borders[:-1]) / 2
         fine = (np.arange(FINE * count) + 0.5) * side / FINE - drop.radius_mm
         inside = np.hypot(fine[:, None], fine[None, :]) < drop.radius_mm
@@ -246,7 +261,14 @@ class DropsFlare:
         return _View(axes[0], axes[1], part, side, pupil_mm)
 
     def _state(self, count: int, covered: Floats, turn: float) -> None:
-        """State in the ledger what drops the field has, and what their model leaves out."""
+        """State in the ledger the drops of the field, and the error of their model.
+
+        Parameters
+        ----------
+        count : number of drops.
+        covered : (y, x) share of the light that passes through drops.
+        turn : deflection at the rim of a drop, tangent.
+        """
         sine = np.sin(np.radians(self.contact_deg))
         exact = np.arcsin(self.index * sine) - np.radians(self.contact_deg)
         ledger.left_out(
@@ -261,14 +283,14 @@ class DropsFlare:
 def _state_beyond(
     views: list[_View], scale: Floats, covered: Floats, beyond: tuple[int, int]
 ) -> None:
-    """State in the ledger how much light drops have from beyond the tiles.
+    """State in the ledger the share of the light through drops that comes from beyond the tiles.
 
     Parameters
     ----------
-    views : of the drops.
-    scale : (y, x) factor of the light through drops.
-    covered : (y, x) share of the light that goes through drops.
-    beyond : rows and columns on each side at which drops may look.
+    views : views of the drops.
+    scale : (y, x) factor on the light through drops.
+    covered : (y, x) share of the light that passes through drops.
+    beyond : rows and columns on each side of the field from which drops may bring light.
     """
     of_tiles = np.zeros((1, *covered.shape))
     sums = _sums(np.ones(of_tiles.shape), beyond, "constant")
@@ -290,13 +312,14 @@ def _sums(
     beyond: tuple[int, int],
     light_there: Literal["edge", "constant"] = "edge",
 ) -> Floats:
-    """Return the sums (band, y + 1, x + 1) of all tiles above and left of each corner of a tile.
+    """Return, for each corner of a tile, the sum of all tiles above it and left of it, (band,
+    y + 1, x + 1) for the padded field.
 
     Parameters
     ----------
-    bands : (band, y, x).
+    bands : (band, y, x) light.
     beyond : rows and columns that are added on each side.
-    light_there : `edge`, the light of the nearest tile; `constant`, none.
+    light_there : light of the added tiles: `edge`, that of the nearest tile; `constant`, none.
     """
     padded = np.pad(np.asarray(bands, float), [(0, 0), *((n, n) for n in beyond)], light_there)
     sums = np.zeros((len(padded), padded.shape[1] + 1, padded.shape[2] + 1))
@@ -309,10 +332,10 @@ def _add(out: npt.NDArray[np.floating], sums: Floats, view: _View, scale: Floats
 
     Parameters
     ----------
-    out : (band, y, x) to add to.
-    sums : of the light in front of the drop, as `_sums`.
-    view : of the drop.
-    scale : (y, x) factor of that light.
+    out : (band, y, x) array to which the light is added.
+    sums : sums of the light in front of the drop, from `_sums`.
+    view : view of the drop.
+    scale : (y, x) factor on the light through the drop.
     """
     rows = view.rows
     columns = view.columns
@@ -325,13 +348,15 @@ def _add(out: npt.NDArray[np.floating], sums: Floats, view: _View, scale: Floats
             corners = _between(_between(of_band, places.ravel()).T, columns.places.ravel()).T
             corners = corners.reshape(*places.shape, *columns.places.shape)
             boxes = np.diff(np.diff(corners, axis=1), axis=3)
-            # differences of sums round below 0 in the dark
+            # in the dark, rounding may make differences of sums negative
             light = np.einsum("rick,rick->rc", share, np.maximum(boxes / area, 0.0))
             band[tiles, columns.tiles] += scale[tiles, columns.tiles] * light
 
 
 def _between(sums: Floats, places: Floats) -> Floats:
-    """Return rows of sums at places between them, by linear interpolation: exact for even tiles."""
+    """Return rows of sums, interpolated linearly at fractional indices `places`. This is exact for
+    tiles of uniform light.
+    """
     at = np.clip(places, 0, len(sums) - 1)
     below = np.minimum(at.astype(int), len(sums) - 2)
     share = (at - below)[:, None]

@@ -1,9 +1,10 @@
-"""Film: what a wiper leaves on a windscreen, fine ridges along its stroke that streak lights.
+"""Film: fine ridges that a wiper leaves on a windscreen along its stroke. They spread lamps into
+streaks.
 
-The film deflects a share of the light across the stroke, and leaves the rest as it is. The
-deflection t is taken to have the Lorentz density w / (pi (w^2 + t^2)): half of the deflected light
-lies within the half width w. Along the stroke nothing is deflected. The film scatters forwards only
-and absorbs nothing, so all of the light stays in the plane of the picture.
+The film deflects a share of the light across the stroke, and transmits the rest unchanged. The
+deflection t is assumed to have the Lorentz density w / (pi (w^2 + t^2)): half of the deflected
+light lies within the half width w. No light is deflected along the stroke. The film scatters only
+forwards and absorbs nothing, so that all light reaches the plane of the picture.
 """
 
 from __future__ import annotations
@@ -27,7 +28,7 @@ if TYPE_CHECKING:
     from ..lenses.thin_lens import IdealLens
 
 HalfWidth = Annotated[float, Range(1e-3, 30)]  # degrees
-FINE = 8  # steps of a streak per tile, each shared among the four tiles around it
+FINE = 8  # number of steps of a streak per tile; each is shared among the four tiles around it
 
 
 @dataclass(frozen=True)
@@ -41,16 +42,17 @@ class FilmFlare:
     stroke_deg: Direction = 60.0
 
     def __post_init__(self) -> None:
-        """Refuse what is no film."""
+        """Raise ConfigError for values out of range."""
         check_ranges(self)
 
     def kernel(self, pitch: tuple[float, float], reach: tuple[int, int]) -> npt.NDArray[np.float64]:
-        """Return the share of a tile's deflected light on the tiles around it, (2 y + 1, 2 x + 1).
+        """Return the share of a tile's deflected light on the tiles around it, (2 y + 1, 2 x + 1)
+        for the reach (y, x).
 
         Parameters
         ----------
-        pitch : of the tiles down and across, tangents.
-        reach : number of tiles (y, x) from the middle that the kernel covers.
+        pitch : (y, x) pitch of the tiles, tangents.
+        reach : (y, x) tiles from the middle to the border of the kernel.
         """
         across = np.radians(self.stroke_deg + 90.0)
         way = np.sin(across), np.cos(across)
@@ -82,13 +84,13 @@ class FilmFlare:
 
         Parameters
         ----------
-        lens : without effect.
+        lens : not used.
         mixed : mixed radiance ([component,] wavelength, y, x).
 
         Raises
         ------
-        ConfigError : a field in angles.
-        UnitError : `mixed` is no mixed radiance.
+        ConfigError : the field is given in angles, not in tangents.
+        UnitError : `mixed` is not mixed radiance.
         """
         values = checked_values(mixed)
         check_grid(mixed, "film")

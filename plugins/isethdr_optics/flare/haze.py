@@ -1,15 +1,15 @@
-"""Haze: a broad veil with a measured-style scatter function, Harvey-Shack or ABg.
+"""Haze: a broad veil with the scatter function of Harvey-Shack or ABg.
 
 With b = sin(angle) at normal incidence, the scatter function (BTDF, 1/sr) is proportional to
 
     harvey_shack   (1 + (b / shoulder)^2)^(-slope / 2)
     abg            1 / (1 + (b / shoulder)^slope)
 
-Sources: Harvey 1976; Harvey, Schroder, Choi and Duparre 2012, eq. 3. The second is A / (B + b^g)
-with g = slope, B = shoulder^g and A = peak B.
+Sources: Harvey 1976; Harvey, Schroder, Choi and Duparre 2012, eq. 3. The ABg function is
+A / (B + b^g) with g = slope, B = shoulder^g and A = peak B.
 
-Light per steradian is that times cos(angle). Both are scaled so that the hemisphere holds exactly
-the stated share.
+Light per steradian is the scatter function times cos(angle). It is scaled so that the integral over
+the hemisphere is exactly the stated share.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from isethdr_core.plugins.ranges import check_ranges
 
 from ..lenses.limits import Exponent, Scattered, Shoulder, Slope
 
-REFERENCE_NM = 550.0  # where `scattered` and `shoulder_deg` hold
+REFERENCE_NM = 550.0  # wavelength of `scattered` and `shoulder_deg`
 
 
 @dataclass(frozen=True)
@@ -45,15 +45,15 @@ class HazeFlare:
     shoulder_exponent: Exponent = 1.0
 
     def __post_init__(self) -> None:
-        """Refuse what is no scatter function."""
+        """Raise ConfigError for values out of range."""
         check_ranges(self)
 
     def total(self, wavelength_nm: float | np.ndarray) -> float | np.ndarray:
-        """Return the scattered share, 1 - (1 - scattered)^((550 nm / wavelength)^exponent): never
-        above 1.
+        """Return the scattered share, 1 - (1 - scattered)^((550 nm / wavelength)^exponent); it is
+        never above 1.
 
-        For weak scatter a power of wavelength; exact for a rough surface, 1 - exp(-(2 pi dn rms /
-        wavelength)^2).
+        For weak scatter it is a power of the wavelength. With the exponent 2 it is exact for a
+        rough surface, 1 - exp(-(2 pi dn rms / wavelength)^2).
         """
         power = (REFERENCE_NM / wavelength_nm) ** self.wavelength_exponent
         return float(-np.expm1(np.log1p(-self.scattered) * power))
@@ -72,7 +72,7 @@ class HazeFlare:
             * (wavelength_nm / REFERENCE_NM) ** self.shoulder_exponent
         )
         peak = self.total(wavelength_nm) / _hemisphere(self.form, float(shoulder), self.slope)
-        # The cosine at 90 degrees rounds to 6e-17; beyond, nothing passes.
+        # the cosine at 90 degrees rounds to 6e-17; beyond 90 degrees no light passes
         return (
             peak
             * _relative(self.form, sine / shoulder, self.slope)
@@ -81,16 +81,16 @@ class HazeFlare:
 
 
 def _relative(form: str, ratio: float | np.ndarray, slope: float) -> float | np.ndarray:
-    """Return the scatter function over its peak, at sin(angle) / shoulder."""
+    """Return the scatter function over its peak, at `ratio` = sin(angle) / shoulder."""
     return (1 + ratio**2) ** (-slope / 2) if form == "harvey_shack" else 1 / (1 + ratio**slope)
 
 
 @lru_cache(maxsize=256)
 def _hemisphere(form: str, shoulder: float, slope: float) -> float:
-    """Return 2 pi times the integral of the function over its peak, times b db, for b from 0 to
-    1.
+    """Return 2 pi times the integral of f(b) b db for b from 0 to 1, where f is the scatter
+    function over its peak.
     """
-    # even in decades, as the function falls
+    # logarithmic steps, because the function falls as a power of b
     edges = np.concatenate([[0.0], np.geomspace(1e-6 * shoulder, 1.0, 200)])
     node, weight = np.polynomial.legendre.leggauss(8)
     half = np.diff(edges)[:, None] / 2

@@ -1,4 +1,6 @@
-"""In front: checks of what changes the radiance in front of a lens, such as drops and films."""
+"""In front: checks for flares that change the radiance in front of a lens, such as drops and
+films.
+"""
 
 from __future__ import annotations
 
@@ -24,7 +26,7 @@ def checked_values(mixed: xr.DataArray) -> npt.NDArray[np.floating]:
 
     Raises
     ------
-    UnitError : it is no mixed radiance, or holds negative or non-finite light.
+    UnitError : `mixed` is not mixed radiance, or holds negative or non-finite light.
     """
     for _, plane in components(mixed):
         quantities.check_mixed(plane)
@@ -32,12 +34,12 @@ def checked_values(mixed: xr.DataArray) -> npt.NDArray[np.floating]:
 
 
 def check_grid(mixed: xr.DataArray, name: str) -> None:
-    """Raise ConfigError unless the tiles of a field are even in tangents.
+    """Raise ConfigError unless the tiles of a field are equidistant in tangents.
 
     Parameters
     ----------
     mixed : mixed radiance.
-    name : of the flare, for the message.
+    name : name of the flare, for the message.
     """
     projection = mixed.attrs.get("projection", "tangent")
     if projection != "tangent":

@@ -1,16 +1,16 @@
 """Windscreen: the second image of a pane of glass, above the first.
 
 Light that is reflected at the rear and then at the front surface of a pane leaves it weaker and in
-another direction. With incidence i, refraction r (sin i = n sin r) and Fresnel's reflectance R of
-one surface, the second image of unpolarised light has the share
+another direction. i is the angle of incidence, n the index, and R Fresnel's reflectance of one
+surface. For unpolarised light, the second image over the first is
 
     t^2 sum (1 - R)^2 R^2 / sum (1 - R)^2          over both polarisations
 
-of the first; t is the inner transmittance of one passage. It stands away by the angle
+with the inner transmittance t of one passage. The angle between the images is
 
     (2 d / radius) sin i / sqrt(n^2 - sin^2 i) - 2 wedge sqrt(n^2 - sin^2 i) / cos i
 
-for a pane of thickness d that is curved in the plane of incidence, as UN R43 has it for secondary
+for a pane of thickness d that is curved in the plane of incidence, as in UN R43 for secondary
 images. Both terms follow from Snell's law at small angles, and are tested against traced rays.
 """
 
@@ -39,14 +39,15 @@ Radius = Annotated[float, Range(0.1, np.inf)]  # metres; inf: flat
 Wedge = Annotated[float, Range(-10, 10)]  # milliradians
 Index = Annotated[float, Range(1, 3)]
 InnerTransmittance = Annotated[float, Range(0, 1)]
-GRAZING = 0.05  # least cosine of the incidence
+GRAZING = 0.05  # least cosine of the angle of incidence
 
 
 @dataclass(frozen=True)
 class WindscreenFlare:
     """The second image that a windscreen makes of every light; default values are assumptions.
 
-    The field `transmittance` of the lens states how much light the pane takes from the first image.
+    The light that the pane takes from the first image is part of the field `transmittance` of the
+    lens.
     """
 
     # angle between the optical axis and the normal of the pane, which leans back
@@ -66,7 +67,7 @@ class WindscreenFlare:
 
         Parameters
         ----------
-        cosine : of the incidence, any shape.
+        cosine : cosine of the angle of incidence, any shape.
         """
         inside = np.sqrt(self.index**2 - 1 + cosine**2)  # n cos r
         across = ((cosine - inside) / (cosine + inside)) ** 2
@@ -77,11 +78,11 @@ class WindscreenFlare:
         return self.inner_transmittance**2 * second / first
 
     def separation_rad(self, cosine: np.ndarray) -> np.ndarray:
-        """Return by which angle the second image stands above the first.
+        """Return the angle by which the second image is above the first, rad.
 
         Parameters
         ----------
-        cosine : of the incidence, any shape.
+        cosine : cosine of the angle of incidence, any shape.
         """
         inside = np.sqrt(self.index**2 - 1 + cosine**2)
         sine = np.sqrt(1 - cosine**2)
@@ -89,7 +90,7 @@ class WindscreenFlare:
         return curved - 2e-3 * self.wedge_mrad * inside / cosine
 
     def cosine(self, x: np.ndarray, y: np.ndarray) -> np.ndarray:
-        """Return the cosine of the incidence at tangents of the field (broadcast).
+        """Return the cosine of the angle of incidence at tangents of the field (broadcast).
 
         Raises
         ------
@@ -112,7 +113,8 @@ class WindscreenFlare:
 
         Raises
         ------
-        ConfigError : a lens that distorts, a field in angles, or a line of sight along the pane.
+        ConfigError : the lens has distortion, the field is given in angles, or a line of sight
+            grazes the pane.
         """
         quantities.check_mixed(mixed)
         x = mixed.x.values.astype(float)
@@ -123,7 +125,7 @@ class WindscreenFlare:
         cosine = self.cosine(x[None, :], y[:, None])
         edges = np.append(y - pitch[0] / 2, y[-1] + pitch[0] / 2)
         turn = np.tan(self.separation_rad(self.cosine(x[None, :], edges[:, None])))
-        # the direction whose second image is seen at each edge: turned down about the x axis
+        # each edge shows the second image of this direction: rotated downwards about the x axis
         source = (edges[:, None] + turn) / (1 - edges[:, None] * turn)
         sideways = np.abs(x[None, :] * edges[:, None] * turn).max() / pitch[1]
         ledger.left_out(
@@ -143,12 +145,12 @@ class WindscreenFlare:
 
 
 def shifted(tiles: np.ndarray, edges: np.ndarray, source: np.ndarray) -> np.ndarray:
-    """Return the means (..., y, x) of even tiles between other edges.
+    """Return the means (..., y, x) of uniform tiles between other edges.
 
     Parameters
     ----------
-    tiles : (..., y, x).
-    edges : (y + 1,) of the tiles, evenly spaced, rising.
+    tiles : (..., y, x) values of the tiles.
+    edges : (y + 1,) edges of the tiles, equidistant, in rising order.
     source : (y + 1, x) edges between which the means are taken. Beyond the tiles there is no light.
     """
     total = np.zeros((*tiles.shape[:-2], tiles.shape[-2] + 1, tiles.shape[-1]))

@@ -2,7 +2,7 @@
 
 | module           | content                                                         |
 |------------------|-----------------------------------------------------------------|
-| `draw`           | light sources of the scene, and their ghost rays drawn on grids |
+| `draw`           | light sources of the scene, and their ghost rays on grids       |
 | `ghost_flare`    | the flare `ghosts`                                              |
 | `sensor_limited` | the ghosts that are bright enough for a sensor in this scene    |
 | `trace`          | ghost pairs ranked by paraxial matrices, and their real rays    |

@@ -1,5 +1,5 @@
-"""Ghosts drawn: light sources found in the scene, and their rays laid down on grids of the right
-fineness, keeping the energy.
+"""Drawing of ghosts: light sources are found in the scene, and the light of their ghost rays is
+added on grids of suitable fineness. The energy is conserved.
 """
 
 from __future__ import annotations
@@ -13,23 +13,23 @@ import numpy as np
 if TYPE_CHECKING:
     from .trace import Beam
 
-FINE_BINS = 96  # across the longer side: bins of direction in which lamps are looked for
-BLOCKS = 5  # across the longer side: what is not bright is summed in these
-BRIGHT = 4.0  # times the mean bin: a lamp
-MOST_LAMPS = 64
-POINTS = 48  # light points across a beam
-CELLS = 32  # cells across a ghost: wider ghosts are drawn on coarser grids
+FINE_BINS = 96  # number of bins of direction across the longer side, in which lamps are found
+BLOCKS = 5  # number of blocks across the longer side, in which all other light is summed
+BRIGHT = 4.0  # least light of a bin that counts as a lamp, over the mean of all bins
+MOST_LAMPS = 64  # largest number of lamps
+POINTS = 48  # number of light points across a beam
+CELLS = 32  # largest number of cells across a ghost; wider ghosts are drawn on coarser grids
 
 
 @dataclass(frozen=True, eq=False)
 class Source:
     """Parallel light from a small rectangle of directions."""
 
-    x: float  # tangents
-    y: float
-    half_x: float  # half widths of the rectangle
-    half_y: float
-    power: np.ndarray  # (band,) W m-2 nm-1 through a plane across the axis
+    x: float  # middle of the rectangle, tangents
+    y: float  # middle of the rectangle, tangents
+    half_x: float  # half width of the rectangle along x, tangents
+    half_y: float  # half width of the rectangle along y, tangents
+    power: np.ndarray  # (band,) W m-2 nm-1 through a plane perpendicular to the axis
 
 
 def sources(
@@ -37,14 +37,15 @@ def sources(
 ) -> tuple[list[Source], float]:
     """Return light sources of an image, and the share of the light that is summed in blocks.
 
-    Bright bins become sources of their own, at their centroid and as wide as their light; the rest
-    is summed in blocks, even over each.
+    Each bright bin becomes a source, at the centroid of its light and as wide as its light. The
+    rest of the light is summed in blocks, and is uniform over each block.
 
     Parameters
     ----------
-    power : (band, y, x) W m-2 nm-1 per tile through a plane across the axis: radiance x solid angle
-        x cosine.
-    x, y, pitch : tile centres and their (y, x) distances, tangents.
+    power : (band, y, x) W m-2 nm-1 per tile through a plane perpendicular to the axis: radiance x
+        solid angle x cosine.
+    x, y : (x,) and (y,) tile centres, tangents.
+    pitch : (y, x) pitch of the tiles, tangents.
     """
     total = power.sum(axis=0)
     total_power = float(total.sum())
@@ -97,7 +98,7 @@ def _source(light: np.ndarray, x: np.ndarray, y: np.ndarray, pitch: Sequence[flo
     along_y = total.sum(axis=1) / total.sum()
     cx = float(along_x @ x)
     cy = float(along_y @ y)
-    # a rectangle of the same variance, tiles being even themselves
+    # a rectangle of the same variance; the light of each tile is uniform (pitch^2 / 12)
     half = [
         np.sqrt(3 * (float(w @ (c - m) ** 2) + p**2 / 12))
         for w, c, m, p in ((along_x, x, cx, pitch[1]), (along_y, y, cy, pitch[0]))
@@ -106,8 +107,8 @@ def _source(light: np.ndarray, x: np.ndarray, y: np.ndarray, pitch: Sequence[flo
 
 
 class Canvas:
-    """Flux on the tiles of a sensor, drawn on grids 1, 2, 4, ... times coarser, with a border for
-    what falls just outside.
+    """Flux on the tiles of a sensor, summed on grids that are 1, 2, 4, ... times coarser. The grids
+    have a border for light that falls just outside.
     """
 
     def __init__(
@@ -131,16 +132,15 @@ class Canvas:
     ) -> None:
         """Add points (band, n) of `flux`, each shared linearly by the four nearest cells.
 
-        A source `blur_mm` from its middle to its border, seen in the ghost, is drawn on cells of
-        that size: sharing and interpolation together spread a point with the variance of the
-        source.
+        A source with the half width `blur_mm` in the ghost is drawn on cells of that size. Sharing
+        and interpolation together then spread a point with the variance of the source.
 
         Parameters
         ----------
-        x_mm : (band, n) places on the sensor, mm.
-        y_mm : the same along y.
-        flux : (band, n) light of every point; points of 0 are left out.
-        blur_mm : half the width of the source, seen in the ghost, mm.
+        x_mm : (band, n) positions on the sensor along x, mm.
+        y_mm : (band, n) positions on the sensor along y, mm.
+        flux : (band, n) light of every point; points without light are left out.
+        blur_mm : half width of the source in the ghost, mm.
         """
         lit = flux > 0
         if not lit.any():
@@ -153,8 +153,8 @@ class Canvas:
         level = int(np.clip(subdivisions, 0, np.ceil(np.log2(max(self.shape)))))
         grid = self._grid(level)
         size = 2.0**level
-        # cell centres at integers; two cells lie outside the sensor, so that the inner one has its
-        # share from both sides
+        # Cell centres lie at integers. Two cells lie outside the sensor, so that the inner of them
+        # gets light from both sides.
         u = (x_mm - self.corner[1]) / (self.pitch[1] * size) + 1.5
         v = (y_mm - self.corner[0]) / (self.pitch[0] * size) + 1.5
         iu = np.floor(u).astype(int)
@@ -184,7 +184,7 @@ class Canvas:
         )
 
     def irradiance(self) -> np.ndarray:
-        """Return flux per mm2, (band, y, x); coarser grids linearly interpolated."""
+        """Return flux per mm2, (band, y, x); coarser grids are interpolated linearly."""
         out = np.zeros((self.bands, *self.shape))
         for level, grid in self.grids.items():
             rows, cols = (
@@ -195,8 +195,8 @@ class Canvas:
 
 
 def _interpolation(fine: int, coarse: int, size: int) -> np.ndarray:
-    """Return the (fine, coarse) matrix of linear interpolation; coarse cell k is centred at size (k
-    - 3/2) - 1/2 fine cells.
+    """Return the (fine, coarse) matrix of linear interpolation. The centre of coarse cell k is at
+    size (k - 3/2) - 1/2 fine cells.
     """
     at = (np.arange(fine) + 0.5) / size + 1.5
     low = np.clip(np.floor(at).astype(int), 0, coarse - 2)
@@ -208,15 +208,15 @@ def _interpolation(fine: int, coarse: int, size: int) -> np.ndarray:
 
 @dataclass(frozen=True)
 class Iris:
-    """A regular polygon inside the stop, its corners on the stop's border."""
+    """A regular polygon inside the stop, with its corners on the stop's border."""
 
-    blades: int
-    rotation_deg: float  # of the first corner, from x towards y
-    radius_mm: float  # of the stop
+    blades: int  # number of sides
+    rotation_deg: float  # direction of the first corner, from x towards y
+    radius_mm: float  # radius of the stop
 
     def margin(self, x_mm: np.ndarray, y_mm: np.ndarray) -> np.ndarray:
-        """Return how far inside the nearest blade points of the stop lie, in apothems; below 0 they
-        are blocked.
+        """Return the distance of points of the stop from the nearest blade, in apothems; it is
+        negative for points that the iris blocks.
         """
         half = np.pi / self.blades
         normals = np.radians(self.rotation_deg) + half * (2 * np.arange(self.blades) + 1)
@@ -232,18 +232,18 @@ def points(
     limits: tuple[float, float, float, float],
     iris: Iris | None = None,
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, float]:
-    """Return (x mm, y mm, flux) (band, n) of one ghost of one source, and the half width of the
-    source in it, mm.
+    """Return (x mm, y mm, flux, half width mm) of one ghost of one source: positions and flux of
+    points, each (band, n), and the half width of the source in the ghost.
 
     Parameters
     ----------
     source : source of the ghost: position, size and power.
-    low, high : `trace.Beam` at the two field `tangents`; between them positions, weights and
-        margins go linearly.
+    low, high : `trace.Beam` at the two field `tangents`. Positions, weights and margins are
+        interpolated linearly between them.
     tangents : the two field tangents.
-    limits : the box both were traced over, mm.
-    iris : blades that stand still while the source turns about the axis; the beams then hold their
-        crossings of the stop.
+    limits : the box (x, x, y, y) over which both beams were traced, mm.
+    iris : blades of the iris; they do not rotate with the direction of the source. The beams must
+        then hold their crossings of the stop.
     """
     weave = _interpolation_of_nodes(low.x_mm.shape[-1], POINTS)
     radius = np.hypot(source.x, source.y)
@@ -263,7 +263,7 @@ def points(
             u, v = (woven(a, b) for a, b in zip(first, last))
             margin = np.minimum(margin, iris.margin(u * along - v * across, u * across + v * along))
     area_m2 = (limits[1] - limits[0]) * (limits[3] - limits[2]) / POINTS**2 * 1e-6
-    # float32 weights of a whole cell sum to 1 within 1e-7
+    # the weights of a cell with only valid nodes sum to 1 within 1e-7, the rounding of float32
     through = (spread("valid") > 1 - 1e-6) & (margin > 0)
     flux = np.where(through, np.maximum(weight, 0.0), 0.0) * (source.power[:, None] * area_m2)
     blur = np.hypot(source.half_x, source.half_y) / np.sqrt(2) * _scale_mm(low, high, tangents)
@@ -271,8 +271,8 @@ def points(
 
 
 def _scale_mm(low: Beam, high: Beam, tangents: tuple[float, float]) -> float:
-    """Return by how many mm a ghost moves on the sensor per tangent of its source, the larger of
-    radially and around.
+    """Return the movement of a ghost on the sensor per tangent of its source, mm; the larger of the
+    radial and the azimuthal movement.
     """
     both = (low.margin > 0) & (high.margin > 0)
     if not both.any():

@@ -35,7 +35,7 @@ if TYPE_CHECKING:
     from .draw import Source
     from .trace import Pair
 
-PART = "light of ghosts"  # the part of the light that the errors of ghosts act on
+PART = "light of ghosts"  # part of the light on which the errors of ghosts act
 
 
 @dataclass(frozen=True)
@@ -56,7 +56,8 @@ class GhostFlare:
     blades: Blades = 0  # number of blades of the iris; below 3 the iris is round
     rotation_deg: Direction = 17.0  # rotation of the iris about the optical axis
 
-    accuracy_knobs = (  # no field; with each factor the same number of pairs more
+    # not a field; each factor of the error adds about the same number of pairs
+    accuracy_knobs = (
         AccuracyKnob(
             "error_allowed",
             (1e-3, 1e-4, 1e-5, 1e-6),
@@ -82,12 +83,14 @@ class GhostFlare:
         return _irradiance(self, lens, mixed)
 
     def of_lens(self, lens: LensOptics) -> Prescription:
-        """Return the prescription with this coating, focal length and f-number of `lens`."""
+        """Return the prescription with this flare's coating, and with the focal length and f-number
+        of `lens`.
+        """
         real = load(self.prescription).scaled(lens.focal_length_mm).stopped(lens.f_number)
         return real.with_coating(self.coating) if self.coating else real
 
     def iris(self, lens: LensOptics) -> Iris | None:
-        """Return the `draw.Iris` of this flare in `lens`, None where it is round."""
+        """Return the `draw.Iris` of this flare in `lens`; None if it is round."""
         if self.blades < 3:
             return None
         real = self.of_lens(lens)
@@ -96,19 +99,21 @@ class GhostFlare:
     def pairs(
         self, lens: LensOptics, wavelength_nm: np.ndarray, largest_tangent: float
     ) -> tuple[list[Any], ...]:
-        """Return two lists of `trace.Pair`: those to trace, strongest first; the others, weakest
-        first.
+        """Return two lists of `trace.Pair`: the pairs to trace, the strongest first, and the other
+        pairs, the weakest first.
 
         Parameters
         ----------
-        lens : a lens of this package. `wavelength_nm` : of the bands.
-        largest_tangent : of the field angle.
+        lens : a lens of this package.
+        wavelength_nm : (band,) centres of the bands, nm.
+        largest_tangent : largest tangent of the field angle.
         """
         wave = tuple(map(float, wavelength_nm))
         ranked = _ranked(
             self.of_lens(lens), wave, float(largest_tangent), self.sensor_reflectance_percent / 100
         )
-        return split(ranked, self.error_allowed / 2)  # the other half: weak ghosts of weak lamps
+        # the other half of the allowed error is for weak ghosts of weak lamps
+        return split(ranked, self.error_allowed / 2)
 
 
 def ghost_seconds(
@@ -117,27 +122,31 @@ def ghost_seconds(
     wavelength_nm: np.ndarray,
     largest_tangent: float,
 ) -> float:
-    """Return the CPU seconds of the ghosts of a typical night, with `TYPICAL_SOURCES` sources.
+    """Return the CPU seconds of the ghosts of a typical night scene, with `TYPICAL_SOURCES`
+    sources.
 
     Parameters
     ----------
-    flare : the ghosts. `lens` : a lens of this package. `wavelength_nm` : of the bands.
-    largest_tangent : of the field angle.
+    flare : the ghosts.
+    lens : a lens of this package.
+    wavelength_nm : (band,) centres of the bands, nm.
+    largest_tangent : largest tangent of the field angle.
     """
     traced, _ = flare.pairs(lens, wavelength_nm, largest_tangent)
     return len(traced) * (TRACED_S + SOURCE_S * TYPICAL_SOURCES * len(wavelength_nm))
 
 
-TYPICAL_SOURCES = 40  # lamps and blocks of directions that are drawn
-# CPU seconds of one source, pair and band, and of the rays of a pair, 31 bands; measured on a busy
-# machine
+TYPICAL_SOURCES = 40  # number of lamps and blocks of directions in a typical night scene
+# CPU seconds, measured on a busy machine: per source, pair and band; and per pair for its rays, in
+# 31 bands
 SOURCE_S = 1.7e-4
 TRACED_S = 0.1
-RADIAL_BINS = 24  # of the field, in which rays of lamps are traced once and kept
-# relative error of a tile's ghosts, in 99 % of the tiles; measured on three prescriptions against 4
-# times the rays and points
+# number of radial bins of the field; rays of lamps are traced once per bin and cached
+RADIAL_BINS = 24
+# largest relative error of a tile's ghosts in 99 % of the tiles, measured on three prescriptions
+# against 4 times the rays and points
 DRAWING = 0.1
-MOST_BEAMS = 2000  # 0.3 MB each with 31 bands
+MOST_BEAMS = 2000  # largest number of cached beams; 0.3 MB each with 31 bands
 _beams: LRUCache[tuple, tuple | None] = LRUCache(maxsize=MOST_BEAMS)
 _lock = Lock()  # reading an entry changes the order of the cache
 
@@ -175,8 +184,8 @@ def _irradiance(flare: GhostFlare, lens: LensOptics, mixed: xr.DataArray) -> xr.
     real = flare.of_lens(lens)
     traced, weak_pairs = flare.pairs(lens, wave, largest)
     powers = _powers(real, tuple(wave), flare.sensor_reflectance_percent / 100)
-    # radiance x solid angle (cos^3 of a tile in tangents) x cosine: power through a plane across
-    # the axis
+    # power through a plane perpendicular to the axis: radiance x solid angle (cos^3 for a tile in
+    # tangents) x cosine
     power_per_radiance = (
         (1 + x[None, :] ** 2 + y[:, None] ** 2) ** -2 * pitch[0] * pitch[1] * lens.transmittance
     )
@@ -201,9 +210,8 @@ def _irradiance(flare: GhostFlare, lens: LensOptics, mixed: xr.DataArray) -> xr.
 def _worth_drawing(
     light_sources: Sequence[Any], traced: Sequence[Any], error_allowed: float
 ) -> tuple[list[Any], float]:
-    """Return [(source, pair), ...] without the weakest, and the share of the light of the weakest.
-
-    The share is at most `error_allowed`.
+    """Return [(source, pair), ...] without the weakest, and the light of the weakest as a share of
+    the scene's light. The share is at most `error_allowed`.
     """
     if not light_sources or not traced:
         return [], 0.0
@@ -217,8 +225,8 @@ def _worth_drawing(
 
 
 def _tangents(source: Source, largest: float) -> tuple[float, float]:
-    """Return two field tangents around a source: those of its radial bin, or of its extent if that
-    is wider.
+    """Return two field tangents around a source: the ends of its radial bin, or of its extent if
+    that is wider.
     """
     reach = np.hypot(source.half_x, source.half_y)
     middle = np.hypot(source.x, source.y)
@@ -238,7 +246,7 @@ def _beams_of(
 ) -> dict:
     """Return {(low, high) tangents: (box, beam at low, beam at high)}, cached in the process.
 
-    The value is None if no light passes.
+    The value of an interval is None if no light passes.
     """
     lens = (
         real,

@@ -1,9 +1,11 @@
-"""Sensor-limited ghosts: leaves out pairs of surfaces whose ghosts are too faint for a sensor.
+"""Sensor-limited ghosts: pairs of surfaces with ghosts that are too faint for a sensor are left
+out.
 
 A bound on the sum of their light is stated. A pair of surfaces images the field onto the sensor
-with its own magnification. If every tile were as bright as the brightest one, the ghost would be as
-bright as the image of that tile, times the pair's share of the light, divided by the square of the
-magnification. This holds for paraxial rays; with real rays the peak is up to `PEAK` times brighter.
+with its own magnification. If every tile were as bright as the brightest tile, the ghost would be
+as bright as the image of that tile, times the pair's share of the light, divided by the square of
+the magnification. This holds for paraxial rays; with real rays the peak is up to `PEAK` times
+brighter.
 """
 
 from __future__ import annotations
@@ -30,28 +32,28 @@ if TYPE_CHECKING:
     from ...abilities import LensOptics
     from ...imaging.field_optics import FieldOptics
 
-SHARE = 0.25  # of the error allowed of light
-# measured, 6.8 at most: uniform light, four prescriptions at f/4 to f/8, coatings none, mgf2,
-# multilayer
+SHARE = 0.25  # share of the light's allowed error that faint ghosts may use
+# bound on the peak of a ghost with real rays over that with paraxial rays; the largest measured is
+# 6.8 (uniform light, four prescriptions at f/4 to f/8, coatings none, mgf2, multilayer)
 PEAK = 10.0
 
 
 @dataclass(frozen=True)
 class BrightGhosts(GhostFlare):
-    """The ghosts of a flare but those of `faint` pairs of surfaces."""
+    """The ghosts of a flare, except those of `faint` pairs of surfaces."""
 
-    faint: tuple[tuple[int, int], ...] = ()  # (front, back)
+    faint: tuple[tuple[int, int], ...] = ()  # (front, back) surfaces of the pairs
 
     def pairs(
         self, lens: LensOptics, wavelength_nm: np.ndarray, largest_tangent: float
     ) -> tuple[list[Any], ...]:
-        """Return (traced, left out), as `GhostFlare.pairs`.
+        """Return (traced, left out) pairs, as `GhostFlare.pairs`.
 
         Parameters
         ----------
         lens : a lens of this package.
         wavelength_nm : centres of the bands, nm.
-        largest_tangent : of the field angle.
+        largest_tangent : largest tangent of the field angle.
         """
         traced, weak = super().pairs(lens, wavelength_nm, largest_tangent)
         faint = [p for p in traced if (p.front, p.back) in self.faint]
@@ -62,8 +64,8 @@ class LimitedFlares(NamedTuple):
     """Flares without the ghosts that are too faint for a sensor."""
 
     flares: tuple
-    bound: float = 0.0  # on the rest, standard deviations of the sensor's noise
-    notes: tuple[Note, ...] = ()  # what was left out, and its error
+    bound: float = 0.0  # bound on the omitted ghosts, standard deviations of the sensor's noise
+    notes: tuple[Note, ...] = ()  # the omitted ghosts, and their error
 
 
 def without_faint_ghosts(
@@ -77,8 +79,10 @@ def without_faint_ghosts(
 
     Parameters
     ----------
-    lens : a lens of this package. `mixed` : mixed radiance (wavelength, y, x).
-    flares : flare components. `optics` : `field_optics.FieldOptics` of the field.
+    lens : a lens of this package.
+    mixed : mixed radiance (wavelength, y, x).
+    flares : flare components of the lens.
+    optics : `field_optics.FieldOptics` of the field.
     response : `isethdr_core.demand.Response` of the sensors.
     """
     if not any(type(flare) is GhostFlare for flare in flares):
@@ -98,7 +102,7 @@ def without_faint_ghosts(
         electrons(response, wave) * optics.gains,
         response,
     )
-    # ghosts as bright as the brightest tile
+    # a ghost as bright as the brightest tile, over the sensor's noise
     unit = 2 * light.share(np.ones(len(wave)), centre, everywhere=True)
     for flare in flares:
         if type(flare) is GhostFlare:
@@ -124,9 +128,17 @@ def _faint(
     unit: float,
     allowed: float,
 ) -> tuple[tuple[Any, ...], float, list[Any]]:
-    """Return the pairs (front, back) whose ghosts together stay below `allowed`, bound and notes.
+    """Return (pairs, bound, notes): the pairs (front, back) of which all ghosts together stay below
+    `allowed`.
 
-    `unit` is the peak ghost of a pair with share and magnification 1, over the sensor's noise.
+    Parameters
+    ----------
+    flare : the ghosts.
+    lens : a lens of this package.
+    mixed : mixed radiance (wavelength, y, x).
+    wave : centres of the bands, nm.
+    unit : peak of the ghost of a pair with share and magnification 1, over the sensor's noise.
+    allowed : allowed sum of the peaks, over the sensor's noise.
     """
     x, y = (np.abs(mixed[d].values).max() for d in ("x", "y"))
     traced, _ = flare.pairs(lens, wave, float(np.hypot(x, y)))

@@ -1,7 +1,7 @@
-"""Ghost pairs ranked by paraxial matrices, and the real rays of those that matter.
+"""Ghost pairs of surfaces, ranked by paraxial matrices, and real rays of the strongest pairs.
 
-All lengths in mm. Light from field tangent t travels towards +x (see `prescription_figures`), so
-ghosts come out in the orientation of the image.
+All lengths are in mm. Light from the field tangent t travels towards +x (see
+`prescription.figures`), so that ghosts have the orientation of the image.
 """
 
 from __future__ import annotations
@@ -20,31 +20,39 @@ from ...prescription.coatings import Powers
 if TYPE_CHECKING:
     from ...prescription.prescription import Prescription
 
-SCAN = 36  # rays across the front to find where a ghost's light enters
-NODES = 16  # rays across that box; even: half of them on either side of the meridional plane
-SPECTRAL = 4  # wavelengths at which rays are traced
-FIELDS = 9  # field angles at which the matrices are asked for the widest beam
+SCAN = 36  # number of rays across the front surface that find where a ghost's light enters
+# number of rays across the box where the light enters; even, so that half of them lie on either
+# side of the meridional plane
+NODES = 16
+SPECTRAL = 4  # number of wavelengths at which rays are traced
+FIELDS = 9  # number of field angles at which the paraxial beam is computed, to find the widest
 
 
 @dataclass(frozen=True)
 class Pair:
     """Two reflecting surfaces, and the paraxial figures of their ghost."""
 
-    front: int
-    back: int
-    share: float  # largest over bands and field: light of the ghost / light of the image
-    radius_mm: float  # of the spot on the sensor, from a lamp far away on the axis
-    focus_mm: float  # of the ghost, behind the sensor
-    # of positions: -1 is as far from the axis as the lamp's image, on the other side
+    front: int  # index of the surface
+    back: int  # index of the surface
+    share: float  # light of the ghost / light of the image; the largest over bands and field
+    radius_mm: float  # radius of the spot on the sensor, for a distant lamp on the axis
+    focus_mm: float  # distance of the ghost's focus behind the sensor
+    # position of the ghost over that of the lamp's image: -1 is as far from the axis, on the other
+    # side
     magnification: float
 
 
 def rank(powers: Powers, largest_tangent: float) -> list[Pair]:
-    """Return every pair of surfaces of the lens of `powers` that reflect, most light first.
+    """Return all pairs of reflecting surfaces of the lens of `powers`, the strongest ghost first.
 
-    The beam is the overlap of all apertures seen from the front; its area is taken as that of an
-    ellipse with the overlap's width in the meridional plane, at the best of `FIELDS` angles up to
-    `largest_tangent`.
+    The beam is the overlap of all apertures as seen from the front. Its area is estimated as that
+    of an ellipse with the overlap's width in the meridional plane; the largest area of `FIELDS`
+    field angles counts.
+
+    Parameters
+    ----------
+    powers : reflectances of the lens.
+    largest_tangent : largest tangent of the field angle.
     """
     lens = powers.prescription
     count = len(lens.surfaces)
@@ -87,8 +95,8 @@ def _beam(
     steps: Sequence[np.ndarray],
     tangents: np.ndarray,
 ) -> tuple[float, float]:
-    """Return (largest area over the tangents, half width on the axis) of what passes all apertures
-    of a path.
+    """Return (largest area over the tangents in mm2, half width on the axis in mm) of the beam that
+    passes all apertures of a path.
     """
     limits = [
         (m[0, 0], m[0, 1], lens.surfaces[k].semi_diameter_mm)
@@ -105,8 +113,8 @@ def _beam(
 def _to_middle(
     lens: Prescription, path: Sequence[tuple[int, bool]], steps: Sequence[np.ndarray]
 ) -> float:
-    """Return the height, per tangent, of the ray through the middle of the stop at its first
-    crossing.
+    """Return the height at the front, per tangent, of the ray that passes the middle of the stop at
+    its first crossing.
     """
     at = next(
         m
@@ -117,8 +125,14 @@ def _to_middle(
 
 
 def split(pairs: list[Pair], error_allowed: float) -> tuple[list[Pair], list[Pair]]:
-    """Return (traced, left out): the weakest are left out while their shares sum to at most
-    `error_allowed`.
+    """Return (traced, left out) pairs.
+
+    The weakest pairs are left out, as many as have shares that sum to at most `error_allowed`.
+
+    Parameters
+    ----------
+    pairs : pairs, the strongest first.
+    error_allowed : share of the light.
     """
     strong = list(pairs)
     weak = []
@@ -133,24 +147,24 @@ def split(pairs: list[Pair], error_allowed: float) -> tuple[list[Pair], list[Pai
 class Beam:
     """Rays of one ghost at one field tangent: (band, y, x) over a box of the front plane."""
 
-    x_mm: np.ndarray  # on the sensor
-    y_mm: np.ndarray
-    weight: np.ndarray  # of power
-    margin: np.ndarray  # below 0: blocked
-    valid: np.ndarray  # 1 where the ray reached the sensor plane
+    x_mm: np.ndarray  # position on the sensor
+    y_mm: np.ndarray  # position on the sensor
+    weight: np.ndarray  # share of the power that reaches the sensor
+    margin: np.ndarray  # smallest distance to a rim along the ray; negative: blocked
+    valid: np.ndarray  # 1 if the ray reaches the sensor plane
     stops: tuple = ()  # (x mm, y mm) of every crossing of the stop, for an iris that is not round
 
 
 def boxes(
     lens: Prescription, pair: Pair, intervals: Sequence[tuple[float, float]], wavelength_nm: float
 ) -> list:
-    """Return, per (low, high) field tangents, the box (x, x, y, y) at the front vertex that holds a
-    ghost's light, or None.
+    """Return, for each interval of field tangents, the box (x, x, y, y) at the front vertex that
+    holds a ghost's light, mm; None if no light passes.
 
     Parameters
     ----------
     lens : `Prescription`, scaled and stopped.
-    pair : of reflecting surfaces.
+    pair : pair of reflecting surfaces.
     intervals : [(low, high), ...] field tangents along +x.
     wavelength_nm : wavelength, nm.
     """
@@ -159,7 +173,8 @@ def boxes(
     half = _front_half_mm(lens, indices)
     step = 2 * half / SCAN
     across = (np.arange(SCAN) + 0.5) * step - half
-    x, y = np.meshgrid(across, across[SCAN // 2 :])  # the half y > 0: the other is its mirror image
+    # only the half y > 0; the other half is its mirror image
+    x, y = np.meshgrid(across, across[SCAN // 2 :])
     path = ghost_path(len(lens.surfaces), pair.back, pair.front)
     tangents = np.asarray(intervals, float).reshape(-1, 1, 1)
     passed = (
@@ -169,7 +184,7 @@ def boxes(
     for either in passed.reshape(-1, 2, *x.shape).any(axis=1):
         columns = np.flatnonzero(either.any(axis=0))
         rows = np.flatnonzero(either.any(axis=1))
-        edge = 1.5 * step  # light between the scan's rays
+        edge = 1.5 * step  # a margin for light between the rays of the scan
         out.append(
             (
                 across[columns[0]] - edge,
@@ -199,22 +214,21 @@ def beams(
     limits: Sequence[tuple[float, float, float, float]],
     iris: bool = False,
 ) -> list[Beam]:
-    """Trace a ghost in all bands of `powers` from field tangents (along x), each through a grid of
-    `NODES` x `NODES` rays over its own box of `limits`.
+    """Trace a ghost in all bands of `powers`, with `NODES` x `NODES` rays per field tangent.
 
-    Rays are traced at up to `SPECTRAL` wavelengths; between them positions go linearly (dispersion
-    is smooth), while the power is that of every band's own coatings at the nearest traced angles.
-    Only the half y > 0 is traced: the other is its mirror image. With `iris`, beams say where they
-    cross the stop.
+    Rays are traced at up to `SPECTRAL` wavelengths. Positions are interpolated linearly between
+    them, because dispersion is smooth. The power is that of every band's own coatings, at the
+    angles of the nearest traced wavelength. Only the half y > 0 is traced; the other half is its
+    mirror image.
 
     Parameters
     ----------
     lens : `Prescription`, scaled and stopped.
-    powers : of the bands.
-    pair : of reflecting surfaces.
+    powers : reflectances of the lens in all bands.
+    pair : pair of reflecting surfaces.
     tangents : field tangents, along x.
-    limits : per tangent a box (x, x, y, y) at the front vertex, mm.
-    iris : whether beams say where they cross the stop.
+    limits : per tangent a box (x, x, y, y) at the front vertex, mm, for the grid of rays.
+    iris : whether beams state where they cross the stop.
     """
     wave = powers.wavelength_nm
     traced = wave if len(wave) <= SPECTRAL else np.linspace(wave[0], wave[-1], SPECTRAL)
