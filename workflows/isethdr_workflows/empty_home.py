@@ -20,7 +20,7 @@ def empty_home() -> Iterator[str]:
         try:
             yield folder
         finally:
-            kernels.forget()  # some are mapped from files of the folder
+            kernels.forget()  # some kernels are memory maps of files in the folder
             os.environ.pop("ISETHDR_HOME")
             if earlier_home is not None:
                 os.environ["ISETHDR_HOME"] = earlier_home

@@ -21,10 +21,10 @@ DEFAULT_SPLITS = {"train": 0.7, "validation": 0.15, "test": 0.15}
 
 @dataclass(frozen=True)
 class Choice:
-    """One of several values, each with its share of the draws."""
+    """One of several values, each with its probability."""
 
     values: tuple[str, ...]  # as they are typed in an override
-    shares: tuple[float, ...]  # sum 1
+    shares: tuple[float, ...]  # probabilities of the values; their sum is 1
 
     def drawn(self, random: np.random.Generator) -> str:
         """Return one value."""
@@ -53,7 +53,7 @@ class Uniform:
 
 @dataclass(frozen=True)
 class LogUniform:
-    """A positive number between two limits, whose logarithms are all equally likely."""
+    """A positive number between two limits, with a uniformly distributed logarithm."""
 
     least: float
     most: float
@@ -75,19 +75,19 @@ class Family:
     """Scenes of one kind."""
 
     name: str
-    share: float  # of all scenes; the shares of a recipe sum to 1
-    overrides: tuple[str, ...]  # the same for all its scenes
+    share: float  # share of all scenes; the shares of a recipe sum to 1
+    overrides: tuple[str, ...]  # overrides that all its scenes share
     draw: Mapping[str, Distribution]  # {config key: its distribution}
 
 
 @dataclass(frozen=True)
 class Recipe:
-    """What a dataset is drawn from."""
+    """The families and distributions that the scenes of a dataset are drawn from."""
 
     about: str
     families: tuple[Family, ...]
     splits: Mapping[str, float]  # {part: share of the roads}, sum 1
-    text: str  # of the file: recorded with the dataset
+    text: str  # text of the file, which is recorded with the dataset
 
 
 def read_recipe(name: str) -> Recipe:
@@ -99,7 +99,7 @@ def read_recipe(name: str) -> Recipe:
 
     Raises
     ------
-    ConfigError : no such recipe, or a mistake in it.
+    ConfigError : there is no such recipe, or it has a mistake.
     """
     bundled = {path.stem: path for path in BUNDLED.glob("*.yaml")}
     path = bundled.get(name, Path(name))
@@ -116,12 +116,12 @@ def parsed(text: str, name: str) -> Recipe:
 
     Parameters
     ----------
-    text : the YAML.
+    text : YAML text of the recipe.
     name : name of the recipe, for messages.
 
     Raises
     ------
-    ConfigError : a mistake in it.
+    ConfigError : the recipe has a mistake.
     """
     try:
         content = yaml.safe_load(text)
@@ -192,7 +192,9 @@ def _distribution(value: Any, where: str) -> Distribution:
 
 
 def _limits(argument: Any) -> tuple[float, float] | None:
-    """Return (least, most), None if the argument is no pair of rising finite numbers."""
+    """Return (least, most); None unless the argument is a list of two finite numbers, the first at
+    most as large as the second.
+    """
     if not isinstance(argument, list) or len(argument) != 2:
         return None
     if not all(isinstance(v, int | float) and math.isfinite(v) for v in argument):
@@ -234,9 +236,9 @@ def _table(
     Parameters
     ----------
     value : the YAML value.
-    where : its place, for messages.
+    where : place of the table, for messages.
     known : allowed keys; None: any.
-    empty : whether it may have no entries.
+    empty : whether the table may have no entries.
     """
     if not isinstance(value, dict) or not (value or empty):
         raise ConfigError(f"{where}: {value!r} is no table of keys and values")

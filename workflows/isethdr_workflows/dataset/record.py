@@ -1,9 +1,9 @@
 """Record: the folder `datasets/<name>` of a dataset.
 
 `dataset.json` holds the definition and never changes, except that the number of scenes may grow.
-`scenes/<number>.json` says what became of a scene. Each file is written as a whole or not at all,
-so several processes and machines may write side by side, and a killed one leaves no half record.
-The radiance itself is in `scenes/` of the home, where runs find it.
+`scenes/<number>.json` records the outcome of a scene. Each file is written completely or not at
+all. So several processes and machines may write at the same time, and a killed one leaves no
+incomplete record. The radiance itself is in `scenes/` of the home folder, where runs find it.
 """
 
 from __future__ import annotations
@@ -27,16 +27,16 @@ SCENES = "scenes"
 
 @dataclass(frozen=True)
 class Definition:
-    """What a dataset consists of."""
+    """All settings that define the scenes of a dataset."""
 
     name: str
     seed: int
-    count: int  # of scenes
+    count: int  # number of scenes
     recipe_name: str
     recipe_text: str  # YAML
-    overrides: tuple[str, ...]  # of all scenes, after those of the recipe
-    versions: Mapping[str, str]  # of isethdr and of the libraries when it was begun
-    created: str  # UTC
+    overrides: tuple[str, ...]  # overrides of all scenes, after those of the recipe
+    versions: Mapping[str, str]  # versions of isethdr and the libraries when it was begun
+    created: str  # time when it was begun, UTC
 
     @property
     def recipe(self) -> Recipe:
@@ -45,7 +45,7 @@ class Definition:
 
     @property
     def command(self) -> str:
-        """What makes the dataset."""
+        """The command that makes the dataset."""
         words = [
             f"isethdr dataset generate {self.name} recipe={self.recipe_name}",
             f"count={self.count} seed={self.seed}",
@@ -54,7 +54,7 @@ class Definition:
         return " ".join(words)
 
     def scenes(self) -> list[DrawnScene]:
-        """Return all scenes, with the overrides of the dataset last."""
+        """Return all scenes as drawn, with the overrides of the dataset after their own."""
         recipe = self.recipe
         drawn = (drawn_scene(recipe, self.seed, number) for number in range(self.count))
         return [
@@ -64,24 +64,24 @@ class Definition:
 
 @dataclass(frozen=True)
 class SceneRecord:
-    """What became of one scene."""
+    """The record of one scene: its settings, and its outcome."""
 
     number: int
     family: str
     road: str
     overrides: tuple[str, ...]
-    stores: tuple[str, ...] = ()  # names in `scenes/` of the home; none where it failed
-    seconds: float = 0.0  # of scene and renderer
-    cpu_seconds: float = 0.0  # the same, of the processor; 0 where it was not recorded
+    stores: tuple[str, ...] = ()  # names in `scenes/` of the home folder; empty if it failed
+    seconds: float = 0.0  # time of scene and renderer
+    cpu_seconds: float = 0.0  # CPU time of scene and renderer; 0 if it was not recorded
     stored_bytes: int = 0
     noise: Mapping[str, float] = field(default_factory=dict)  # relative, by light group
     objects: tuple[Mapping[str, Any], ...] = ()
-    error: str = ""  # of a scene that failed
-    at_once: int = 1  # scenes that its machine made at the same time
+    error: str = ""  # reason if the scene failed
+    at_once: int = 1  # number of scenes that its machine made at the same time
 
     @property
     def machine_s(self) -> float:
-        """The seconds of the machine that the scene took: scenes at the same time share them."""
+        """The scene's share of the machine's time, s; scenes made at the same time share it."""
         return self.seconds / self.at_once
 
 
@@ -91,13 +91,13 @@ def folder_of(name: str) -> Path:
 
 
 def begin(wanted: Definition) -> Definition:
-    """Write the definition of a new dataset, or return that of the stored one, with the larger
-    count.
+    """Write the definition of a dataset and return it. The definition of a dataset that exists
+    only changes if the new count is larger.
 
     Raises
     ------
-    ConfigError : another dataset has this name.
-    CatalogError : it cannot be written.
+    ConfigError : a different dataset has this name.
+    CatalogError : the definition cannot be written.
     """
     folder = folder_of(wanted.name)
     stored = read_definition(folder) if (folder / DEFINITION).exists() else None
@@ -115,7 +115,7 @@ def begin(wanted: Definition) -> Definition:
 
 
 def is_tried(name: str, recipe_text: str, overrides: tuple[str, ...]) -> bool:
-    """Return whether a dataset is stored with these values: they were tried before that.
+    """Return whether a dataset is stored with these values, which means that they were tried.
 
     Parameters
     ----------
@@ -147,7 +147,7 @@ def read_dataset(name: str) -> Definition:
 
     Raises
     ------
-    CatalogError : there is none of this name, or it is damaged.
+    CatalogError : there is no dataset of this name, or its definition is damaged.
     """
     folder = folder_of(name)
     if not (folder / DEFINITION).exists():
@@ -164,7 +164,7 @@ def read_definition(folder: Path) -> Definition:
 
     Raises
     ------
-    CatalogError : it is damaged.
+    CatalogError : the definition is damaged.
     """
     try:
         content = json.loads((folder / DEFINITION).read_text(encoding="utf-8"))
@@ -177,11 +177,11 @@ def read_definition(folder: Path) -> Definition:
 
 
 def write_scene(folder: Path, record: SceneRecord) -> None:
-    """Write what became of a scene.
+    """Write the record of a scene into the folder of its dataset.
 
     Raises
     ------
-    CatalogError : it cannot be written, for example because the disk is full.
+    CatalogError : the record cannot be written, for example because the disk is full.
     """
     _write(folder / SCENES / f"{record.number:05d}.json", json.dumps(asdict(record)))
 
@@ -198,7 +198,7 @@ def _write(path: Path, text: str) -> None:
 
 
 def read_scenes(folder: Path) -> dict[int, SceneRecord]:
-    """Return the records of the scenes so far, by number. A damaged record counts as missing."""
+    """Return the records in a dataset's folder, by number. A damaged record counts as missing."""
     records = {}
     for path in sorted((folder / SCENES).glob("[0-9]*.json")):
         try:

@@ -1,4 +1,4 @@
-"""Runtime estimate of a dataset, and its disk space, from the scenes that are made."""
+"""Estimate of the run time and the disk space of a dataset, from the scenes that are made."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from scipy.stats import t
 
 from .record import SceneRecord
 
-FEWEST = 2  # scenes: one alone says nothing about how they differ
+FEWEST = 2  # fewest scenes for an estimate; one scene does not show how scenes differ
 
 
 @dataclass(frozen=True)
@@ -25,19 +25,19 @@ class Total:
 
 @dataclass(frozen=True)
 class RuntimeEstimate:
-    """What a dataset takes, all scenes counted."""
+    """Expected time and disk space of all scenes of a dataset."""
 
-    seconds: Total  # of one machine
-    cpu_seconds: Total | None  # of the processor; None where a scene has no record of it
+    seconds: Total  # time of one machine
+    cpu_seconds: Total | None  # CPU time; None if it was not recorded for every scene
     stored_bytes: Total
-    sample: int  # scenes that it is from
+    sample: int  # number of scenes behind the estimate
 
 
 def runtime_estimate(records: Sequence[SceneRecord], count: int) -> RuntimeEstimate | None:
-    """Return what `count` scenes take; None from fewer than two.
+    """Return the expected time and disk space of `count` scenes; None if fewer than two are made.
 
-    The scenes that are made count as they are. Each other one is taken for their mean; the interval
-    is Student's, of the sum of new draws from the same recipe.
+    The scenes that are made count with their own values, and each other scene with the mean of
+    these. The interval is Student's interval for the sum of new draws from the same recipe.
 
     Parameters
     ----------
@@ -60,7 +60,7 @@ def _total(values: Sequence[float], count: int) -> Total:
     left = max(count - len(values), 0)
     mean = made.mean()
     spread = made.std(ddof=1)
-    # variance of the sum of new draws: their own, and that of the mean they are taken for
+    # variance of the sum of new draws: their own variance, and that of the estimated mean
     width = t.ppf(0.975, made.size - 1) * spread * math.sqrt(left + left**2 / made.size)
     total = made.sum() + left * mean
     return Total(float(total), float(max(total - width, made.sum())), float(total + width))

@@ -11,9 +11,9 @@ from .draw import DrawnScene
 def splits(scenes: Sequence[DrawnScene], shares: Mapping[str, float]) -> dict[str, list[int]]:
     """Return the numbers of the scenes of each part.
 
-    The road's name alone decides, by its hash. So all scenes of a road are in one part, and a
-    scene stays in its part when the dataset grows. The shares are met on average: of 60 roads, a
-    part of 15 % has 9 +- 2.8.
+    The part depends on a hash of the road's name alone. So all scenes of a road are in one part,
+    and a scene stays in its part when the dataset grows. The shares are met on average: of 60
+    roads, a part of 15 % has 9 +- 2.8.
 
     Parameters
     ----------

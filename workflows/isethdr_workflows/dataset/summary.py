@@ -25,16 +25,17 @@ if TYPE_CHECKING:
 # limits of the classes of distance (m) and of height in the picture (pixels)
 DISTANCES_M = (15.0, 30.0, 60.0)
 HEIGHTS = (16.0, 32.0, 64.0)
-LUX = (0.1, 1.0, 10.0, 100.0, 1000.0)  # limits of the classes of illuminance
+LUX = (0.1, 1.0, 10.0, 100.0, 1000.0)  # limits of the classes of illuminance, lx
 DAY = ("lighting=day",)
 SKY = "sky"  # the light group that lights a scene by day
-NOISY = 0.5  # noise of a tile over its light, above which it is not worth showing
-THUMBNAIL = 240  # pixels wide
+NOISY = 0.5  # noise of a tile over its light, from which on the tile counts as mostly noise
+THUMBNAIL = 240  # width of a thumbnail, pixels
 # decades of luminance of a histogram, cd/m2: from a moonless sky to a lamp
 DECADES = np.arange(-6.0, 8.0)
-# median absolute deviations of the logarithm from the median, beyond which a scene is named
+# robust standard deviations of the logarithm from the median, beyond which a scene is an outlier
 OUTLIER = 5.0
-SCALE = 1.4826  # of a median absolute deviation to a standard deviation, for a normal distribution
+# standard deviation over median absolute deviation of a normal distribution
+SCALE = 1.4826
 
 
 @dataclass(frozen=True)
@@ -42,23 +43,23 @@ class ClassCounts:
     """The objects of one class."""
 
     category: str
-    scenes: int  # that show at least one
+    scenes: int  # number of scenes that show at least one of them
     objects: int
     by_distance: tuple[int, ...]  # below 15, 30, 60 m, and beyond
     by_height: tuple[int, ...]  # below 16, 32, 64 pixels, and above
-    by_lux: tuple[int, ...]  # below 0.1, 1, 10, 100, 1000 lx, and above; all 0 where not known
+    by_lux: tuple[int, ...]  # below 0.1, 1, 10, 100, 1000 lx, and above; all 0 if not known
 
 
 @dataclass(frozen=True)
 class Look:
-    """One scene as it looks."""
+    """Pictures and luminances of one scene."""
 
     record: SceneRecord
-    own: np.ndarray  # uint8 (y, x, 3), under the lighting of its recipe
-    day: np.ndarray | None  # None where the light of the sky is mostly noise, as in a tunnel
-    weights: dict[str, float]  # of the light groups, under the lighting of its recipe
-    histograms: dict[str, np.ndarray]  # {light group: tiles in each decade}, weight 1
-    mean_cd_m2: float  # under the lighting of its recipe
+    own: np.ndarray  # picture under the lighting of the recipe, uint8 (y, x, 3)
+    day: np.ndarray | None  # picture by day; None if it is mostly noise, as in a tunnel
+    weights: dict[str, float]  # weights of the light groups under the lighting of the recipe
+    histograms: dict[str, np.ndarray]  # {light group: number of tiles in each decade} at weight 1
+    mean_cd_m2: float  # mean luminance under the lighting of the recipe
 
 
 @dataclass(frozen=True)
@@ -75,12 +76,12 @@ def class_counts(
     records: Iterable[SceneRecord], weights: Mapping[int, Mapping[str, float]] | None = None
 ) -> list[ClassCounts]:
     """Return the counts of visible objects, the most frequent class first. Surfaces, plants and the
-    camera's own car, whose lamps may be in the picture, are no objects.
+    camera's own car, which may show its lamps, do not count as objects.
 
     Parameters
     ----------
     records : records of the scenes.
-    weights : {number of a scene: weights of its light groups}; None: no illuminance is known.
+    weights : {number of a scene: weights of its light groups}; None: illuminance is not counted.
     """
     entries = [
         (record.number, entry)
@@ -108,8 +109,8 @@ def class_counts(
 
 
 def illuminance(row: Mapping[str, Any], weights: Mapping[str, float]) -> float:
-    """Return the vertical illuminance of an object towards the camera under a lighting, lx; NaN
-    where the scene states none.
+    """Return the vertical illuminance of an object towards the camera under a lighting, lx; NaN if
+    the scene states none.
 
     Parameters
     ----------
@@ -122,7 +123,13 @@ def illuminance(row: Mapping[str, Any], weights: Mapping[str, float]) -> float:
 
 
 def bounds(limits: Sequence[float], unit: str) -> list[str]:
-    """Return the names of the classes between limits: `below 15 m`, `15 to 30 m`, `from 60 m`."""
+    """Return the names of the classes between limits: `below 15 m`, `15 to 30 m`, `from 60 m`.
+
+    Parameters
+    ----------
+    limits : rising limits between the classes.
+    unit : unit of the limits.
+    """
     between = [f"{a:g} to {b:g} {unit}" for a, b in zip(limits, limits[1:], strict=False)]
     return [f"below {limits[0]:g} {unit}", *between, f"from {limits[-1]:g} {unit}"]
 
@@ -133,12 +140,12 @@ def _binned(values: Sequence[float], limits: Sequence[float]) -> tuple[int, ...]
 
 
 def look(record: SceneRecord, view: Callable[[object], np.ndarray]) -> Look:
-    """Return how a stored scene looks under its own lighting and by day.
+    """Return pictures and luminances of a stored scene, under its own lighting and by day.
 
     Parameters
     ----------
     record : record of the scene, with its stores.
-    view : function from xyz (y, x, 3) in cd/m2 to displayed values (y, x, 3), uint8.
+    view : function that maps xyz (y, x, 3) in cd/m2 to displayed values (y, x, 3), uint8.
     """
     scene = inside(store.open_scene(record.stores[0]))
     mixed = chain(compose(record.overrides), rendered=True).lighting(scene)
@@ -162,13 +169,14 @@ def look(record: SceneRecord, view: Callable[[object], np.ndarray]) -> Look:
 
 
 def mostly_noise(scene: xr.Dataset, group: str) -> bool:
-    """Return whether a picture of one light group would show noise: in most tiles, paths found none
-    of its light, or the noise is more than `NOISY` of it.
+    """Return whether a picture of one light group would mostly show noise: in most tiles, the group
+    has no light, or the noise is at least `NOISY` times the light. A scene without this group, or
+    without stated noise, does not count as noise.
 
     Parameters
     ----------
     scene : stored scene radiance.
-    group : name of the light group. A scene that lacks it, or states no noise, has none.
+    group : name of the light group.
     """
     if "xyz_noise" not in scene or group not in scene.light_group.values:
         return False
@@ -180,7 +188,7 @@ def mostly_noise(scene: xr.Dataset, group: str) -> bool:
 def by_decade(luminance: np.ndarray) -> np.ndarray:
     """Return the number of lit tiles in each decade of `DECADES`.
 
-    Tiles beyond the outermost decades count in these, so that no lit tile is lost.
+    Tiles outside the range of the decades count in the nearest one, so that no lit tile is lost.
 
     Parameters
     ----------
@@ -198,7 +206,7 @@ def inside(scene: xr.Dataset) -> xr.Dataset:
 
 
 def thumbnail(xyz: np.ndarray) -> np.ndarray:
-    """Return xyz (y, x, 3) averaged over blocks of tiles, about 240 wide: light is kept."""
+    """Return xyz (y, x, 3) averaged over blocks of tiles, about 240 blocks wide."""
     block = max(1, round(xyz.shape[1] / THUMBNAIL))
     height, width = (n // block * block for n in xyz.shape[:2])
     blocks = xyz[:height, :width].reshape(height // block, block, width // block, block, 3)
@@ -206,7 +214,9 @@ def thumbnail(xyz: np.ndarray) -> np.ndarray:
 
 
 def duplicates(records: Iterable[SceneRecord]) -> list[list[int]]:
-    """Return the numbers of scenes that share their radiance: drawn alike from the recipe."""
+    """Return groups of numbers of scenes that share their radiance, because the recipe drew the
+    same settings.
+    """
     numbers: dict[tuple[str, ...], list[int]] = {}
     for record in records:
         numbers.setdefault(record.stores, []).append(record.number)
@@ -214,10 +224,10 @@ def duplicates(records: Iterable[SceneRecord]) -> list[list[int]]:
 
 
 def outliers(looks: Sequence[Look]) -> list[Outlier]:
-    """Return the scenes whose time, bytes, noise or mean luminance is far from the median.
+    """Return the scenes with a time, size, noise or mean luminance far from the median.
 
-    Far is beyond five robust standard deviations of the logarithm. Properties of fewer than five
-    scenes have no outliers.
+    Far means more than five robust standard deviations of the logarithm. Fewer than five scenes
+    have no outliers.
     """
     properties = {
         "seconds": [look.record.seconds for look in looks],
@@ -236,7 +246,7 @@ def outliers(looks: Sequence[Look]) -> list[Outlier]:
 
 
 def far(values: Sequence[float]) -> list[int]:
-    """Return the places of the values that are far from the median of their logarithms."""
+    """Return the indices of the values with a logarithm far from the median of the logarithms."""
     positive = np.maximum(np.asarray(values, float), 1e-300)
     if positive.size < 5:
         return []

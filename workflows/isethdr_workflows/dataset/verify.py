@@ -1,4 +1,4 @@
-"""Verify: each scene of a dataset against its store and its recipe."""
+"""Verify: check each scene of a dataset against its store and its recipe."""
 
 from __future__ import annotations
 
@@ -19,15 +19,15 @@ LABELS = ("depth", "distance", "instance", "category", "normal")
 
 @dataclass(frozen=True)
 class Problem:
-    """What is wrong with one scene."""
+    """A problem of one scene."""
 
     number: int
     what: str
 
 
 def verify(dataset: Generated) -> list[Problem]:
-    """Return the problems of the scenes that were made; none if all are whole and as their recipe
-    says.
+    """Return the problems of the scenes that were tried. There are none if all scenes are complete
+    and have the settings that the recipe draws.
 
     Every file of every store is read and compared with its checksum.
     """
@@ -40,12 +40,12 @@ def verify(dataset: Generated) -> list[Problem]:
 
 
 def problems_of(scene: DrawnScene, record: SceneRecord) -> list[str]:
-    """Return what is wrong with a scene.
+    """Return the problems of a scene.
 
     Parameters
     ----------
-    scene : as the recipe draws it.
-    record : what became of it.
+    scene : scene as the recipe draws it.
+    record : record of the scene.
     """
     if record.error:
         return [f"failed: {record.error.splitlines()[0]}"]
@@ -58,7 +58,7 @@ def problems_of(scene: DrawnScene, record: SceneRecord) -> list[str]:
 
 
 def problems_of_store(name: str) -> list[str]:
-    """Return what is wrong with the radiance of a store, all of which is read.
+    """Read all radiance of a store, and return its problems.
 
     Parameters
     ----------
@@ -66,7 +66,7 @@ def problems_of_store(name: str) -> list[str]:
 
     Raises
     ------
-    CatalogError : it is missing or damaged.
+    CatalogError : the store is missing or damaged.
     """
     scene = store.open_store(home() / "scenes" / f"{name}.zarr").load()
     problems = [f"{name}: no label {label!r}" for label in LABELS if label not in scene]

@@ -2,9 +2,9 @@
 
 Existing engines do the work: joblib starts processes, submitit submits an array of SLURM jobs, Ray
 runs tasks on its cluster. All call the same function. A job or a task makes a chunk of scenes. The
-processes of one machine take a scene at a time, because scenes differ in time by a factor of ten.
-A scene that two of them try is rendered once, for one process at a time holds the claim on its
-radiance.
+processes of one machine take one scene at a time, because scenes differ in time by a factor of ten.
+A scene that two processes try is rendered only once, because only one process at a time can hold
+the claim on its radiance.
 """
 
 from __future__ import annotations
@@ -30,12 +30,12 @@ RAY = "ray"
 # {engine: its library}
 ENGINES = {HERE: "", PROCESSES: "joblib", SLURM: "submitit", RAY: "ray"}
 EXTRAS = {PROCESSES: "sweep", SLURM: "slurm", RAY: "ray"}
-RETRIES = 10  # of a Ray task whose node or process is lost
+RETRIES = 10  # number of retries of a Ray task after its node or process was lost
 
 
 @dataclass(frozen=True)
 class Workers:
-    """Who makes the scenes.
+    """The processes, jobs or tasks that make the scenes.
 
     Parameters
     ----------
@@ -44,7 +44,7 @@ class Workers:
     count : number of processes, of jobs of the array, or of tasks.
     hours : time limit of a SLURM job.
     partition : partition of the SLURM cluster; "": its default.
-    cpus : cores of a SLURM job or a Ray task; the renderer uses all that it gets.
+    cpus : cores of a SLURM job or a Ray task; the renderer uses all of them.
     """
 
     engine: str = HERE
@@ -74,7 +74,7 @@ class Workers:
 
     @property
     def at_once(self) -> int:
-        """Scenes that one machine makes at the same time."""
+        """The number of scenes that one machine makes at the same time."""
         return self.count if self.engine == PROCESSES else 1
 
 
@@ -85,9 +85,9 @@ def share(
 
     Parameters
     ----------
-    make : function of a module, which makes scenes by (name, numbers, tell).
+    make : function(name, numbers, tell) that makes scenes; it must be importable by processes.
     numbers : numbers of the scenes.
-    workers : who makes them.
+    workers : the processes, jobs or tasks that make them.
     name : name of the dataset.
     tell : called with one line of text for each scene; jobs and tasks print instead.
 
@@ -131,12 +131,12 @@ def by_processes(
     count: int,
     tell: Callable[[str], None],
 ) -> None:
-    """Make scenes in processes of this machine; whichever is free takes the next.
+    """Make scenes in processes of this machine. Each process takes the next scene when it is free.
 
     Parameters
     ----------
-    lines_of : makes a scene by (home, number of the process that asks, number of the scene), as
-        `lines_about` does.
+    lines_of : function(home folder, id of the calling process, number of the scene) that makes a
+        scene and returns lines about it, as `lines_about` does.
     numbers : numbers of the scenes.
     count : number of processes.
     tell : called with one line of text for each scene.
@@ -156,22 +156,22 @@ def by_processes(
             rest = f", about {duration(left_s)} left" if done < len(numbers) else ""
             for line in lines:
                 tell(line + rest)
-    except RuntimeError as err:  # joblib's, where a process was killed
+    except RuntimeError as err:  # joblib raises it if a process was killed
         raise ended_early(f"{type(err).__name__}: {err}") from err
 
 
 def by_ray(call: Callable[[Sequence[int]], None], chunks: Sequence[list[int]], cpus: int) -> None:
-    """Make chunks as Ray tasks; those of a lost node start again on another.
+    """Make chunks of scenes as Ray tasks. Tasks of a lost node start again on another node.
 
     Parameters
     ----------
-    call : makes the scenes of a chunk.
-    chunks : numbers of scenes, one task each.
+    call : function that makes the scenes of a chunk.
+    chunks : numbers of the scenes of each task.
     cpus : cores that a task takes.
 
     Raises
     ------
-    CatalogError : tasks ended early, again and again.
+    CatalogError : a task ended early in all retries.
     """
     ray = import_module(ENGINES[RAY])
     ray.init(ignore_reinit_error=True)  # the cluster of RAY_ADDRESS, or one of its own
@@ -187,7 +187,7 @@ def ended_early(what: str) -> CatalogError:
 
     Parameters
     ----------
-    what : which, and why as far as it is known.
+    what : which processes, and why as far as it is known.
     """
     return CatalogError(
         f"processes ended before all of their scenes were tried ({what}); stored scenes are"
@@ -200,15 +200,15 @@ def lines_about(make: Make, name: str, home_folder: str, parent: int, number: in
 
     Parameters
     ----------
-    make : as of `share`.
+    make : function that makes scenes, as in `share`.
     name : name of the dataset.
-    home_folder : the home.
-    parent : number of the process that asked for it.
+    home_folder : path of the home folder.
+    parent : id of the calling process.
     number : number of the scene.
 
     Raises
     ------
-    CatalogError : the process that asked for it is gone; nobody waits for the scene.
+    CatalogError : the calling process has ended, so nobody waits for the scene.
     """
     if os.getppid() != parent:
         raise ended_early("the command was killed")
@@ -223,9 +223,9 @@ def in_process(make: Make, name: str, home_folder: str, numbers: Sequence[int]) 
 
     Parameters
     ----------
-    make : as of `share`.
+    make : function that makes scenes, as in `share`.
     name : name of the dataset.
-    home_folder : the home, on a disk that all processes see.
+    home_folder : path of the home folder, on a disk that all processes see.
     numbers : numbers of the scenes.
     """
     os.environ["ISETHDR_HOME"] = home_folder

@@ -1,19 +1,19 @@
-"""Which objects could be found at all, by each camera: `isethdr study detection`.
+"""Which objects can be detected at all in the data of each camera: `isethdr study detection`.
 
 | module          | what                                                                      |
 |-----------------|---------------------------------------------------------------------------|
 | `curve_picture` | the curves of all cameras as one picture                                  |
 | `exposing`      | the exposure that a camera chooses for a scene at any level of light      |
-| `frame`         | one scene as one camera shows it: stabilised colours, objects             |
+| `frame`         | one scene through one camera: stabilised colours, objects                 |
 | `imaging`       | scenes of a dataset through the cameras: light, exposures, frames         |
 | `levels`        | curves against the level of light, and where they cross                   |
 | `page`          | the page, the CSV files and the Markdown table of a study                 |
 | `questions`     | presets of a study: cameras, light levels, overrides                      |
-| `recall`        | the recall of detectors beside the observer, for the same objects         |
-| `results`       | all that a study found                                                    |
+| `recall`        | the recall of detectors and of the observer, for the same objects         |
+| `results`       | all results of a study                                                    |
 | `stabilising`   | the function of mean electrons whose noise is 1, from a camera's captures |
 | `study`         | the study: all objects, all cameras, all light levels                     |
-| `tables`        | objects found by class, distance, size, illuminance, lamp; roads needed   |
+| `tables`        | objects found by class, distance, ...; roads needed to compare cameras    |
 | `threads`       | threads for the frames and windows of many scenes                         |
 | `without`       | the same view rendered without people, riders and animals                 |
 | `observer/`     | the channelised Hotelling observer                                        |

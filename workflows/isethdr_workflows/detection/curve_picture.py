@@ -1,4 +1,4 @@
-"""Picture of the curves of a study: one panel for each camera, against the level of light."""
+"""Picture of the curves of a study against the level of light, with one panel for each camera."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from .levels import LOST, LOST_APART
 from .results import CurvePoint, Results
 
 COLUMNS = 4
-PANEL_IN = (2.4, 1.75)  # width and height of a panel
+PANEL_IN = (2.4, 1.75)  # width and height of a panel, inches
 DPI = 110
 TEXT_PT = 8
 FOUND = "#2c6fad"
@@ -20,7 +20,8 @@ APART = "#c0392b"
 
 
 def draw_curves(results: Results, path: Path) -> None:
-    """Write the share found and the pairs told apart, each with its 95 % interval, to `path` (png).
+    """Write curves of the share of objects found and of the pairs told apart, each with its 95 %
+    interval, to `path` (png).
 
     Parameters
     ----------

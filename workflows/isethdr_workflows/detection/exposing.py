@@ -1,7 +1,8 @@
 """The exposure that a camera chooses for a scene at any level of light.
 
-Mean electrons follow the light in proportion, so the light is imaged on the pixels once, and every
-level is metered by a factor. Exposure, gain and noise are stated by captures of a few pixels.
+Mean electrons are proportional to the light. So the light is imaged on the pixels once, and other
+levels are metered by multiplying with a factor. Captures of a few pixels state exposure, gain and
+noise.
 """
 
 from __future__ import annotations
@@ -17,21 +18,22 @@ from isethdr_sensors.timing import auto_exposure
 from isethdr_core import generator
 from isethdr_core.data.temporal_modulation import time_mean
 
-SIDE = 8  # pixels of the crop that states a camera's exposure
+SIDE = 8  # side of the crop that states a camera's exposure, pixels
 
 
 @dataclass(eq=False)
 class Exposing:
-    """A camera before one light, which may be scaled."""
+    """A camera with the light on its sensor plane, which may be scaled."""
 
     sensor: Any
     light: xr.DataArray
     at_one: xr.Dataset  # captures of a few pixels of the light as it is
-    light_e_per_s: np.ndarray | None = None  # (capture, y, x), made when another level is asked for
+    light_e_per_s: np.ndarray | None = None  # (capture, y, x), computed for the first other level
 
     def captures(self, factor: float = 1.0) -> xr.Dataset:
         """Return captures of a few pixels at the exposure that the camera chooses for the light
-        times `factor`; what lies in the pixels is the light as it is.
+        times `factor`. Only their exposure, gain and noise are meant for use: the pixels
+        themselves show the light as it is.
         """
         if factor == 1:
             return self.at_one
@@ -52,7 +54,7 @@ class Exposing:
 
 
 def exposing(sensor: Any, light: xr.DataArray) -> Exposing:
-    """Return a camera before the light for which it chooses its exposure."""
+    """Return a camera with the light for which it chooses its exposure."""
     if not isinstance(sensor, ImagingSensor):
         return Exposing(sensor, light, sensor(light, generator()))
     solved = None
@@ -62,7 +64,7 @@ def exposing(sensor: Any, light: xr.DataArray) -> Exposing:
 
 
 def few(sensor: ImagingSensor, light: xr.DataArray, solved: Any = None) -> xr.Dataset:
-    """Return captures of a few pixels in the middle: they state exposure, gain and noise.
+    """Return captures of a few pixels in the middle, which state exposure, gain and noise.
 
     Parameters
     ----------
@@ -78,7 +80,14 @@ def few(sensor: ImagingSensor, light: xr.DataArray, solved: Any = None) -> xr.Da
 
 
 def middle(light: xr.DataArray, pitch_um: float) -> xr.DataArray:
-    """Return the tiles of light under the few pixels and two more around them, all bands."""
+    """Return the tiles of light under the few pixels in the middle, and two more tiles on each
+    side, in all bands.
+
+    Parameters
+    ----------
+    light : light on the sensor plane.
+    pitch_um : pitch of the pixels, um.
+    """
     cut = {}
     for dim in ("y", "x"):
         places_m = light[dim].values
@@ -89,11 +98,12 @@ def middle(light: xr.DataArray, pitch_um: float) -> xr.DataArray:
 
 
 def in_darkness(sensor: Any, light: xr.DataArray) -> np.ndarray:
-    """Return the mean electrons (capture,) of a pixel without light: the dark charge, which all
-    pixels share.
+    """Return the mean electrons (capture,) of a pixel without light. This dark charge is the same
+    in all pixels.
 
     Parameters
     ----------
+    sensor : sensor of the camera.
     light : light on the sensor plane, for its grid.
     """
     if isinstance(sensor, ImagingSensor):
@@ -103,11 +113,11 @@ def in_darkness(sensor: Any, light: xr.DataArray) -> np.ndarray:
 
 
 def scaled(light: xr.DataArray, factor: float) -> xr.DataArray:
-    """Return light multiplied by a factor; coordinates and attributes stay."""
+    """Return light multiplied by a factor, with the same coordinates and attributes."""
     return light.copy(data=light.values * np.float32(factor))
 
 
 def even(light: xr.DataArray) -> xr.DataArray:
-    """Return an even field with the mean of light; coordinates and attributes stay."""
+    """Return an even field with the mean of light, with the same coordinates and attributes."""
     mean = light.mean(["y", "x"]).broadcast_like(light).transpose(*light.dims)
     return light.copy(data=mean.values)

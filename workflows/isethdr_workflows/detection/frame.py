@@ -1,8 +1,8 @@
-"""One scene as one camera shows it: stabilised colours in cells of the filter array, and objects.
+"""One scene through one camera: stabilised colours in cells of the filter array, and objects.
 
-A cell is one period of the filter array. Per colour it holds the mean of its pixels' stabilised
-values times the square root of their number, so that the noise of a cell is 1. Larger objects are
-read in joined cells, 2 x 2, 4 x 4, ..., whose noise is 1 again.
+A cell is one period of the filter array. For each colour it holds the mean of its pixels'
+stabilised values times the square root of their number, so that the noise of a cell is 1. Larger
+objects are read in joined cells of 2 x 2, 4 x 4, ... cells, which also have a noise of 1.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from scipy.ndimage import find_objects
 
-MOST_CELLS = 24  # of a box along its longer side, before cells are joined
+MOST_CELLS = 24  # most cells along the longer side of a box; for larger boxes, cells are joined
 CLASSES = {
     "car": ("car",),
     "truck": ("truck", "bus"),
@@ -24,10 +24,10 @@ CLASSES = {
 }
 ROAD_USERS = tuple(name for names in CLASSES.values() for name in names)
 OTHER_USERS = ("bicycle", "motorcycle")
-Part = tuple[slice, slice]  # rows and columns of joined cells
+Part = tuple[slice, slice]  # rows and columns, joined cells
 EVERYWHERE: Part = (slice(None), slice(None))
 Boxes = dict[int, tuple[int, int, int, int]]  # {number: (top, left, height, width)}
-RIDER = "rider of "  # before the name of a bicycle: how its rider is called
+RIDER = "rider of "  # the name of a rider is this text and the name of the bicycle
 
 
 @dataclass(frozen=True)
@@ -38,8 +38,8 @@ class Thing:
     ----------
     box : (top, left, height, width) of its visible part, in cells.
     height_px : height of its visible part, pixels.
-    illuminance_lx : vertical, towards the camera; NaN where it is not known.
-    near_lamp : whether a lamp shines within 3 degrees of its middle.
+    illuminance_lx : vertical illuminance towards the camera; NaN if it is not known.
+    near_lamp : whether a bright lamp is seen within 3 degrees of its middle.
     """
 
     instance: int
@@ -58,10 +58,10 @@ class Frame:
 
     Parameters
     ----------
-    colours : (colour, y, x) stabilised cells, noise 1.
+    colours : (colour, y, x) stabilised cells, with noise 1.
     owners : (y, x) instance number of the road user in each cell, 0 for none.
     render : (colour, y, x) half of the difference of the renderer's half buffers, in the
-        unit of `colours`; None where the scene states none.
+        unit of `colours`; None if the scene has no half buffers.
     """
 
     number: int
@@ -76,13 +76,13 @@ class Frame:
     _renders: dict[int, np.ndarray] = field(default_factory=dict)
 
     def joined(self, level: int) -> np.ndarray:
-        """Return the colours in cells of 2^level x 2^level cells, noise 1."""
+        """Return the colours (colour, y, x) in joined cells of 2^level x 2^level cells, noise 1."""
         if level not in self._joined:
             self._joined[level] = self.colours if level == 0 else pairs(self.joined(level - 1))
         return self._joined[level]
 
     def render_joined(self, level: int) -> np.ndarray | None:
-        """Return `render` in joined cells."""
+        """Return `render` in joined cells of 2^level x 2^level cells."""
         if self.render is None:
             return None
         if level not in self._renders:
@@ -93,7 +93,7 @@ class Frame:
         return self._renders[level]
 
     def mask(self, level: int, instance: int = 0, part: Part = EVERYWHERE) -> np.ndarray:
-        """Return the joined cells (y, x) that hold a road user.
+        """Return a mask (y, x) of the joined cells that hold a road user.
 
         Parameters
         ----------
@@ -114,7 +114,7 @@ class Frame:
         return own
 
     def used(self, level: int) -> np.ndarray:
-        """Return the running sums (y + 1, x + 1) of the cells that hold a road user."""
+        """Return the running sums (y + 1, x + 1) over the mask of all road users."""
         if level not in self._sums:
             sums = self.mask(level).astype(np.int32).cumsum(0).cumsum(1)
             self._sums[level] = np.pad(sums, ((1, 0), (1, 0)))
@@ -124,9 +124,9 @@ class Frame:
 def noisier(frame: Frame) -> Frame:
     """Return a frame with twice the variance of the renderer's noise.
 
-    Half of the difference of the half buffers has the variance of the noise of their mean
-    and is independent of it. Added to the frame, it acts as a renderer with half the samples.
-    A frame that states no such noise is returned as it is.
+    Half of the difference of the half buffers has the same variance as the noise of their mean and
+    is independent of it. Adding it to the frame gives the noise of a renderer with half the
+    samples. A frame without half buffers is returned as it is.
     """
     if frame.render is None:
         return frame
@@ -141,7 +141,7 @@ def noisier(frame: Frame) -> Frame:
 
 
 def pairs(colours: np.ndarray) -> np.ndarray:
-    """Return sums over 2 x 2 cells, divided by 2: independent noise of 1 stays 1."""
+    """Return sums over 2 x 2 cells, divided by 2, so that independent noise of 1 stays 1."""
     rows, columns = (size // 2 * 2 for size in colours.shape[1:])
     even = colours[:, :rows, :columns]
     return (even[:, ::2, ::2] + even[:, 1::2, ::2] + even[:, ::2, 1::2] + even[:, 1::2, 1::2]) / 2
@@ -190,7 +190,7 @@ def owners_of(instance: np.ndarray, objects: Sequence[Mapping[str, Any]]) -> np.
 
 
 def kind_of(row: Mapping[str, Any]) -> str:
-    """Return the class of an object; empty where it is none of the five."""
+    """Return the class of an object; empty if it is none of the five."""
     if str(row["name"]).startswith(RIDER):
         return "rider"
     return next((kind for kind, of in CLASSES.items() if row["category"] in of), "")
@@ -213,5 +213,5 @@ def boxes(owners: np.ndarray) -> Boxes:
 
 
 def level_of(box: tuple[int, int, int, int]) -> int:
-    """Return how often cells are joined for a box, so that it is at most `MOST_CELLS` long."""
+    """Return how often cells are joined, so that a box is at most `MOST_CELLS` of them long."""
     return max(0, int(np.ceil(np.log2(max(box[2:]) / MOST_CELLS))))

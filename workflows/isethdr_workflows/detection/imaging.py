@@ -1,8 +1,8 @@
 """Scenes of a dataset through the cameras: light, exposures, and the frames that the observer sees.
 
-Light on the sensor plane is kept in the cache of intermediate results, so the next study of the
-same scenes and lens reads it. Mean electrons follow the light in proportion: other levels of light
-cost no imaging.
+Light on the sensor plane is kept in the cache of intermediate results, where the next study with
+the same scenes and lens finds it. Mean electrons are proportional to the light, so other levels of
+light need no imaging.
 """
 
 from __future__ import annotations
@@ -43,16 +43,16 @@ from .frame import Boxes, Frame, Thing, boxes, cells, kind_of, owners_of
 from .stabilising import Stabiliser, readings
 from .without import without_people
 
-LAMP_CD_M2 = 1000.0  # a lamp that shines into the camera
-LAMP_DEG = 3.0
+LAMP_CD_M2 = 1000.0  # least luminance of a lamp that counts as bright
+LAMP_DEG = 3.0  # largest angle between an object's middle and a lamp near it
 LOW_SUN = "low sun"
-LOW_SUN_DEG = 15.0  # a sun up to this height stands in the picture of a camera that looks ahead
-UNIFORM = "uniform"  # kind of sky: one luminance everywhere, whatever the hour
+LOW_SUN_DEG = 15.0  # a sun up to this height is in the picture of a camera that looks ahead
+UNIFORM = "uniform"  # kind of sky with one luminance everywhere, at any hour
 AS_BUILT = "ideal"  # the lighting that leaves each light group as the scene was built
 TRANSFER = "detection"  # key of the metric in the config
 OWN = ("report=false",)
 HALF_DIFFERENCE = "relative_half_difference"  # variable (y, x) of a prepared scene
-COMPOSING = Lock()  # Hydra has one state for the process
+COMPOSING = Lock()  # Hydra has one global state, so only one thread may compose at a time
 
 
 class CameraName(NamedTuple):
@@ -72,15 +72,15 @@ class Prepared:
     built: Chain
     scene: xr.Dataset
     light: xr.DataArray
-    mean_lux: float  # on the sensor
-    weights: Mapping[str, float]  # of the light groups
-    near_lamp: frozenset[int]  # instances with a lamp within 3 degrees
+    mean_lux: float  # mean illuminance on the sensor
+    weights: Mapping[str, float]  # weights of the light groups
+    near_lamp: frozenset[int]  # instances with a bright lamp within 3 degrees
     transfer: dict[str, dict[str, float]] = field(default_factory=dict)  # {camera: {object: score}}
     _labels: dict[tuple[Any, ...], xr.Dataset] = field(default_factory=dict)
 
     def labels(self, picture: xr.Dataset) -> xr.Dataset:
-        """Return the labels on the pixels of `picture`, made once for cameras of the same pixels;
-        they are not to be changed.
+        """Return the labels on the pixels of `picture`. Cameras with the same pixels share them, so
+        they must not be changed.
         """
         pixels = picture.attrs.get("pitch_um")
         key = picture.y.values.tobytes(), picture.x.values.tobytes(), str(pixels)
@@ -94,7 +94,7 @@ def camera_names(text: str) -> list[CameraName]:
 
     Raises
     ------
-    ConfigError : there is none.
+    ConfigError : no camera is named.
     """
     found = []
     for part in filter(None, (name.strip() for name in text.split(","))):
@@ -109,7 +109,7 @@ def camera_names(text: str) -> list[CameraName]:
 
 
 def overrides_of(cameras: Sequence[CameraName]) -> list[str]:
-    """Return the overrides that add the cameras which the main config lacks.
+    """Return the overrides that add the cameras that the main config lacks.
 
     Raises
     ------
@@ -141,8 +141,8 @@ def prepared(
     ----------
     record : record of the scene; its radiance is stored.
     overrides : overrides of all scenes, after those of the scene itself.
-    transfer : cameras whose contrast transfer accuracy is wanted too.
-    bare : whether the same view is rendered without people, riders and animals.
+    transfer : names of the cameras for which contrast transfer accuracy is computed too.
+    bare : whether the same view without people, riders and animals is used.
     """
     with COMPOSING:
         config = compose([*record.overrides, *OWN, *overrides])
@@ -184,8 +184,9 @@ def prepared(
 
 
 def condition_of(config: Any) -> str:
-    """Return the kind of light of a composed config: night, dusk, day, tunnel; low sun where the
-    scene's own sky, as it was built, has a sun at most 15 degrees high.
+    """Return the kind of light of a composed config: the first word of its lighting, for example
+    night, dusk, day or tunnel, or `low sun` if the scene's own sky is used and has a sun at most 15
+    degrees high.
     """
     choices = config.get("choices") or {}
     name = str(choices.get("lighting") or config.lighting.name).split("_")[0]
@@ -198,7 +199,7 @@ def condition_of(config: Any) -> str:
 
 
 def inside(scene: xr.Dataset) -> tuple[slice, slice]:
-    """Return rows and columns of the camera's field."""
+    """Return the rows and columns of a scene that lie in the camera's field."""
     cuts = []
     for dim, full in (("y", "field_height"), ("x", "field_width")):
         kept = np.flatnonzero(np.abs(scene[dim].values) <= scene.attrs[full] / 2)
@@ -211,7 +212,8 @@ def near_lamps(scene: xr.Dataset, luminance: np.ndarray) -> frozenset[int]:
 
     Parameters
     ----------
-    luminance : (y, x) of the tiles, cd/m2.
+    scene : scene radiance with its labels, objects and lamps.
+    luminance : (y, x) luminance of the tiles, cd/m2.
     """
     instance = scene["instance"].values
     lamps = {int(lamp["instance"]) for lamp in scene.attrs.get("lamps", [])}
@@ -257,7 +259,7 @@ def transfer_accuracy(built: Chain, rows: Ledger, name: str, shot: Shot) -> dict
         with values_only():
             return metric(picture, truth(shot.mixed, picture), labels)
 
-    # other scores than those of a run, which are of all objects and have intervals
+    # a name of their own, because the scores of a run are of all objects and have intervals
     of_run = camera.kept_scores(metric)
     kept = Kept(shot.reuse, of_run.name and named("of the five classes", of_run.name))
     found = stage(rows, "metric", TRANSFER, metric, scores, kept)
@@ -265,11 +267,16 @@ def transfer_accuracy(built: Chain, rows: Ledger, name: str, shot: Shot) -> dict
 
 
 def asked_labels(scene: xr.Dataset, picture: xr.Dataset) -> xr.Dataset:
-    """Return the labels on the pixels of `picture`, of the objects of the five classes alone: their
-    scores do not depend on other objects.
+    """Return the labels on the pixels of `picture`, with the objects of the five classes alone.
+    Other objects do not change their scores.
+
+    Parameters
+    ----------
+    scene : scene radiance with its labels and objects.
+    picture : picture of a camera.
     """
     entries = scene.attrs.get("objects", [])
-    # objects of one name are numbered by a metric in their order, so all of a name stay
+    # a metric numbers objects of the same name in their order, so all objects of a name are kept
     names = {str(entry["name"]) for entry in entries if kind_of(entry)}
     asked = [entry for entry in entries if str(entry["name"]) in names]
     numbers = [int(entry["instance"]) for entry in asked]
@@ -290,16 +297,16 @@ class View:
     captures: tuple[str, ...]
     light_e: np.ndarray  # (capture, y, x) electrons of light at the sensor's own exposure
     dark_e: np.ndarray  # (capture,) electrons of dark charge at that exposure
-    owners: np.ndarray  # (y, x) of pixels
+    owners: np.ndarray  # (y, x) instance number of the road user in each pixel, 0 for none
     objects: list[dict[str, Any]]
-    # (y, x) of pixels, relative, of half buffers A and B; None where the scene states none
+    # (y, x) relative half difference of half buffers A and B in each pixel; None without them
     half_difference: np.ndarray | None
     exposing: Exposing  # chooses the exposure
-    _boxes: dict[int, Boxes] = field(default_factory=dict)  # by rows of pixels in a cell
+    _boxes: dict[int, Boxes] = field(default_factory=dict)  # by the rows of pixels in a cell
 
     def frame(self, factor: float) -> Frame:
-        """Return what the camera shows with all light times `factor`, at the exposure that it then
-        chooses.
+        """Return the frame of the camera for all light times `factor`, at the exposure that the
+        camera chooses for it.
         """
         ready = self.prepared
         few = self.exposing.captures(factor)
@@ -339,7 +346,7 @@ class View:
         )
 
     def _things(self, owners: np.ndarray, factor: float, pixels: int) -> list[Thing]:
-        if pixels not in self._boxes:  # the same at all levels
+        if pixels not in self._boxes:  # boxes are the same at all levels of light
             self._boxes[pixels] = boxes(owners)
         found = self._boxes[pixels]
         ready = self.prepared
@@ -371,7 +378,7 @@ def view(ready: Prepared, camera: CameraName, metered: xr.DataArray | None = Non
     ----------
     ready : scene, imaged by the lens.
     camera : camera and the captures that are used.
-    metered : light for which it chooses its exposure; None: that of the scene.
+    metered : light for which the camera chooses its exposure; None: the light of the scene.
     """
     sensor = ready.built.cameras[camera.sensor]
     exposure = exposing(sensor, ready.light if metered is None else metered)

@@ -14,12 +14,12 @@ import numpy as np
 from .tables import FEWEST_ROADS
 
 RESAMPLES = 1000
-LOST = 0.5  # share of objects found at which they count as lost
-LOST_APART = 0.75  # share of pairs told apart, of which guessing has a half
+LOST = 0.5  # share of objects found, below which they count as lost
+LOST_APART = 0.75  # share of pairs told apart, below which they count as lost; guessing gives 0.5
 
 
 class Crossing(NamedTuple):
-    """A level of light and its 95 % interval; NaN where there is none.
+    """A level of light with its 95 % interval; NaN where there is none.
 
     Parameters
     ----------
@@ -40,16 +40,16 @@ def crossing(
     Parameters
     ----------
     levels : increasing, above 0.
-    values : (object, level), NaN where it is not known.
+    values : (object, level) values; NaN where they are not known.
     roads : road of each object.
     limit : value that the mean crosses.
 
     Notes
     -----
-    Between two levels the mean is taken as linear in the logarithm of the level. The interval holds
-    the middle 95 % of 1000 samples of the roads, drawn with replacement (Efron and Tibshirani
-    1993); all cameras are in the same roads, so they are paired. Fewer than three roads give none,
-    nor do samples of which less than 95 % cross.
+    Between two levels the mean is interpolated linearly in the logarithm of the level. The interval
+    holds the middle 95 % of 1000 samples of the roads, drawn with replacement (Efron and Tibshirani
+    1993). All cameras see the same roads, so they are paired. There is no interval with fewer than
+    three roads, or if fewer than 95 % of the samples cross the limit.
     """
     names = sorted(set(roads))
     places = [np.flatnonzero([road == name for road in roads]) for name in names]
@@ -83,7 +83,7 @@ def _exp(value: float) -> float:
 
 
 def _first(logs: np.ndarray, values: np.ndarray) -> float:
-    """Return where values rise through 0, the highest such place; NaN where they do not."""
+    """Return the highest place where values rise through 0; NaN if there is none."""
     for k in range(len(logs) - 1, 0, -1):
         below = values[k - 1]
         above = values[k]
@@ -93,11 +93,12 @@ def _first(logs: np.ndarray, values: np.ndarray) -> float:
 
 
 def at_levels(known: Sequence[tuple[float, float]], levels: Sequence[float]) -> np.ndarray:
-    """Return values at levels between known ones, linear in the logarithm; NaN beyond them.
+    """Return values at levels by interpolation between known values, linear in the logarithm of the
+    level. Values beyond the known levels are NaN.
 
     Parameters
     ----------
-    known : (level, value), any order, levels above 0.
+    known : [(level, value)] in any order; levels are above 0.
     levels : levels at which the value is wanted.
     """
     points = sorted(known)

@@ -1,4 +1,4 @@
-"""The page of a study, one HTML document that needs no network; its CSV and Markdown tables."""
+"""The page of a study as one HTML document that needs no network; its CSV and Markdown tables."""
 
 from __future__ import annotations
 
@@ -29,22 +29,24 @@ from .results import CurvePoint, Results
 from .tables import FEWEST_ROADS, Found, Line, compared_with, counted, lines
 
 TEMPLATES = Path(__file__).parent / "templates"
-WIDTH = 640.0  # of a drawing
+WIDTH = 640.0  # width, height and margin of a drawing, pixels
 HEIGHT = 260.0
 MARGIN = 40.0
-# counted false alarms over stated ones from which the page warns of a clutter that was not learned
-TOO_MANY = 2.0  # false alarms counted over those stated
-OVERSTATED = 0.05  # share of objects
+# counted false alarms over stated ones, above which the page warns that other roads did not show
+# the clutter
+TOO_MANY = 2.0
+OVERSTATED = 0.05  # share of objects stated minus share counted, above which the page warns
 
 
-MOST_ABREAST = 4  # cameras whose columns stand beside each other in Markdown
-# of which counting has tables of its own
+MOST_ABREAST = 4  # largest number of cameras that are columns of one Markdown table
+# titles of the tables that are repeated for counted pairs
 COUNTED_TABLES = ("all", "class", "light", "light and distance")
-BESIDE_TABLES = ("all", "class", "light", "distance")  # with d' of noise, transfer and recall
+# titles of the tables that are repeated for d' against noise, contrast transfer and recall
+BESIDE_TABLES = ("all", "class", "light", "distance")
 
 
 def write_files(results: Results) -> list[tuple[str, Path]]:
-    """Write page, tables and objects into the folder of the dataset; return titles and paths."""
+    """Write page, tables and objects into the folder of the dataset; return [(title, path)]."""
     stem = "detection" + (f"_{results.question}" if results.question else "")
     folder = folder_of(results.dataset)
     folder.mkdir(parents=True, exist_ok=True)
@@ -63,7 +65,13 @@ def write_files(results: Results) -> list[tuple[str, Path]]:
 
 
 def page(results: Results, tables: Sequence[Line]) -> str:
-    """Return the page."""
+    """Return the page as HTML.
+
+    Parameters
+    ----------
+    results : results of the study.
+    tables : rows of the main tables.
+    """
     return _template().render(
         results=results,
         groups=grouped(tables),
@@ -90,7 +98,7 @@ def page(results: Results, tables: Sequence[Line]) -> str:
 
 
 def grouped(tables: Sequence[Line]) -> dict[str, list[Line]]:
-    """Return the rows of each table."""
+    """Return {title of the table: its rows}."""
     groups: dict[str, list[Line]] = {}
     for line in tables:
         groups.setdefault(line.table, []).append(line)
@@ -98,19 +106,19 @@ def grouped(tables: Sequence[Line]) -> dict[str, list[Line]]:
 
 
 def counted_lines(results: Results) -> list[Line]:
-    """Return the tables of pairs told apart by counting; none where there are curves."""
+    """Return the tables of pairs told apart by counting; none if the study has curves."""
     if results.curve:
         return []
     return [line for line in lines(counted(results.rows)) if line.table in COUNTED_TABLES]
 
 
 def told_apart(results: Results) -> list[Line]:
-    """Return the rows of `counted_lines` under names of their own."""
+    """Return the rows of `counted_lines`, with other titles than the main tables."""
     return [line._replace(table=f"told apart: {line.table}") for line in counted_lines(results)]
 
 
 def share_text(mean: Mean) -> str:
-    """Return a share, or a difference of shares, for people: `0.787 (0.516 to 1.000)`."""
+    """Return a share, or a difference of shares, as text: `0.787 (0.516 to 1.000)`."""
     if not math.isfinite(mean.value):
         return "–"
     if not math.isfinite(mean.low):
@@ -124,7 +132,7 @@ def _thousandths(value: float) -> str:
 
 
 def roads_text(roads: float) -> str:
-    """Return how many roads are needed, for people: fewer than the fewest are not told apart."""
+    """Return the number of roads needed as text. Numbers up to `FEWEST_ROADS` share one text."""
     if not math.isfinite(roads):
         return "–"
     if roads <= FEWEST_ROADS:
@@ -133,22 +141,22 @@ def roads_text(roads: float) -> str:
 
 
 def too_many(check: Check) -> bool:
-    """Return whether far more places pass than the threshold was chosen for."""
+    """Return whether far more places without an object exceed the threshold than stated."""
     return check.false_alarms > TOO_MANY * CHECKED * check.places
 
 
 def overstated(check: Check) -> bool:
-    """Return whether far fewer objects are found by counting than the observer states."""
+    """Return whether counting finds far fewer objects than the observer states."""
     return check.expected - check.hits > OVERSTATED * check.trials
 
 
 def number(value: float) -> str:
-    """Return a number for people, three digits; a dash where it is not known."""
+    """Return a number as text with three digits; a dash if it is not known."""
     return f"{value:.3g}" if math.isfinite(value) else "–"
 
 
 def crossing_text(one: Crossing) -> str:
-    """Return a crossing for people: `0.052 (0.031 to 0.083)`."""
+    """Return a crossing as text: `0.052 (0.031 to 0.083)`."""
     if not math.isfinite(one.level):
         return "none within the levels"
     if not math.isfinite(one.low):
@@ -157,7 +165,9 @@ def crossing_text(one: Crossing) -> str:
 
 
 def drawing(results: Results) -> dict[str, object]:
-    """Return lines, bands and ticks of the curves in a drawing of 640 x 260; empty without."""
+    """Return lines, bands and ticks of the curves in a drawing of 640 x 260 pixels; empty if there
+    are no curves.
+    """
     if not results.curve:
         return {}
     logs = [math.log10(level) for level in results.asked.levels]
@@ -189,8 +199,13 @@ def drawing(results: Results) -> dict[str, object]:
 
 
 def markdown(results: Results, tables: Sequence[Line]) -> str:
-    """Return the main table as Markdown, and what counting says of it; curves of many cameras stand
-    below each other.
+    """Return the main table and the results of counting as Markdown. For many cameras, each camera
+    and level of the curves is a row.
+
+    Parameters
+    ----------
+    results : results of the study.
+    tables : rows of the main tables.
     """
     if results.curve and len(results.cameras) > MOST_ABREAST:
         both = (_crossing_table(results), _level_table(results))
@@ -216,7 +231,7 @@ def markdown(results: Results, tables: Sequence[Line]) -> str:
 
 
 def counted_text(results: Results) -> str:
-    """Return one paragraph: roads, and false alarms and hits counted beside those stated."""
+    """Return one paragraph: number of roads, and counted and stated false alarms and hits."""
     alarms = [
         f"{name} {number(one.false_alarms / one.places)}"
         for name, one in results.checks.items()
@@ -256,8 +271,9 @@ def _unit(results: Results) -> str:
 
 
 def _crossing_table(results: Results) -> tuple[list[str], list[list[str]]]:
-    """Return, for each camera, the levels at which it loses, and the pairs that it tells apart less
-    the first camera, at the highest level of those that most objects reach.
+    """Return the head and rows of a table: for each camera, the levels of its crossings, and its
+    difference from the first camera in the pairs told apart. The difference is taken at the highest
+    of the levels that the most objects reach.
     """
     first = results.cameras[0]
     counted_of = {(one.camera, one.level): one for one in results.counted_curve}
@@ -277,7 +293,9 @@ def _crossing_table(results: Results) -> tuple[list[str], list[list[str]]]:
 
 
 def _level_table(results: Results) -> tuple[list[str], list[list[str]]]:
-    """Return the share found and the pairs told apart by each camera at each level."""
+    """Return the head and rows of a table: share found and pairs told apart by each camera at each
+    level.
+    """
     counted_of = {(one.camera, one.level): one for one in results.counted_curve}
     rows = [
         [
@@ -293,7 +311,7 @@ def _level_table(results: Results) -> tuple[list[str], list[list[str]]]:
 
 
 def beside_text(known: Sequence[Recall]) -> str:
-    """Return what the columns of the table of d', contrast transfer and recall hold.
+    """Return a text about the columns of the table of d', contrast transfer and recall.
 
     Parameters
     ----------
@@ -327,7 +345,7 @@ def _beside_table(
 
 
 def d_text(mean: Mean) -> str:
-    """Return d' with its interval for people: `12.4 (9.8 to 1206)`."""
+    """Return d' with its interval as text: `12.4 (9.8 to 1206)`."""
     if not math.isfinite(mean.value):
         return "–"
     if not math.isfinite(mean.low):
@@ -363,19 +381,27 @@ def _curve_table(
 
 
 def found_text(point: CurvePoint) -> str:
-    """Return the share of a point of a curve with its interval, for people."""
+    """Return the share of a point of a curve with its interval as text."""
     return share_text(Mean(point.found, point.low, point.high, point.objects, point.roads))
 
 
 def less_text(point: CurvePoint) -> str:
-    """Return the difference to the first camera with its interval; a dash for the first one."""
+    """Return the difference from the first camera with its interval as text; a dash for the first
+    camera itself.
+    """
     low = point.difference_low
     high = point.difference_high
     return share_text(Mean(point.difference, low, high, point.objects, point.roads))
 
 
 def means_csv(results: Results, tables: Sequence[Line]) -> str:
-    """Return all means with their intervals as CSV."""
+    """Return all means with their intervals as CSV text.
+
+    Parameters
+    ----------
+    results : results of the study.
+    tables : rows of the main tables.
+    """
     head = ["table", "row", "camera", "objects", "roads", "found", "low", "high"]
     head += ["noise_only", "contrast_transfer", "median_d"]
     head += ["difference", "difference_low", "difference_high"]
@@ -409,7 +435,7 @@ def means_csv(results: Results, tables: Sequence[Line]) -> str:
 
 
 def objects_csv(rows: Sequence[Found]) -> str:
-    """Return each object of each scene as CSV."""
+    """Return one row for each object, camera and level of light as CSV text."""
     return _csv([f.name for f in fields(Found)], (list(asdict(row).values()) for row in rows))
 
 

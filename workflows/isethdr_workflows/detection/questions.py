@@ -1,4 +1,4 @@
-"""Questions: presets of the study, each one a command."""
+"""Questions: presets of the study; each is typed as one command."""
 
 from __future__ import annotations
 
@@ -7,7 +7,9 @@ from typing import Literal
 
 from isethdr_core.errors import ConfigError, did_you_mean
 
-GREY = 0.15  # of full scale, at which a camera shows an even field: a scene's sky stays below it
+# level at which a camera exposes an even field, over full scale; low, so that a scene's sky does
+# not saturate
+GREY = 0.15
 # the three cameras of the main job (typical_bayer, typical_split_pixel, typical_rgbw), and all
 # other bundled sensors
 BUNDLED = (
@@ -32,24 +34,24 @@ BUNDLED = (
 
 @dataclass(frozen=True)
 class Question:
-    """What a study asks.
+    """The settings of a question.
 
     Parameters
     ----------
-    about : one sentence, the title of its page.
-    cameras : cameras that are compared; the others are compared with the first.
+    about : the question in one sentence, which is the title of the page.
+    cameras : names of the cameras; each one is compared with the first.
     overrides : overrides of all scenes.
-    levels : levels of the light; empty: as the scenes are lit.
+    levels : levels of the light; empty: the light of the scenes as it is.
     unit : unit of the levels: lux on the sensor, lux on the object, or a factor.
     kinds : classes of objects; empty: all.
     distances_m : smallest and largest distance of the objects, m.
-    dipped : only scenes with dipped beams.
-    open_sky : no tunnels, which daylight does not reach.
-    bare : each camera also with objects taken out by rendering the view again without them.
-    noisier : each camera also with twice the variance of the renderer's noise.
-    transfer : contrast transfer accuracy stands beside each object.
-    grey_field : cameras choose the exposure for an even field of the scene's mean light, so that
-        equal light gives equal exposure on all roads.
+    dipped : whether scenes with driving beams are left out.
+    open_sky : whether tunnels, which daylight does not reach, are left out.
+    bare : whether each camera is also run with objects removed by rendering the view without them.
+    noisier : whether each camera is also run with twice the variance of the renderer's noise.
+    transfer : whether contrast transfer accuracy is computed for each object.
+    grey_field : whether cameras choose the exposure for an even field of the scene's mean light, so
+        that equal light gives equal exposure on all roads.
     """
 
     about: str
@@ -115,7 +117,7 @@ def question_of(name: str) -> Question:
 
     Raises
     ------
-    ConfigError : there is none of that name.
+    ConfigError : there is no question of that name.
     """
     if name not in QUESTIONS:
         known = [key for key in QUESTIONS if key]

@@ -1,8 +1,8 @@
-"""The recall of detectors beside the observer, for the same objects of the same scenes.
+"""The recall of detectors and of the observer, for the same objects of the same scenes.
 
 `isethdr study detector_scores` writes one row for each object, camera and detector into the folder
-of the dataset. Objects below that study's limits of size are neither misses nor hits there, and are
-left out here.
+of the dataset. Objects below that study's limits of size count neither as misses nor as hits there,
+so they are left out here.
 """
 
 from __future__ import annotations
@@ -28,8 +28,8 @@ class Recall(NamedTuple):
 
     Parameters
     ----------
-    rank : Spearman's correlation of the observer's d' and the detector's score; NaN where one of
-        both is the same for all objects.
+    rank : Spearman's rank correlation of the observer's d' and the detector's score; NaN if either
+        is the same for all objects.
     """
 
     detector: str
@@ -42,12 +42,11 @@ class Recall(NamedTuple):
 
 
 def recalls(path: Path, rows: Sequence[Found]) -> list[Recall]:
-    """Return the recall of each detector, camera and class beside what the observer finds; none
-    without the file.
+    """Return the recall of each detector and of the observer, by camera and class.
 
     Parameters
     ----------
-    path : file with the rows of the detectors.
+    path : file with the rows of the detectors; without it there are no recalls.
     rows : rows of the observer.
     """
     if not path.is_file():

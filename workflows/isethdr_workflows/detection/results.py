@@ -1,4 +1,4 @@
-"""All that a study found."""
+"""All results of a study."""
 
 from __future__ import annotations
 
@@ -18,8 +18,8 @@ class CurvePoint:
 
     Parameters
     ----------
-    difference : difference from the first camera, of the same objects, and its interval; NaN for
-        the first one.
+    difference : difference from the first camera for the same objects; NaN for the first camera.
+        `difference_low` and `difference_high` are its interval.
     """
 
     camera: str
@@ -36,7 +36,7 @@ class CurvePoint:
 
 @dataclass(frozen=True)
 class Results:
-    """All that a study found."""
+    """All results of a study."""
 
     dataset: str
     question: str
@@ -49,7 +49,7 @@ class Results:
     needed: tuple[Needed, ...] = ()
     curve: tuple[CurvePoint, ...] = ()
     crossings: Mapping[str, Crossing] = field(default_factory=dict)
-    counted_curve: tuple[CurvePoint, ...] = ()  # of the share of pairs told apart by counting
+    counted_curve: tuple[CurvePoint, ...] = ()  # share of pairs told apart by counting
     counted_crossings: Mapping[str, Crossing] = field(default_factory=dict)
     failed: tuple[tuple[int, str], ...] = ()
 

@@ -1,14 +1,15 @@
-"""The function of mean electrons whose noise is 1, from what a camera's captures state.
+"""Variance stabilisation: a function of mean electrons that has a noise of 1, from the figures that
+a camera's captures state.
 
 A pixel collects s electrons of light in its most sensitive capture. Capture k then holds
 r_k s + d_k electrons, with the noise variance r_k s + d_k + read noise^2 + step^2 / 12 +
 (prnu r_k s)^2, up to its top. Captures of one charge share the shot noise, so their read variances
-are joined first; charges are independent, and the inverses of their variances of s add up to I(s).
-The stabilised value is the integral of sqrt(I) from 0 to s: its noise is 1 (Bartlett 1947). Beyond
-all tops I is 0: a saturated pixel tells no difference.
+are joined first. Charges are independent, so the inverses of their variances of s add up to I(s).
+The stabilised value is the integral of sqrt(I) from 0 to s, and its noise is 1 (Bartlett 1947).
+Above all tops I is 0, because a saturated pixel shows no difference.
 
-Where codes are companded, or combined on the chip, the variance beyond the shot noise follows the
-electrons: steps are wider where it is bright, and another reading serves there.
+If codes are companded, or captures are combined on the chip, the variance beyond the shot noise
+depends on the electrons, because steps are wider, or another reading is used, in bright light.
 """
 
 from __future__ import annotations
@@ -32,18 +33,18 @@ Table = tuple[np.ndarray, np.ndarray]  # (entry,) rising electrons, and their va
 
 @dataclass(frozen=True, eq=False)
 class Reading:
-    """What one capture states of each of its pixels.
+    """The figures that one capture states about each of its pixels.
 
     Parameters
     ----------
     charge : number of the charge that it reads.
-    dark_e : mean dark charge.
-    read_variance_e2 : of read noise and steps.
-    top_e : electrons at which it ends.
-    prnu : relative response nonuniformity.
+    dark_e : mean dark charge, electrons.
+    read_variance_e2 : variance of read noise and quantisation, electrons squared.
+    top_e : largest electrons that it can show.
+    prnu : photo response non-uniformity, relative.
     sensitivity : (channel,) electrons of white light, relative to other captures.
-    variances : variance beyond the shot noise by electrons, dark charge included, where it is not
-        the same everywhere.
+    variances : variance beyond the shot noise by electrons, which include the dark charge; None:
+        it is `read_variance_e2` everywhere.
     """
 
     charge: int
@@ -63,7 +64,7 @@ class Reading:
 
 @dataclass(frozen=True, eq=False)
 class Readings:
-    """The captures that an observer uses, all of one camera at one exposure."""
+    """The captures that an observer uses. All are of one camera at one exposure."""
 
     captures: tuple[Reading, ...]
 
@@ -73,16 +74,16 @@ class Readings:
 
 
 def readings(captures: xr.Dataset, only: tuple[str, ...] = ()) -> Readings:
-    """Return what captures state.
+    """Return the figures that captures state.
 
     Parameters
     ----------
     captures : captures of a sensor.
-    only : names of the captures that are used; none: all.
+    only : names of the captures that are used; empty: all.
 
     Raises
     ------
-    ConfigError : a name that is none of the captures.
+    ConfigError : a name is not one of the captures.
     """
     names = [str(name) for name in captures["capture"].values]
     for name in only:
@@ -115,14 +116,14 @@ def _reading(captures: xr.Dataset, k: int) -> Reading:
 
 
 def variances(captures: xr.Dataset, k: int, noise_e2: float) -> Table | None:
-    """Return the variance beyond the shot noise by electrons, dark charge included; None where it
-    is the same everywhere.
+    """Return the variance beyond the shot noise by electrons, which include the dark charge; None
+    if it does not depend on the electrons.
 
     Parameters
     ----------
     captures : captures of a sensor.
     k : number of the capture.
-    noise_e2 : variance of its read noise.
+    noise_e2 : variance of its read noise, electrons squared.
     """
     bent = bent_response(captures, k)
     if bent is not None:
@@ -132,7 +133,7 @@ def variances(captures: xr.Dataset, k: int, noise_e2: float) -> Table | None:
         return None
     codes = captures["companding_dn"].values[k].astype(float)
     codes = codes[np.isfinite(codes)]
-    # both ends of each line of the table: steps change from one line to the next
+    # both ends of each segment of the table, because steps change from one segment to the next
     ends = np.stack([codes[:-1], np.nextafter(codes[1:], 0.0)], 1).ravel()
     linear, steps, _ = linear_dn(captures, k, ends)
     gain = float(captures["gain_dn_per_e"].values[k])
@@ -148,7 +149,7 @@ def information(captures: Readings, channel: int, light_e: np.ndarray) -> np.nda
     ----------
     captures : captures that the observer uses.
     channel : number of the channel of the filter array.
-    light_e : any shape, electrons of the most sensitive capture, without dark charge.
+    light_e : mean electrons of light in the most sensitive capture, any shape.
     """
     reference = captures.reference()[channel]
     total = np.zeros(np.shape(light_e))
@@ -169,7 +170,7 @@ def information(captures: Readings, channel: int, light_e: np.ndarray) -> np.nda
 
 
 class Stabiliser:
-    """Stabilised values of mean electrons, by a table for each channel."""
+    """Stabilised values of mean electrons, from one table for each channel."""
 
     def __init__(self, captures: Readings, most_e: float) -> None:
         """Tabulate the function.
@@ -190,7 +191,13 @@ class Stabiliser:
         ]
 
     def __call__(self, light_e: np.ndarray, channel: int) -> np.ndarray:
-        """Return the stabilised values of mean electrons of pixels of one channel."""
+        """Return the stabilised values of mean electrons of pixels of one channel.
+
+        Parameters
+        ----------
+        light_e : mean electrons of light in the most sensitive capture, any shape.
+        channel : number of the channel of the filter array.
+        """
         return np.interp(light_e, self.light_e, self.values[channel])
 
     def mosaic(self, light_e: np.ndarray, filters: np.ndarray) -> np.ndarray:
@@ -198,6 +205,7 @@ class Stabiliser:
 
         Parameters
         ----------
+        light_e : (y, x) mean electrons of light in the most sensitive capture.
         filters : (y, x) channel of each pixel.
         """
         rows, columns = array_period(filters)

@@ -1,4 +1,4 @@
-"""The study `isethdr study detection`: which objects of a dataset could be found at all."""
+"""The study `isethdr study detection`: which objects of a dataset can be detected at all."""
 
 from __future__ import annotations
 
@@ -38,11 +38,12 @@ from .results import CurvePoint, Results
 from .tables import FEWEST_ROADS, Found, Needed, counted, few_roads, lines, roads_needed
 from .threads import at_once
 
-RENDERED = ", rendered without"  # after the name of a camera
+RENDERED = ", rendered without"  # these two texts follow the name of a camera
 NOISIER = ", twice the render noise"
-PRINTED = ("all", "class", "light", "light and distance")  # tables
+PRINTED = ("all", "class", "light", "light and distance")  # titles of the tables that are printed
 NOTHING = Mean(math.nan, math.nan, math.nan, 0, 0)
-MOST_FACTOR = 10.0  # light is scaled this much beyond the levels, because objects differ
+# lowest level over the lowest factor on the light; objects differ in their own illuminance
+MOST_FACTOR = 10.0
 
 
 def detection(
@@ -60,18 +61,18 @@ def detection(
     ----------
     overrides : overrides of all scenes: lens, lighting, fields of cameras.
     dataset : name of a generated dataset.
-    cameras : names, separated by commas: of the config, or presets of sensors; `name:LPLG+SPLG`
-        uses some of a camera's captures. The first one is what others are compared with.
+    cameras : names separated by commas, of cameras of the config or presets of sensors;
+        `name:LPLG+SPLG` uses some of a camera's captures. Each is compared with the first one.
     question : captures, filters, dark, noise or removal: presets of cameras, overrides and light
         levels.
     false_alarms : false alarms in a picture.
     order : largest total order of the Hermite-Gauss channels.
-    windows : without objects, of each scene and size of object.
+    windows : number of windows without objects, of each scene and size of object.
 
     Raises
     ------
-    ConfigError : no dataset, one without objects, an unknown camera or question, numbers out of
-        range.
+    ConfigError : no dataset is named, it has no objects, a camera or the question is unknown, or a
+        number is out of its range.
     CatalogError : there is no such dataset.
     """
     asked = question_of(question)
@@ -128,6 +129,11 @@ def checked(false_alarms: float, order: int, windows: int) -> Observer:
 def chosen(made: Generated, asked: Question) -> list[SceneRecord]:
     """Return the scenes that a question is about.
 
+    Parameters
+    ----------
+    made : the dataset.
+    asked : question of the study.
+
     Raises
     ------
     ConfigError : the dataset has no scene yet, or no object of the classes.
@@ -160,7 +166,7 @@ def studied(
     asked: Question,
     how: Observer,
 ) -> Results:
-    """Return what the observer finds in the scenes of a dataset.
+    """Return the results of the observer for the scenes of a dataset.
 
     Parameters
     ----------
@@ -219,7 +225,7 @@ def studied(
 
 
 class Form(NamedTuple):
-    """A camera's frames, in one of the ways in which a question compares them."""
+    """A camera's frames, in one of the forms that a question compares."""
 
     text: str
     frames: Sequence[Frame]
@@ -232,13 +238,13 @@ def all_prepared(
     transfer: Sequence[str],
     bare: bool = False,
 ) -> tuple[list[Prepared], list[tuple[int, str]]]:
-    """Return the scenes imaged by the lens, and those that failed with their reasons.
+    """Return the scenes imaged by the lens, and [(number, reason)] of the scenes that failed.
 
     Parameters
     ----------
     records : scenes of the dataset.
     settings : overrides of all scenes.
-    transfer : cameras whose contrast transfer accuracy is computed too.
+    transfer : names of the cameras for which contrast transfer accuracy is computed too.
     bare : whether the views are rendered without people, riders and animals.
     """
     done = itertools.count(1)
@@ -249,7 +255,7 @@ def all_prepared(
             made = prepared(record, settings, transfer, bare)
         except (CatalogError, ConfigError):
             raise
-        except Exception as err:  # any component may fail on one scene; the others go on
+        except Exception as err:  # any component may fail on one scene; the other scenes go on
             made = record.number, f"{type(err).__name__}: {err}".splitlines()[0]
         print(f"scene {record.number + 1}, {next(done)} of {len(records)}", flush=True)
         return made
@@ -261,7 +267,7 @@ def all_prepared(
 
 @dataclass(frozen=True)
 class RowOf:
-    """Makes the rows of one camera at one level of light."""
+    """A function that makes the rows of one camera at one level of light."""
 
     camera: str
     level: float
@@ -282,8 +288,13 @@ class RowOf:
 
 
 def transfer_of(views: Sequence[View], name: CameraName) -> dict[int, Mapping[str, float]]:
-    """Return the contrast transfer accuracy of the objects of each scene; a camera of which only
-    some captures are used has none.
+    """Return the contrast transfer accuracy of the objects of each scene. It is empty for a camera
+    with only some of its captures.
+
+    Parameters
+    ----------
+    views : scenes through the camera.
+    name : the camera, as typed.
     """
     if name.captures:
         return {}
@@ -291,7 +302,7 @@ def transfer_of(views: Sequence[View], name: CameraName) -> dict[int, Mapping[st
 
 
 def levels_of(asked: Question) -> tuple[float, ...]:
-    """Return the levels at which frames are made: factors, or lux on the sensor."""
+    """Return the levels at which frames are made: factors on the light, or lux on the sensor."""
     if asked.unit == "object_lux":
         least = asked.levels[0] / MOST_FACTOR
         return tuple(np.geomspace(least, asked.levels[-1], len(asked.levels) + 1).tolist())
@@ -327,14 +338,14 @@ def _needed(rows: Sequence[Found]) -> list[Needed]:
 
 
 class Cells(NamedTuple):
-    """Shares of the objects that all cameras have values of, at the levels of a question."""
+    """Shares found at the levels of a question, for objects with values from all cameras."""
 
-    values: dict[str, np.ndarray]  # (object, level) by camera
-    roads: list[str]  # of each object
+    values: dict[str, np.ndarray]  # (object, level) values by camera
+    roads: list[str]  # road of each object
 
 
 def with_curves(results: Results) -> Results:
-    """Return results with the share found against the level of light, and the crossings."""
+    """Return results with the curves of both shares against the level of light, and crossings."""
     stated = _cells(results, results.rows)
     told_apart = _cells(results, counted(results.rows))
     return replace(
@@ -347,7 +358,9 @@ def with_curves(results: Results) -> Results:
 
 
 def _crossings(results: Results, cells: Cells, lost: float) -> dict[str, Crossing]:
-    """Return where each camera loses half, or the first camera passes another one."""
+    """Return the level at which each camera falls to the share `lost`, or at which the first camera
+    overtakes each other camera.
+    """
     asked = results.asked
     if asked.unit == "object_lux":
         return {
@@ -409,7 +422,7 @@ def _curve(results: Results, cells: Cells) -> list[CurvePoint]:
 
 
 def say(results: Results) -> None:
-    """Print what limits the results."""
+    """Print the limitations of the results: rows without a value, few roads, failed scenes."""
     known = sum(math.isfinite(one.d) for one in results.rows)
     channels = count(results.how.order)
     if known < len(results.rows):
@@ -426,8 +439,8 @@ def say(results: Results) -> None:
 
 
 def summary(results: Results) -> list[dict]:
-    """Return the rows that the command prints and stores: one for each camera and class, or level
-    of light. The CSV file holds all tables.
+    """Return the rows that the command prints and stores, one for each camera and class, or for
+    each camera and level of light. The CSV file holds all tables.
     """
     if results.asked.levels:
         return _curve_rows(results)
@@ -455,7 +468,7 @@ def summary(results: Results) -> list[dict]:
 
 
 def _curve_rows(results: Results) -> list[dict]:
-    """Return the rows of curves: share found and pairs told apart at each level."""
+    """Return the rows of curves, with share found and pairs told apart at each level."""
     told_apart = {(one.camera, one.level): one for one in results.counted_curve}
     rows = []
     for one in results.curve:

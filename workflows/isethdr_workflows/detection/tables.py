@@ -1,5 +1,5 @@
 """Tables of a study: the share of objects found by class, distance, size, illuminance and lamp, for
-each camera, and the roads that would tell two cameras apart.
+each camera, and the number of roads needed to tell two cameras apart.
 """
 
 from __future__ import annotations
@@ -18,51 +18,51 @@ from .frame import CLASSES
 
 NOT_KNOWN = "not known"
 PAPER = (0.224, 0.244)  # shares of persons found that the paper reports for one and three captures
-POWER = 0.8  # with which a difference is to be told
-FEWEST_ROADS = 3  # for an interval
-LEAST_D = 0.01  # smaller d' count as this in a geometric mean
+POWER = 0.8  # power of the test for a difference
+FEWEST_ROADS = 3  # fewest roads for an interval
+LEAST_D = 0.01  # smaller d' count as this value in a geometric mean
 
 
 @dataclass(frozen=True)
 class Found:
-    """One object as one camera shows it at one level of light."""
+    """One object in the captures of one camera at one level of light."""
 
-    scene: int  # number
+    scene: int  # number of the scene
     road: str
     camera: str
-    condition: str  # night, dusk, day, tunnel
-    level: float  # of the light: factor or lux, as the study says
+    condition: str  # kind of light: night, dusk, day, tunnel, low sun
+    level: float  # level of the light: factor or lux, depending on the question
     instance: int
     name: str
     kind: str
     distance_m: float
     height_px: float
-    illuminance_lx: float  # vertical, towards the camera; NaN where it is not known
+    illuminance_lx: float  # vertical illuminance towards the camera; NaN if it is not known
     near_lamp: bool
-    d: float  # against clutter and noise; NaN where too few windows are known
-    noise_only: float
-    found: float  # probability at the false alarms of the study
-    found_noise_only: float
-    transfer: float  # contrast transfer accuracy; NaN where it was not asked for
-    told_apart: float = math.nan  # share of pairs of windows on the object's own road, counted
+    d: float  # d' against clutter and noise; NaN if there are too few windows
+    noise_only: float  # d' against noise alone
+    found: float  # probability of detection at the false alarms of the study
+    found_noise_only: float  # the same against noise alone
+    transfer: float  # contrast transfer accuracy; NaN if it was not computed
+    told_apart: float = math.nan  # counted share of pairs of windows on the object's own road
 
 
 class Line(NamedTuple):
-    """One row of a table: all cameras, the same objects."""
+    """One row of a table: the same objects for all cameras."""
 
     table: str
     name: str
     objects: int
     means: tuple[Mean, ...]  # share found, by camera
-    differences: tuple[Mean, ...]  # of the same objects, to the camera of `compared_with`
-    noise_only: tuple[float, ...]
+    differences: tuple[Mean, ...]  # difference from the camera of `compared_with`, same objects
+    noise_only: tuple[float, ...]  # share found against noise alone, by camera
     transfer: tuple[Mean, ...]
     median_d: tuple[float, ...]
     noise_only_d: tuple[Mean, ...]  # geometric mean of d' against noise alone
 
 
 class Needed(NamedTuple):
-    """Roads that tell a difference in the share of objects found."""
+    """Number of roads needed to detect a difference in the share of objects found."""
 
     camera: str
     first: str
@@ -71,26 +71,32 @@ class Needed(NamedTuple):
 
 
 def cameras_of(rows: Sequence[Found]) -> list[str]:
-    """Return the cameras in their order."""
+    """Return the names of the cameras, in their order in the rows."""
     return list(dict.fromkeys(row.camera for row in rows))
 
 
 def compared_with(camera: str, cameras: Sequence[str]) -> str:
-    """Return the camera that another one is compared with: a camera in a second form, such as
-    `bayer, twice the render noise`, with itself; others with the first one.
+    """Return the name of the camera that `camera` is compared with. A camera in a second form, such
+    as `bayer, twice the render noise`, is compared with its first form, others with the first
+    camera.
+
+    Parameters
+    ----------
+    camera : name of the camera.
+    cameras : names of all cameras.
     """
     own = camera.partition(", ")[0]
     return own if own != camera and own in cameras else cameras[0]
 
 
 def counted(rows: Sequence[Found]) -> list[Found]:
-    """Return rows whose share found is the share of pairs of windows told apart by counting."""
+    """Return rows with the counted share of pairs told apart in place of the share found."""
     return [replace(row, found=row.told_apart) for row in rows]
 
 
 def lines(rows: Sequence[Found]) -> list[Line]:
-    """Return all tables of a study at one level of light; rows of which no object has a value are
-    left out.
+    """Return the rows of all tables of a study at one level of light. Rows without any object that
+    has a value are left out.
     """
     ways: dict[str, Callable[[Found], str]] = {
         "all": lambda row: "all objects",
@@ -169,8 +175,8 @@ def line(table: str, name: str, rows: Sequence[Found]) -> Line:
 
 
 def geometric(rows: Sequence[Found]) -> Mean:
-    """Return the geometric mean of d' against noise alone, with its interval over roads; below 0.01
-    it counts as that.
+    """Return the geometric mean of d' against noise alone, with its interval over roads. Values
+    below 0.01 count as 0.01.
     """
     mean = of(rows, lambda row: float(np.log(np.maximum(row.noise_only, LEAST_D))))
     value, low, high = np.exp([mean.value, mean.low, mean.high]).tolist()
@@ -187,14 +193,14 @@ def of(
     value: Callable[[Found], float],
     limits: tuple[float, float] = (-math.inf, math.inf),
 ) -> Mean:
-    """Return the mean of a value over objects, with its interval over roads; none of fewer than
-    three roads.
+    """Return the mean of a value over objects, with its interval over roads. There is no interval
+    with fewer than three roads.
 
     Parameters
     ----------
     rows : objects.
-    value : function(object) -> the value to average.
-    limits : smallest and largest possible mean, at which the interval ends.
+    value : function(object) that returns the value to average.
+    limits : smallest and largest possible mean, at which the interval is cut.
     """
     return few_roads(
         mean_over_roads([value(row) for row in rows], [row.road for row in rows], limits)
@@ -208,7 +214,7 @@ def difference(both: Sequence[tuple[Found, Found]]) -> Mean:
 
 
 def few_roads(mean: Mean) -> Mean:
-    """Return a mean without its interval where fewer than three roads are behind it."""
+    """Return a mean; without its interval if there are fewer than three roads."""
     if mean.roads >= FEWEST_ROADS:
         return mean
     return Mean(mean.value, math.nan, math.nan, mean.count, mean.roads)
@@ -225,10 +231,10 @@ def standard_error(mean: Mean) -> float:
 
 
 def roads_needed(rows: Sequence[Found], told: float = PAPER[1] - PAPER[0]) -> list[Needed]:
-    """Return how many roads would tell a difference of `told` from none.
+    """Return the number of roads that are needed to detect a difference of `told`.
 
-    The variance over roads is that of these objects; the test is two-sided at 5 %, its power 80 %:
-    the difference has to be 1.96 + 0.84 standard errors (Cohen 1988).
+    The variance over roads is that of these objects. The test is two-sided at 5 % with a power of
+    80 %, so the difference must be 1.96 + 0.84 standard errors (Cohen 1988).
 
     Parameters
     ----------

@@ -12,8 +12,13 @@ Made = TypeVar("Made")
 
 
 def at_once(function: Callable[[One], Made], items: Sequence[One]) -> list[Made]:
-    """Return `function` of each item, worked on by as many threads as there are processors: the
-    arrays of a frame are large, so most of the time no Python code runs.
+    """Return `function` of each item, computed by as many threads as there are processors. Threads
+    help because most of the time is spent in operations on large arrays, not in Python code.
+
+    Parameters
+    ----------
+    function : function of one item.
+    items : the items.
     """
     with executor(cpus()) as pool:
         return list(pool.map(function, items))

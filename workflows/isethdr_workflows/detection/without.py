@@ -1,4 +1,4 @@
-"""The same view rendered without people, riders and animals: what they hide and shade is seen."""
+"""The same view rendered without people, riders and animals. It shows what they hide and shade."""
 
 from __future__ import annotations
 
@@ -16,15 +16,15 @@ from ..dataset.record import SceneRecord
 from .frame import CLASSES
 
 PEOPLE = ("person", *CLASSES["animal"], "bicycle")
-FOLDER = "without_people"  # in the home folder
+FOLDER = "without_people"  # name of the folder of these scenes in the home folder
 
 
 def without_people(record: SceneRecord) -> Path:
-    """Return the path of the stored radiance of a scene without people, riders and animals,
+    """Return the path of the stored radiance of a scene without people, riders and animals. It is
     rendered if it is not stored.
 
-    All else stays as it is: the description of the scene is built as before, and these objects are
-    dropped from it. The renderer has the settings and the noise limit of the dataset.
+    Everything else is the same: the description of the scene is built as for the dataset, and these
+    objects are removed from it. The renderer has the settings and the noise limit of the dataset.
 
     Parameters
     ----------
@@ -32,7 +32,7 @@ def without_people(record: SceneRecord) -> Path:
 
     Raises
     ------
-    ConfigError : a scene without a description.
+    ConfigError : the scene has no description.
     """
     folder = store.home() / FOLDER
     name = store.content_hash([FOLDER, list(record.stores), list(record.overrides)])

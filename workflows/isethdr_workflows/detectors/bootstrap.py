@@ -1,4 +1,6 @@
-"""Intervals of scores by drawing roads again, and how many roads tell two scores apart."""
+"""Intervals of scores by drawing roads again, and the number of roads needed to tell two scores
+apart.
+"""
 
 from __future__ import annotations
 
@@ -11,16 +13,16 @@ import numpy as np
 DRAWS = 1000
 LEVEL = 0.95
 SEED = 20
-ANY = (-math.inf, math.inf)  # of a difference
-SHARE = (0.0, 1.0)  # of a score
-# standard errors between two values that 80 % of studies tell apart at a level of 5 %, two-sided:
+ANY = (-math.inf, math.inf)  # limits of a difference
+SHARE = (0.0, 1.0)  # limits of a score
+# difference in standard errors that 80 % of studies detect at a level of 5 %, two-sided: the sum of
 # the normal quantiles of 0.975 and 0.8
 TOLD = 1.959964 + 0.841621
 
 
 @dataclass(frozen=True)
 class Estimate:
-    """A score and its 95 % interval; NaN where it is not known."""
+    """A score and its 95 % interval; NaN where they are not known."""
 
     value: float
     low: float
@@ -29,7 +31,7 @@ class Estimate:
 
 
 def road_weights(roads: int) -> np.ndarray:
-    """Return how often each road is drawn (1 + DRAWS, roads); the first row is the data itself.
+    """Return how often each road is drawn, (1 + DRAWS, roads). The first row is the data itself.
 
     Each draw takes as many roads as there are, with replacement (Efron 1979). Cameras that share
     these weights are compared on the same roads.
@@ -42,14 +44,14 @@ def road_weights(roads: int) -> np.ndarray:
 def over_detectors(values: np.ndarray, picked: np.ndarray | None) -> np.ndarray:
     """Return the mean over detectors of each draw, with the detectors drawn again as well.
 
-    The second level of the bootstrap: a detector that is trained again from another seed is
+    This is the second level of the bootstrap, because training again from another seed gives
     another detector.
 
     Parameters
     ----------
-    values : (detectors, draws), the first draw is the data itself.
-    picked : (draws, detectors) places of the drawn detectors; the first row is ignored. None: the
-        detectors stay as they are.
+    values : (detectors, draws) scores; the first draw is the data itself.
+    picked : (draws, detectors) numbers of the drawn detectors; the first row is ignored. None: the
+        detectors are not drawn again.
     """
     if picked is None or len(values) == 1:
         return values.mean(0)
@@ -59,7 +61,7 @@ def over_detectors(values: np.ndarray, picked: np.ndarray | None) -> np.ndarray:
 
 
 def picked_detectors(detectors: int, draws: int, seed: int) -> np.ndarray:
-    """Return numbers of drawn detectors (1 + draws, detectors).
+    """Return the numbers of the drawn detectors, (1 + draws, detectors).
 
     Parameters
     ----------
@@ -71,16 +73,17 @@ def picked_detectors(detectors: int, draws: int, seed: int) -> np.ndarray:
 
 
 def estimate(values: np.ndarray, roads: int, limits: tuple[float, float] = ANY) -> Estimate:
-    """Return the score and its interval: the percentiles 2.5 and 97.5 of the draws.
+    """Return the score and its interval, from the percentiles 2.5 and 97.5 of the draws.
 
-    The deviations of the draws are widened by sqrt(R / (R - 1)): a draw of R roads varies as the
-    standard deviation over R, not over R - 1. One road alone gives no interval.
+    The deviations of the draws are widened by sqrt(R / (R - 1)), because draws of R roads vary by
+    the standard deviation with divisor R, not R - 1. A single road gives no interval.
 
     Parameters
     ----------
-    values : (1 + draws,), the first one is the data itself. Draws without any object are NaN.
-    roads : R, from which was drawn.
-    limits : values that the score can have; the wider interval is cut there.
+    values : (1 + draws,) scores; the first one is the data itself. Draws without any object are
+        NaN.
+    roads : number R of roads from which was drawn.
+    limits : smallest and largest possible score, at which the widened interval is cut.
     """
     value = float(values[0])
     drawn = values[1:][np.isfinite(values[1:])]
@@ -93,19 +96,19 @@ def estimate(values: np.ndarray, roads: int, limits: tuple[float, float] = ANY) 
 
 
 def roads_to_tell(error: float, roads: int, difference: float) -> float:
-    """Return how many roads tell a difference of two scores with a power of 80 %.
+    """Return the number of roads needed to detect a difference of two scores with a power of 80 %.
 
     Parameters
     ----------
     error : standard error of the difference, unit of the scores.
     roads : number of roads from which the error was found.
-    difference : difference of two scores to tell, same unit.
+    difference : difference of two scores to detect, same unit.
 
     Notes
     -----
     A standard error falls with the square root of the number of roads. With the error e from R
-    roads, R (2.8 e / difference)^2 roads are needed (level 5 %, two-sided). NaN where the error is
-    not known or 0.
+    roads, R (2.8 e / difference)^2 roads are needed (level 5 %, two-sided). The result is NaN if
+    the error is not known or 0.
     """
     if not error > 0:
         return math.nan
@@ -113,8 +116,12 @@ def roads_to_tell(error: float, roads: int, difference: float) -> float:
 
 
 def mean_of_known(values: Sequence[np.ndarray]) -> np.ndarray:
-    """Return the mean over classes of each draw, over those that have an object in it; NaN where
-    none has.
+    """Return the mean over classes for each draw. Classes without an object in the draw are left
+    out; the mean is NaN if no class has one.
+
+    Parameters
+    ----------
+    values : (draws,) scores of each class, NaN in draws without an object.
     """
     table = np.stack(values)
     known = np.isfinite(table)

@@ -12,13 +12,13 @@ BoxForm = Literal["xyxy", "xywh", "cxcywh"]
 
 @dataclass(frozen=True, eq=False)
 class Detections:
-    """What a detector finds in one picture, best first.
+    """The detections in one picture, best first.
 
     Parameters
     ----------
     boxes : (n, 4) left, top, right, bottom in pixels from the top left corner of the picture.
-    scores : (n,) the higher, the surer.
-    classes : (n,) places in `CLASSES`.
+    scores : (n,) confidence of each detection; higher is more certain.
+    classes : (n,) index of each class in `CLASSES`.
     """
 
     boxes: np.ndarray
@@ -44,14 +44,19 @@ def corners(boxes: np.ndarray, form: BoxForm) -> np.ndarray:
 
 
 def areas(boxes: np.ndarray) -> np.ndarray:
-    """Return the areas (n,) of boxes (n, 4) by their corners; 0 where a box is turned inside
-    out.
+    """Return the areas (n,) of boxes (n, 4) given by corners. The area is 0 if right is left of
+    left, or bottom above top.
     """
     return np.prod(np.maximum(boxes[:, 2:] - boxes[:, :2], 0), axis=1)
 
 
 def overlaps(boxes: np.ndarray, others: np.ndarray) -> np.ndarray:
-    """Return the intersection over union (n, m) of boxes (n, 4) with others (m, 4), by corners."""
+    """Return the intersection over union (n, m) of boxes (n, 4) with others (m, 4).
+
+    Parameters
+    ----------
+    boxes, others : boxes given by corners, same unit.
+    """
     low = np.maximum(boxes[:, None, :2], others[None, :, :2])
     high = np.minimum(boxes[:, None, 2:], others[None, :, 2:])
     shared = np.prod(np.maximum(high - low, 0), axis=2)
@@ -60,16 +65,16 @@ def overlaps(boxes: np.ndarray, others: np.ndarray) -> np.ndarray:
 
 
 def suppressed(found: Detections, overlap: float, most: int) -> Detections:
-    """Return detections without weaker ones of the same class in the same place, best first.
+    """Return detections after non-maximum suppression, best first.
 
-    Greedy non-maximum suppression: the best detection stays, and those of its class that overlap
-    it by more than `overlap` go; then the next best that is left.
+    The method is greedy: the best detection is kept, and detections of its class that overlap it by
+    more than `overlap` are dropped. Then the same is done with the best one of the rest.
 
     Parameters
     ----------
     found : detections of one picture.
-    overlap : greatest intersection over union of two detections of a class; 1 keeps all.
-    most : largest number that stays.
+    overlap : largest intersection over union of two kept detections of a class; 1 keeps all.
+    most : largest number of kept detections.
     """
     order = np.argsort(-found.scores, kind="stable")
     boxes = found.boxes[order]

@@ -8,7 +8,7 @@ from typing import Any
 from ..export.labels.masks import ANIMALS
 
 CLASSES = ("car", "truck", "person", "rider", "animal")
-# {category of the labels: class}; other categories are of no class
+# {category of the labels: class}; other categories belong to no class
 OF_CATEGORY = {
     "car": "car",
     "truck": "truck",
@@ -16,11 +16,11 @@ OF_CATEGORY = {
     "person": "person",
     **dict.fromkeys(ANIMALS, "animal"),
 }
-RIDER = "rider of "  # the name of a person on a two-wheeler begins so
+RIDER = "rider of "  # beginning of the name of a person on a two-wheeler
 
 
 def class_of(row: Mapping[str, Any]) -> str:
-    """Return the class of an object; "" where it is of none.
+    """Return the class of an object; "" if it belongs to no class.
 
     A rider is the person on a two-wheeler, without the two-wheeler, as in BDD100K and Cityscapes.
     A bus counts as a truck.

@@ -1,6 +1,6 @@
-"""The form of `detector.yaml`, the description of a detector beside its ONNX file.
+"""The form of `detector.yaml`, which describes a detector in the folder of its ONNX file.
 
-Unknown fields, missing ones and wrong types are found all at once, by pydantic.
+Pydantic reports all unknown fields, missing fields and wrong types together.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ ThreePositive = tuple[Positive, Positive, Positive]
 
 
 class Form(BaseModel):
-    """A part of the description; it has no other fields."""
+    """A part of the description. Fields that it does not define are refused."""
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 
@@ -37,59 +37,59 @@ class InputForm(Form):
     (value * full_scale - mean) / std.
     """
 
-    name: str = ""  # of the network's input; without it, its only input
-    size_px: tuple[Count, Count] | None = None  # width, height; without it, those of the picture
+    name: str = ""  # name of the network's input; "": its only input
+    size_px: tuple[Count, Count] | None = None  # width, height; None: those of the picture
     multiple_px: Count = 32  # width and height are filled up to a multiple, without size_px
     layout: Literal["nchw", "nhwc"] = "nchw"  # order of the axes: channels first or last
     channels: Literal["rgb", "bgr"] = "rgb"
-    # png: as `isethdr export --to png` writes it; srgb: clipped at the white, sRGB; linear: the
+    # png: as written by `isethdr export --to png`; srgb: sRGB, clipped at the white; linear: the
     # same without the curve of sRGB
     tone: Literal["png", "srgb", "linear"] = "png"
     full_scale: Positive = 1.0  # the value of white; 255 for networks that read 8 bits
-    mean: Three = (0.0, 0.0, 0.0)  # subtracted, by channel of the network, in units of full_scale
-    std: ThreePositive = (1.0, 1.0, 1.0)  # divided by, in the same units
+    mean: Three = (0.0, 0.0, 0.0)  # subtracted from each channel of the network, after full_scale
+    std: ThreePositive = (1.0, 1.0, 1.0)  # divisor of each channel, after the mean is subtracted
     # letterbox: one scale for both axes, and the rest is filled; stretch: a scale for each axis
     fit: Literal["letterbox", "stretch"] = "letterbox"
-    place: Literal["centre", "corner"] = "centre"  # of the picture within the letterbox
+    place: Literal["centre", "corner"] = "centre"  # place of the picture within the letterbox
     fill: Share = 0.0  # displayed value around the picture
 
 
 class OutputForm(Form):
-    """What the network says."""
+    """The outputs of the network."""
 
     # apart: boxes (1, n, 4) and scores (1, n, classes), two outputs
     # joined: (1, n, 4 + classes), one output; with objectness (1, n, 5 + classes)
     # labelled: boxes (n, 4), scores (n,) and numbers of classes (n,), three outputs
     # rows: (n, 6), box, score and number of the class, one output
     form: Literal["apart", "joined", "labelled", "rows"]
-    names: tuple[str, ...] = ()  # of the outputs in this order; without it, the file's first ones
-    boxes_last: bool = False  # the axis of the boxes is the last one: (1, 4 + classes, n)
+    names: tuple[str, ...] = ()  # names of the outputs in this order; (): the file's first outputs
+    boxes_last: bool = False  # whether the axis of the boxes is the last one: (1, 4 + classes, n)
     box: BoxForm = "xyxy"
-    unit: Literal["px", "share"] = "px"  # of boxes: pixels of the input, or shares of its sides
-    activation: Literal["none", "sigmoid", "softmax"] = "none"  # of the scores, still to be applied
-    objectness: bool = False  # a score of "any object" before those of the classes; multiplied
+    unit: Literal["px", "share"] = "px"  # unit of boxes: pixels of the input, or shares of its size
+    activation: Literal["none", "sigmoid", "softmax"] = "none"  # function to apply to the scores
+    objectness: bool = False  # whether a score of "any object", a factor, precedes the classes
 
 
 class SelectionForm(Form):
-    """Which of the boxes count."""
+    """The selection of boxes that count."""
 
     least_score: Number = 0.01
-    overlap: Share = 0.6  # of two boxes of a class, beyond which the weaker one goes; 1 keeps all
-    most: Count = 100  # boxes of a picture
+    overlap: Share = 0.6  # if two boxes of a class overlap more, the weaker goes; 1 keeps all
+    most: Count = 100  # largest number of boxes in a picture
 
 
 class DetectorForm(Form):
-    """A detector: the ONNX file, what it reads, what it says, and its classes."""
+    """A detector: the ONNX file, its input, its outputs, and its classes."""
 
-    model: str  # ONNX file, beside this one
-    about: str = ""  # for people: source, licence, training
+    model: str  # name of the ONNX file, in the folder of this one
+    about: str = ""  # text for readers: source, licence, training
     input: InputForm = InputForm()
     output: OutputForm
     select: SelectionForm = SelectionForm()
     # {number of a class in the network: class of the study}; other numbers are left out
     classes: Annotated[dict[int, str], Field(min_length=1)]
     lacks: tuple[str, ...] = ()  # classes of the study that the network does not know
-    trained_roads: tuple[str, ...] = ()  # roads of datasets that it was trained on; never scored
+    trained_roads: tuple[str, ...] = ()  # roads that it was trained on, which are never scored
 
 
 INNER: dict[str, type[Form]] = {
@@ -104,8 +104,8 @@ def read_description(path: Path) -> DetectorForm:
 
     Raises
     ------
-    ConfigError : there is no such file, it is no YAML, a field is missing, unknown or wrong, or the
-        table of classes lacks a class or names an unknown one.
+    ConfigError : there is no such file, it is not YAML, a field is missing, unknown or wrong, or
+        the table of classes lacks a class or names an unknown one.
     """
     if path.suffix not in (".yaml", ".yml") or not path.is_file():
         near = [str(file) for file in sorted(path.parent.glob("*.yaml"))]
@@ -148,7 +148,7 @@ def _check_classes(path: Path, form: DetectorForm) -> None:
 
 
 def _mistake(kind: str, place: tuple[str | int, ...], message: str) -> str:
-    """Return what is wrong at a place of the form."""
+    """Return a message about a mistake at a place of the form."""
     words = [str(part) for part in place]
     where = ".".join(words)
     if kind == "missing":

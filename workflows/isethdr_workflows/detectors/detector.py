@@ -1,4 +1,4 @@
-"""A detector: its description, its network, and what it finds in pictures of runs."""
+"""A detector: its description, its network, and its detections in pictures of runs."""
 
 from __future__ import annotations
 
@@ -27,31 +27,31 @@ CHANNELS = 3
 class Detector:
     """A detector that is ready to use; `open_detector` makes it."""
 
-    path: Path  # of the description
+    path: Path  # path of the description
     form: DetectorForm
     session: OnnxSession
     port: Port  # the network's input
     reader: Reader
 
     def __call__(self, picture: xr.Dataset, view: View) -> Detections:
-        """Return what the detector finds in a picture.
+        """Return the detections in a picture.
 
         Parameters
         ----------
         picture : picture of a run: xyz in cd/m2, valid.
-        view : white and curve of the run.
+        view : white and curve with which the run is shown.
         """
         return self.in_displayed(displayed(picture, view, self.form.input.tone))
 
     def in_displayed(self, rgb: np.ndarray) -> Detections:
-        """Return what the detector finds in a displayed picture (y, x, 3), 0 to 1.
+        """Return the detections in a displayed picture (y, x, 3), 0 to 1.
 
-        Boxes are cut at the frame; those that lie outside are left out.
+        Boxes are cut at the frame. Boxes outside the frame are left out.
 
         Raises
         ------
         ConfigError : the picture does not fit the network's input, or an output has another shape
-            than the description says.
+            than in the description.
         """
         height, width = rgb.shape[:2]
         fit = fit_of(width, height, self.form.input)
@@ -94,8 +94,8 @@ def open_detector(path: Path) -> Detector:
 
     Raises
     ------
-    ConfigError : the description or the ONNX file is missing, damaged or wrong, the two do not fit,
-        or onnxruntime is not installed.
+    ConfigError : the description or the ONNX file is missing, damaged or wrong, they do not fit
+        together, or onnxruntime is not installed.
     """
     form = read_description(path)
     session = open_session(path.parent / form.model, f"the detector {path.name}")
@@ -108,7 +108,7 @@ def open_detector(path: Path) -> Detector:
         )
     reader = Reader(str(session.path), form.output, _outputs(form, session), tuple(form.classes))
     detector = Detector(path, form, session, inputs[name], reader)
-    # the smallest picture that a network without a size of its own can read
+    # size_px, or the smallest picture that a network without a fixed size can read
     width, height = form.input.size_px or (form.input.multiple_px, form.input.multiple_px)
     if form.input.size_px is None and all(_sizes(form, detector.port.shape)):
         detector._check_input((width, height))

@@ -1,4 +1,4 @@
-"""Groups of objects: by distance, height, illuminance, and a lamp close by."""
+"""Groups of objects: by distance, height, illuminance, and nearby lamps."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from .objects import LAMP_NEAR_DEG, TruthObject
 
 @dataclass(frozen=True)
 class Group:
-    """Objects with something in common."""
+    """A group of objects: title of its table, title of its row, and a test of membership."""
 
     table: str
     row: str

@@ -1,4 +1,4 @@
-"""Which detection is which object, by hotcoco, as COCO's evaluation matches them."""
+"""Matches of detections and objects, by hotcoco with the rules of COCO's evaluation."""
 
 from __future__ import annotations
 
@@ -15,8 +15,8 @@ from .boxes import Detections
 from .classes import CLASSES
 from .objects import TruthObject
 
-THRESHOLDS = np.linspace(0.5, 0.95, 10)  # intersection over union, as COCO has them
-MOST = 100  # detections of a class in a picture
+THRESHOLDS = np.linspace(0.5, 0.95, 10)  # thresholds of intersection over union, as in COCO
+MOST = 100  # largest number of detections of a class in a picture
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,9 +37,9 @@ class Matches:
     Parameters
     ----------
     class_name : class of all detections.
-    scores : (n,) of the detections.
-    pictures : (n,) place of the picture of each detection.
-    matched : (thresholds, n) place of the object in the picture, -1 for none.
+    scores : (n,) scores of the detections.
+    pictures : (n,) index of the picture of each detection.
+    matched : (thresholds, n) index of the matched object in its picture, -1 for none.
     """
 
     class_name: str
@@ -51,8 +51,9 @@ class Matches:
 def matches_of(pictures: Sequence[Picture]) -> dict[str, Matches]:
     """Return the matches of each class.
 
-    Every object takes part, also those that are not counted later: a detection of one of these is
-    no false alarm. An object is matched once, by the best detection that reaches the threshold.
+    Every object takes part, including those that are not counted later, so that their detections
+    are not false alarms. An object is matched once, by the best detection that reaches the
+    threshold.
 
     Parameters
     ----------
@@ -83,7 +84,9 @@ def matches_of(pictures: Sequence[Picture]) -> dict[str, Matches]:
 def _annotations(
     pictures: Sequence[Picture],
 ) -> tuple[list[dict[str, Any]], dict[int, int]]:
-    """Return the objects as COCO annotations, and the place in its picture of each number."""
+    """Return the objects as COCO annotations, and {number of the annotation: index of the object in
+    its picture}.
+    """
     rows: list[dict[str, Any]] = []
     places = {}
     for number, picture in enumerate(pictures, 1):
@@ -106,7 +109,7 @@ def _annotations(
 def _evaluated(
     pictures: Sequence[Picture], rows: list[dict[str, Any]], answers: list[dict[str, Any]]
 ) -> list[dict[str, Any]]:
-    """Return what hotcoco matched: one entry for each picture and class."""
+    """Return hotcoco's matches, one entry for each picture and class."""
     with needed("a score of detections", extra="detect"):
         coco = import_module("hotcoco")
     truth = coco.COCO(

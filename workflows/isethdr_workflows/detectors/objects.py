@@ -1,4 +1,6 @@
-"""The objects that a detector should find in a picture of a run, with what they are grouped by."""
+"""The objects that a detector should find in a picture of a run, with the properties by which they
+are grouped.
+"""
 
 from __future__ import annotations
 
@@ -19,9 +21,9 @@ if TYPE_CHECKING:
     import xarray as xr
 
 LEAST_HEIGHT_PX = 8.0  # smaller objects count neither as missed nor as found
-LEAST_VISIBLE = 0.3  # share of the pixels that nothing hides
-MOST_TRUNCATION = 0.7  # share of the whole box beyond the frame
-LAMP_NEAR_DEG = 3.0
+LEAST_VISIBLE = 0.3  # least share of an object's pixels that nothing hides
+MOST_TRUNCATION = 0.7  # largest share of the whole box outside the frame
+LAMP_NEAR_DEG = 3.0  # largest angle between an object and a lamp near it
 
 
 @dataclass(frozen=True)
@@ -32,21 +34,22 @@ class TruthObject:
     class_name: str
     category: str
     name: str
-    box: tuple[float, float, float, float]  # left, top, right, bottom of what is seen, px
+    box: tuple[float, float, float, float]  # left, top, right, bottom of the visible part, px
     distance_m: float
-    illuminance_lx: float  # vertical, towards the camera, all groups; NaN where it is not known
-    lamp_near: bool  # a lamp of another object within 3 degrees
+    # vertical illuminance towards the camera by all light groups; NaN if it is not known
+    illuminance_lx: float
+    lamp_near: bool  # whether a lamp of another object is within 3 degrees
     visible_fraction: float
     truncation: float
 
     @property
     def height_px(self) -> float:
-        """The height of what is seen."""
+        """The height of the visible part."""
         return self.box[3] - self.box[1]
 
     @property
     def counted(self) -> bool:
-        """Whether it is large and visible enough to be asked for."""
+        """Whether it is large and visible enough to count."""
         return (
             self.height_px >= LEAST_HEIGHT_PX
             and self.visible_fraction >= LEAST_VISIBLE
@@ -105,7 +108,7 @@ def nearest_lamp_deg(
 ) -> float:
     """Return the angle between a box and the nearest lamp, degrees; infinity without a lamp.
 
-    The angle is that between the directions of two pixels behind a lens without distortion.
+    It is the angle between the viewing directions of two pixels through a lens without distortion.
 
     Parameters
     ----------

@@ -14,7 +14,7 @@ from isethdr_core.onnx_session import shape_text
 from .boxes import corners
 from .description import OutputForm
 
-COUNT = {"apart": 2, "joined": 1, "labelled": 3, "rows": 1}  # outputs of a form
+COUNT = {"apart": 2, "joined": 1, "labelled": 3, "rows": 1}  # number of outputs of each form
 
 
 @dataclass(frozen=True, eq=False)
@@ -24,8 +24,8 @@ class Candidates:
     Parameters
     ----------
     boxes : (n, 4) left, top, right, bottom in pixels of the input.
-    scores : (n,)
-    numbers : (n,) of the classes in the network.
+    scores : (n,) scores of the boxes.
+    numbers : (n,) numbers of the classes in the network.
     """
 
     boxes: np.ndarray
@@ -35,12 +35,12 @@ class Candidates:
 
 @dataclass(frozen=True)
 class Reader:
-    """Reads the outputs of one network.
+    """A function that reads the outputs of one network.
 
     Parameters
     ----------
     title : title of the network, for messages.
-    form : what the network says.
+    form : form of the outputs.
     names : names of its outputs, in the order of the form.
     numbers : numbers of its classes that count.
     """
@@ -53,17 +53,17 @@ class Reader:
     def __call__(
         self, outputs: Mapping[str, np.ndarray], size_px: tuple[int, int], least_score: float
     ) -> Candidates:
-        """Return the boxes whose score is at least `least_score`.
+        """Return the boxes with a score of at least `least_score`.
 
         Parameters
         ----------
-        outputs : {name: array}
+        outputs : {name of the output: array}.
         size_px : width and height of the input.
         least_score : smallest score of a box.
 
         Raises
         ------
-        ConfigError : an output has another shape than the form says, or a class has no score.
+        ConfigError : an output does not have the shape of the form, or a class has no score.
         """
         arrays = [np.asarray(outputs[name], float) for name in self.names]
         match self.form.form:
@@ -92,7 +92,7 @@ class Reader:
         return Candidates(boxes, found.scores[kept], found.numbers[kept])
 
     def _best(self, boxes: np.ndarray, scores: np.ndarray) -> Candidates:
-        """Return each box with the best of the classes that count."""
+        """Return each box with the class of the highest score, among the classes that count."""
         if len(scores) != len(boxes):
             raise ConfigError(
                 f"{self.title} has {len(boxes)} boxes and scores of {len(scores)}; expected the"
@@ -120,7 +120,7 @@ class Reader:
             )
 
     def _table(self, array: np.ndarray, place: int, columns: int | None) -> np.ndarray:
-        """Return an output as (boxes, columns)."""
+        """Return an output as a table (boxes, columns); `columns` None: any number."""
         table = array[0] if array.ndim == 3 and array.shape[0] == 1 else array
         if table.ndim == 2 and self.form.boxes_last:
             table = table.T
@@ -136,7 +136,7 @@ class Reader:
         return table
 
     def _line(self, array: np.ndarray, place: int, count: int) -> np.ndarray:
-        """Return an output with one value for each box."""
+        """Return an output that has one value for each box, (boxes,)."""
         if array.size != count:
             raise ConfigError(
                 f"the output {self.names[place]!r} of {self.title} has the shape"

@@ -1,4 +1,6 @@
-"""From a picture of a run to the array that a network reads, and boxes back to the picture."""
+"""From a picture of a run to the array that a network reads, and from boxes in the array back to
+the picture.
+"""
 
 from __future__ import annotations
 
@@ -20,18 +22,18 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class View:
-    """How the pictures of a run are shown: one white and one curve for all of its cameras."""
+    """The white and the tone curve with which the pictures of all cameras of a run are shown."""
 
     white_cd_m2: float
     compression: float
 
     @classmethod
     def of(cls, reference: xr.Dataset) -> View:
-        """Return the view of a run, as `isethdr export --to png` has it.
+        """Return the view of a run, as used by `isethdr export --to png`.
 
         Parameters
         ----------
-        reference : reference picture with most pixels.
+        reference : the reference picture with the most pixels.
         """
         white = shown_white_cd_m2(reference)
         return cls(white, compression(reference, white))
@@ -42,8 +44,8 @@ def displayed(picture: xr.Dataset, view: View, tone: str) -> np.ndarray:
 
     Parameters
     ----------
-    picture : xyz in cd/m2, and which pixels are valid.
-    view : white and curve.
+    picture : Dataset with `xyz` in cd/m2 and `valid`.
+    view : white and tone curve.
     tone : `png`, `srgb` or `linear`, as in `InputForm`.
     """
     if tone == "linear":
@@ -57,13 +59,13 @@ def displayed(picture: xr.Dataset, view: View, tone: str) -> np.ndarray:
 
 @dataclass(frozen=True)
 class Fit:
-    """Where a picture lies within a network's input.
+    """Position and scale of a picture within a network's input.
 
     Parameters
     ----------
     size_px : width and height of the input.
-    scale : (x, y) pixels of the input in a pixel of the picture.
-    offset_px : (x, y) of the picture's top left corner in the input.
+    scale : (x, y) pixels of the input per pixel of the picture.
+    offset_px : (x, y) position of the picture's top left corner in the input.
     """
 
     size_px: tuple[int, int]
@@ -71,18 +73,18 @@ class Fit:
     offset_px: tuple[int, int]
 
     def back(self, boxes: np.ndarray) -> np.ndarray:
-        """Return boxes (n, 4) by corners in pixels of the picture, from pixels of the input."""
+        """Return boxes (n, 4) in pixels of the picture, from corners in pixels of the input."""
         offset = np.tile(self.offset_px, 2)
         return (boxes - offset) / np.tile(self.scale, 2)
 
 
 def fit_of(width: int, height: int, form: InputForm) -> Fit:
-    """Return where a picture lies within the input of a network.
+    """Return the position and scale of a picture within the input of a network.
 
     Parameters
     ----------
     width, height : size of the picture, pixels.
-    form : picture that the network reads.
+    form : form of the picture that the network reads.
     """
     if form.size_px is None:
         up = form.multiple_px
@@ -93,7 +95,7 @@ def fit_of(width: int, height: int, form: InputForm) -> Fit:
     shown = _scaled(width, height, (scale, scale))
     room = (form.size_px[0] - shown[0], form.size_px[1] - shown[1])
     offset = (room[0] // 2, room[1] // 2) if form.place == "centre" else (0, 0)
-    # the true scale of each axis: the picture has whole pixels
+    # the true scale of each axis, because the scaled picture has whole pixels
     return Fit(form.size_px, (shown[0] / width, shown[1] / height), offset)
 
 
@@ -104,12 +106,12 @@ def _scaled(width: int, height: int, scale: tuple[float, float]) -> tuple[int, i
 def network_input(rgb: np.ndarray, fit: Fit, form: InputForm) -> np.ndarray:
     """Return the array (1, 3, y, x) or (1, y, x, 3), float32, of a displayed picture.
 
-    A picture that shrinks is averaged over areas as wide as the new pixels (Pillow's bilinear
-    filter with support), so that no pixel is passed over.
+    If the picture shrinks, Pillow's bilinear filter averages over the width of the new pixels, so
+    that no pixel is skipped.
 
     Parameters
     ----------
-    rgb : (y, x, 3), 0 to 1.
+    rgb : (y, x, 3) displayed picture, 0 to 1.
     fit : position and scale of the picture in the input.
     form : order of axes and channels, scaling.
     """

@@ -1,7 +1,7 @@
-"""Average precision and average recall, and their values where roads are drawn again.
+"""Average precision and average recall, also for draws of roads by a bootstrap.
 
-Average precision is COCO's: precision, made to fall with recall, at 101 values of recall
-(Lin et al. 2014). A weight for each road gives all draws of a bootstrap at once.
+Average precision is COCO's: the mean of precision, made to fall with recall, at 101 values of
+recall (Lin et al. 2014). Weights of the roads give the values for all draws in one computation.
 """
 
 from __future__ import annotations
@@ -15,20 +15,20 @@ from .matching import Matches, Picture
 from .objects import TruthObject
 
 RECALLS = np.linspace(0.0, 1.0, 101)
-EPSILON = np.spacing(1.0)  # as pycocotools adds it to the number of detections
-LOOSE = 0  # place of the threshold 0.5
+EPSILON = np.spacing(1.0)  # pycocotools adds this to the number of detections
+LOOSE = 0  # index of the threshold 0.5
 Member = Callable[[TruthObject], bool]
 
 
 @dataclass(frozen=True, eq=False)
 class Hits:
-    """What the detections of one class are at one threshold, counted by road.
+    """Hits and false alarms of one class at one threshold, counted by road.
 
     Parameters
     ----------
-    found : (roads, hits) objects found with at least the score of each hit, best first.
-    alarms : (roads, hits) false alarms with at least the score of each hit.
-    objects : (roads,) objects to be found.
+    found : (roads, hits) number of objects found with at least the score of each hit, best first.
+    alarms : (roads, hits) number of false alarms with at least the score of each hit.
+    objects : (roads,) number of objects to be found.
     """
 
     found: np.ndarray
@@ -38,11 +38,11 @@ class Hits:
 
 @dataclass(frozen=True, eq=False)
 class Scores:
-    """Scores of one class, one value for each draw of roads; NaN without an object."""
+    """Scores of one class, with one value for each draw of roads; NaN without an object."""
 
     average_precision: np.ndarray  # mean over thresholds 0.5 to 0.95
     average_precision_50: np.ndarray
-    average_recall: np.ndarray  # mean over thresholds, all detections
+    average_recall: np.ndarray  # mean over thresholds, with all detections
 
 
 def scores_of(
@@ -54,17 +54,16 @@ def scores_of(
 ) -> Scores:
     """Return the scores of one class for each draw of roads.
 
-    Objects that are not counted, or are no member, are neither missed nor found, and their
-    detections are no false alarms. All other detections without an object are false alarms, in
-    every group.
+    Objects that are not counted, or are not in the group, are neither missed nor found, and their
+    detections are not false alarms. Detections without an object are false alarms in every group.
 
     Parameters
     ----------
     matches : detections of the class.
-    pictures : pictures to which the numbers of `matches` refer.
+    pictures : pictures to which the indices of `matches` refer.
     weights : (draws, roads) how often each road is drawn.
-    roads : (pictures,) place of the road of each picture.
-    member : whether an object belongs to the group.
+    roads : (pictures,) index of the road of each picture.
+    member : function(object) that returns whether an object belongs to the group.
     """
     wanted = np.array(
         [
@@ -94,10 +93,10 @@ def scores_of(
 
 
 def _averages(hits: Hits, weights: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return average precision and greatest recall (draws,) at one threshold.
+    """Return average precision and largest recall (draws,) at one threshold.
 
-    Precision is needed at the hits alone: it falls between them. The mean over the 101 recalls is
-    a sum over hits, each times the number of recalls that it is the first to reach.
+    Precision is needed only at the hits, because it falls between them. The mean over the 101
+    recalls is a sum over hits, each times the number of recalls that it is the first to reach.
     """
     objects = weights @ hits.objects
     some = objects > 0

@@ -1,4 +1,4 @@
-"""Rows of objects: which ones a detector found, behind which camera."""
+"""Rows of objects: which ones a detector found in the pictures of which camera."""
 
 from __future__ import annotations
 
@@ -21,17 +21,17 @@ HEAD = (
 
 
 def object_rows(answers: Answers, detector: int, false_alarms: float) -> list[dict[str, Any]]:
-    """Return one row for each object of each picture, as `HEAD` names them.
+    """Return one row for each object of each picture, with the columns of `HEAD`.
 
-    `score` is that of the object's detection, with an intersection over union of at least 0.5; 0
-    without one. `found` is 1 where the score is above that of all but the allowed false alarms of
-    the class.
+    `score` is the score of the object's detection with an intersection over union of at least 0.5;
+    0 without one. `found` is 1 if this score is above the scores of all false alarms of the class,
+    except for the allowed number of them.
 
     Parameters
     ----------
     answers : answers of one camera with one detector.
     detector : number of the detector.
-    false_alarms : allowed ones of a class in a picture, on average.
+    false_alarms : allowed false alarms of a class in a picture, on average.
     """
     scores: dict[tuple[int, int], float] = {}
     least = {}
@@ -56,13 +56,13 @@ def object_rows(answers: Answers, detector: int, false_alarms: float) -> list[di
 
 
 def threshold(matches: Matches, pictures: int, false_alarms: float) -> float:
-    """Return the score above which there are at most so many false alarms a picture.
+    """Return the score above which there is at most the allowed number of false alarms.
 
     Parameters
     ----------
     matches : detections of one class.
-    pictures : their number.
-    false_alarms : allowed ones in a picture, on average.
+    pictures : number of pictures.
+    false_alarms : allowed false alarms in a picture, on average.
     """
     alarms = matches.scores[matches.matched[LOOSE] < 0]
     allowed = int(false_alarms * pictures)

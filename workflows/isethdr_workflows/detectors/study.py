@@ -1,4 +1,4 @@
-"""The study `detector_scores`: detectors behind the cameras of a dataset, with intervals."""
+"""The study `detector_scores`: scores of detectors on the pictures of cameras, with intervals."""
 
 from __future__ import annotations
 
@@ -46,16 +46,16 @@ def detector_scores(
     Parameters
     ----------
     overrides : overrides of all runs: lenses, lightings, other cameras.
-    detector : description of a detector, a YAML file. Several, parted by commas, are the same
-        detector trained again from other seeds. `{camera}` in a path stands for each camera:
-        detectors that were trained per camera.
+    detector : file with the description of a detector (YAML). Several files, separated by commas,
+        are the same detector trained again from other seeds. `{camera}` in a path stands for the
+        name of each camera, if each has a detector of its own.
     dataset : name of the dataset.
-    cameras : names, parted by commas; without it, all of the config. The first one is what the
-        others are compared with.
-    part : part of the dataset: train, validation or test; without it, all scenes. Roads that a
-        detector was trained on are always left out.
-    false_alarms : allowed ones of a class in a picture, where an object counts as found.
-    tell : difference of two scores for which the number of roads is computed.
+    cameras : names, separated by commas; empty: all of the config. The others are compared with the
+        first one.
+    part : part of the dataset: train, validation or test; empty: all scenes. Roads that a detector
+        was trained on are always left out.
+    false_alarms : false alarms of a class in a picture at which an object counts as found.
+    tell : difference of two scores for which the number of roads needed is computed.
 
     Returns
     -------
@@ -93,7 +93,8 @@ def detector_scores(
 def chosen_cameras(
     dataset: Generated, overrides: Sequence[str], cameras: str
 ) -> tuple[list[str], list[str]]:
-    """Return the names of the cameras, and the overrides that leave out the others.
+    """Return the names of the chosen cameras, and the overrides, with ones that remove the other
+    cameras.
 
     Parameters
     ----------
@@ -121,7 +122,13 @@ def chosen_cameras(
 
 
 def open_detectors(detector: str, camera: str) -> list[Detector]:
-    """Return the detectors of a camera."""
+    """Return the detectors of a camera.
+
+    Parameters
+    ----------
+    detector : files of descriptions, as typed.
+    camera : name of the camera, which replaces `{camera}`.
+    """
     paths = [path.strip() for path in detector.split(",")]
     return [open_detector(Path(path.replace(CAMERA, camera))) for path in paths]
 
@@ -166,12 +173,18 @@ def scored_scenes(dataset: Generated, part: str, detectors: Sequence[Detector]) 
 
 
 def objects_of(record: SceneRecord) -> list[Any]:
-    """Return the objects of a scene that are of a class."""
+    """Return the objects of a scene that belong to a class."""
     return [row for row in record.objects if class_of(row)]
 
 
 def detected(shot: Shot, detectors: dict[str, list[Detector]]) -> dict[str, list[Picture]]:
-    """Return what the detectors of each camera find in a stored run."""
+    """Return, for each camera, the objects and the detections of each detector in a stored run.
+
+    Parameters
+    ----------
+    shot : the run of a scene.
+    detectors : {camera: its detectors}.
+    """
     run = open_run(shot.run)
     truths = {camera: run.open(f"truth/{camera}").load() for camera in run.cameras}
     view = View.of(max(truths.values(), key=lambda truth: truth.sizes["y"] * truth.sizes["x"]))
@@ -189,7 +202,7 @@ def detected(shot: Shot, detectors: dict[str, list[Detector]]) -> dict[str, list
 def compared_of(
     answers: dict[str, list[Answers]], opened: dict[str, list[Detector]], detector: str
 ) -> Compared:
-    """Return the answers, with the classes that every detector knows.
+    """Return the comparison of the answers, with the classes that every detector knows.
 
     Parameters
     ----------
@@ -213,7 +226,7 @@ def written(
     dataset : name of the dataset.
     compared : answers of all cameras and detectors.
     false_alarms : false alarms per picture at which objects count as found.
-    tell : difference of two scores for which the number of roads is computed.
+    tell : difference of two scores for which the number of roads needed is computed.
     """
     rows = rows_of(compared, tell)
     objects = [
@@ -233,7 +246,7 @@ def written(
 
 
 def of_everything(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
-    """Return the rows that a terminal shows: all objects, means over classes and each class."""
+    """Return the rows that a terminal shows: those of all objects, without groups."""
     return [
         {k: v for k, v in row.items() if k not in ("table", "row")}
         for row in rows

@@ -1,4 +1,6 @@
-"""Tables of a study of detectors: scores of each camera, differences, and roads to tell them."""
+"""Tables of a study of detectors: scores of each camera, differences, and the number of roads
+needed to detect a difference.
+"""
 
 from __future__ import annotations
 
@@ -29,7 +31,7 @@ class Answers:
 
     @cached_property
     def matches(self) -> dict[str, Matches]:
-        """Which detection is which object, by class."""
+        """The matches of detections and objects, by class."""
         return matches_of(self.pictures)
 
 
@@ -39,9 +41,10 @@ class Compared:
 
     Parameters
     ----------
-    answers : {camera: one entry for each detector}
+    answers : {camera: one entry for each detector}.
     classes : classes that are scored.
-    trained_apart : whether each camera has detectors of its own, which then are drawn apart.
+    trained_apart : whether each camera has detectors of its own; then the bootstrap draws them
+        separately.
     """
 
     answers: Mapping[str, Sequence[Answers]]
@@ -50,7 +53,7 @@ class Compared:
 
     @cached_property
     def road_names(self) -> list[str]:
-        """The roads, in the order of their first picture."""
+        """The names of the roads, in the order of their first picture."""
         return list(dict.fromkeys(p.road for p in self._first.pictures))
 
     @property
@@ -63,7 +66,13 @@ class Compared:
         return bootstrap.road_weights(len(self.road_names))
 
     def draws(self, camera: str, group: Group) -> dict[str, dict[str, np.ndarray]]:
-        """Return {class: {score: values of all draws}} of a camera, with the mean over classes."""
+        """Return {class: {score: values of all draws}} of a camera, also for the mean over classes.
+
+        Parameters
+        ----------
+        camera : name of the camera.
+        group : group of objects that count.
+        """
         place = {road: k for k, road in enumerate(self.road_names)}
         found: dict[str, dict[str, list[np.ndarray]]] = {}
         for one in self.answers[camera]:
@@ -85,7 +94,9 @@ class Compared:
         }
 
     def _picked(self, camera: str) -> np.ndarray | None:
-        """Return which detectors are drawn; the same for all cameras, unless trained apart."""
+        """Return the numbers of the drawn detectors, which are the same for all cameras unless each
+        has detectors of its own.
+        """
         detectors = len(self.answers[camera])
         if detectors == 1:
             return None
@@ -93,13 +104,13 @@ class Compared:
         return bootstrap.picked_detectors(detectors, len(self.weights) - 1, seed)
 
     def objects(self, camera: str, name: str, group: Group) -> int:
-        """Return how many objects of a class (or of all) are counted in a group.
+        """Return the number of counted objects of a class in a group.
 
         Parameters
         ----------
         camera : name of the camera.
         name : class of the objects; `ALL` for all classes.
-        group : objects with something in common.
+        group : group of objects.
         """
         return sum(
             one.counted and group.member(one) and one.class_name in (name, *self._all_of(name))
@@ -130,7 +141,7 @@ def rows_of(compared: Compared, tell: float) -> list[dict[str, Any]]:
     Parameters
     ----------
     compared : cameras and detectors.
-    tell : difference of two scores for which the number of roads is computed.
+    tell : difference of two scores for which the number of roads needed is computed.
     """
     rows = []
     for group in groups():
@@ -175,7 +186,9 @@ def _to_tell(
     values: Mapping[str, np.ndarray],
     tell: float,
 ) -> list[dict[str, Any]]:
-    """Return how many roads tell a difference, on the same roads and on others."""
+    """Return rows with the number of roads needed to detect a difference, if both cameras are on
+    the same roads and if they are on different roads.
+    """
     roads = len(compared.road_names)
     first, *others = values
     rows = []

@@ -5,6 +5,6 @@
 | `camera`    | a simulated camera on the standard's bench             |
 | `dark`      | the dark series                                        |
 | `estimates` | the standard's estimates, each with its standard error |
-| `general`   | its general model, for cameras that are not linear     |
+| `general`   | the standard's general model, for nonlinear cameras    |
 | `study`     | the study `emva1288`                                   |
 """

@@ -1,5 +1,5 @@
-"""A simulated camera on the bench of EMVA 1288: even narrow-band light of known photons, pairs and
-stacks of pictures.
+"""A simulated camera on the bench of EMVA 1288: even narrow-band light with a known number of
+photons, pairs and stacks of pictures.
 """
 
 from __future__ import annotations
@@ -19,8 +19,9 @@ if TYPE_CHECKING:
     from isethdr_core.runs.seeds import Generator
 
 BAND_NM = 10.0
-BORDER = 2  # pixels left out all round: crosstalk finds other filters mirrored there
-DARK = 0.0  # photons
+# width of the border that is left out, pixels; there, crosstalk is computed with mirrored filters
+BORDER = 2
+DARK = 0.0  # photons per pixel of dark pictures
 STACK = 100  # number of the first picture of a stack
 
 
@@ -32,17 +33,18 @@ class Bench:
     capture: int
     channel: int
     wavelength_nm: float
-    size: int  # pixels a side, of all channels
+    size: int  # side of the picture, pixels of all channels
     seed: int
 
     def shot(self, photons: float, number: int) -> tuple[Any, Any, Any, Any]:
-        """Return (DN of the channel's pixels (pixel,), their row, their column, saturated) of
-        picture `number`.
+        """Return DN, row, column and saturation (bool) of the channel's pixels, each (pixel,), in
+        one picture.
 
         Parameters
         ----------
         photons : mean photons per pixel, counted over the whole pixel area, during the longest
             exposure.
+        number : number of the picture, which seeds its noise.
         """
         captures = self.sensor(self.light(photons), picture_key(self, photons, number))
         y, x = np.nonzero(
@@ -56,8 +58,8 @@ class Bench:
         )
 
     def efficiency(self) -> float:
-        """Return the electrons per photon of the channel, fill factor and share of the exposure
-        included.
+        """Return the electrons per photon of the channel, including fill factor and share of the
+        exposure.
         """
         model = self.sensor.model()
         shot = self.sensor(self.light(0.0), generator(0, "bench", ""))
@@ -70,7 +72,7 @@ class Bench:
         )
 
     def light(self, photons: float) -> xr.DataArray:
-        """Return even irradiance of `photons` per pixel and exposure at the wavelength."""
+        """Return even irradiance with `photons` per pixel and exposure at the wavelength."""
         pitch = self.sensor.pitch_um * 1e-6
         level = (
             photons
@@ -96,12 +98,12 @@ class Bench:
 
 
 def picture_key(bench: Bench, photons: float, number: int) -> Generator:
-    """Return the key of the noise of picture `number` of a level of light; the device is always the
-    same.
+    """Return the key of the noise of picture `number` at a level of light. The device, with its
+    fixed patterns, is the same in all pictures.
 
     Parameters
     ----------
-    bench : camera and light; its seed is the first.
+    bench : camera and light; its seed plus `number` seeds the noise.
     photons : mean photons per pixel and exposure.
     number : number of the picture in its series.
     """
@@ -110,8 +112,8 @@ def picture_key(bench: Bench, photons: float, number: int) -> Generator:
 
 @dataclass(frozen=True, eq=False)
 class Pair:
-    """Statistics of two pictures of one level: mean DN, temporal variance DN^2, share of saturated
-    pixels.
+    """Statistics of two pictures at one level of light: mean, DN, temporal variance, DN^2, share of
+    saturated pixels, and number of pixels.
     """
 
     photons: float
@@ -122,8 +124,13 @@ class Pair:
 
 
 def pair(bench: Bench, photons: float) -> Pair:
-    """Return mean and temporal variance from the difference of two pictures (EMVA 1288 release 4.0,
-    section 6.6).
+    """Return the mean of two pictures, and the temporal variance from their difference (EMVA 1288
+    release 4.0, section 6.6).
+
+    Parameters
+    ----------
+    bench : camera and light.
+    photons : mean photons per pixel and exposure.
     """
     first, second = (bench.shot(photons, k) for k in (0, 1))
     difference = first[0] - second[0]
@@ -138,16 +145,16 @@ def pair(bench: Bench, photons: float) -> Pair:
 
 @dataclass(frozen=True, eq=False)
 class Stack:
-    """The mean of several pictures, and the temporal variance that is left in that mean."""
+    """The mean of several pictures, and the temporal variance that remains in that mean."""
 
-    mean_dn: np.ndarray  # (pixel,)
-    left_dn2: float
+    mean_dn: np.ndarray  # (pixel,) mean of the pictures
+    left_dn2: float  # temporal variance of `mean_dn`
     pixels: int
     pictures: int
 
 
 def stack(bench: Bench, photons: float, pictures: int) -> Stack:
-    """Return the average of `pictures` (release 4.0, section 8.1).
+    """Return the average of several pictures (EMVA 1288 release 4.0, section 8.1).
 
     Parameters
     ----------

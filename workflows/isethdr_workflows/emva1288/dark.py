@@ -1,7 +1,7 @@
-"""The dark series of EMVA 1288: enough pictures without light to measure the fixed pattern below
-their noise.
+"""The dark series of EMVA 1288: enough pictures without light to measure a fixed pattern that is
+smaller than their noise.
 
-The pattern of a low gain is a thousandth of its noise, so the mean needs thousands of pictures. All
+At a low gain the pattern is a thousandth of the noise, so the mean needs thousands of pictures. All
 captures and channels come from the same pictures, so the series is taken once per camera.
 """
 
@@ -28,17 +28,20 @@ SHARE = (
 
 @dataclass(frozen=True, eq=False)
 class DarkSeries:
-    """Mean of dark pictures and the temporal variance of one of them, both (capture, y, x) in DN,
-    without the border.
-    """
+    """Mean of dark pictures and temporal variance of one picture, without the border."""
 
-    mean_dn: np.ndarray
-    temporal_dn2: np.ndarray
-    filters: np.ndarray  # (y, x)
+    mean_dn: np.ndarray  # (capture, y, x)
+    temporal_dn2: np.ndarray  # (capture, y, x)
+    filters: np.ndarray  # (y, x) channel of each pixel
     pictures: int
 
     def stack(self, capture: int, channel: int) -> Stack:
-        """Return the stack of one capture's pixels of one channel."""
+        """Return the stack of one capture and one channel.
+
+        Parameters
+        ----------
+        capture, channel : numbers of both.
+        """
         of_channel = self.filters == channel
         return Stack(
             self.mean_dn[capture][of_channel],
@@ -49,11 +52,16 @@ class DarkSeries:
 
 
 def dark_series(bench: Bench, pictures: int) -> DarkSeries:
-    """Return the average of `pictures` dark pictures of the bench's sensor, the very ones that
+    """Return the average of dark pictures of the bench's sensor. They are the same pictures that
     `Bench.shot` takes.
 
-    Only the readings are drawn again: grid, filters and spectra of the light are those of the first
-    picture.
+    To save time, only the readings are simulated for each picture. Grid, filters and spectra of the
+    light come from the first picture.
+
+    Parameters
+    ----------
+    bench : camera and light.
+    pictures : number of pictures.
     """
     model = bench.sensor.model()
     middle = slice(BORDER, -BORDER)
@@ -76,8 +84,8 @@ def dark_series(bench: Bench, pictures: int) -> DarkSeries:
 
 
 def black_dn(model: SensorModel) -> np.ndarray:
-    """Return the black level (capture, 1, 1), DN, without which squares of numbers lose no
-    digits.
+    """Return the black level (capture, 1, 1), DN. It is subtracted before squares are summed, so
+    that they lose no digits.
     """
     return np.array([r.black_dn for r in model.readings], float)[:, None, None]
 
@@ -86,14 +94,14 @@ def pictures_needed(noise_dn2: float, pattern_dn2: float, pixels: int) -> int:
     """Return the number of pictures after which the relative error of the pattern's variance is
     `SHARE`, in closed form.
 
-    The variance of the mean's noise, noise / n, has the relative error sqrt(2 / pixels). The number
-    is planned from the data sheet and not from the pictures: a series that ends when its result
-    looks certain is biased.
+    The noise that remains in the mean of n pictures has the variance noise / n, which is known to a
+    relative error of sqrt(2 / pixels). The number is planned from the sensor's fields and not from
+    the pictures, because a series that ends when its result looks certain is biased.
 
     Parameters
     ----------
     noise_dn2 : temporal variance of one dark picture, DN^2.
-    pattern_dn2 : variance of the fixed pattern, DN^2; 0: none is needed.
+    pattern_dn2 : variance of the fixed pattern, DN^2; 0: no pictures are needed.
     pixels : number of pixels.
     """
     return ceil(sqrt(2 / pixels) * noise_dn2 / (SHARE * pattern_dn2)) if pattern_dn2 > 0 else 0

@@ -1,9 +1,10 @@
 """EMVA 1288 for cameras with nonlinear output: companded codes, soft knees, logarithms.
 
 The standard's general model makes no assumption about the response. Mean and temporal noise are
-measured level by level from pairs of pictures. The slope of the measured response refers the noise
-to the input, without gain and quantum efficiency. The true values come without pictures: the
-distribution of the charge in closed form, mapped through the converter's curve by quadrature.
+measured level by level from pairs of pictures. The slope of the measured response converts the
+noise to the input, without gain and quantum efficiency. The true values are computed without
+pictures: the distribution of the charge is known in closed form, and quadrature maps it through the
+converter's curve.
 """
 
 from __future__ import annotations
@@ -23,13 +24,13 @@ from isethdr_core.physics.detector.charge_dynamics_noise import EMPTY, flow_mome
 from .camera import Bench, pair
 from .estimates import Estimate
 
-STEP = 0.1  # relative: the slope is taken between levels so far above and below
-NORMAL_FROM_E = 100.0
+STEP = 0.1  # the slope is taken between levels this much above and below, relative
+NORMAL_FROM_E = 100.0  # mean charge above which a normal distribution is used
 QUADRATURE = np.linspace(-7.0, 7.0, 281)
 DENSITY = np.exp(-0.5 * QUADRATURE**2)
 DENSITY /= DENSITY.sum()
-SHARES = (0.01, 0.1, 0.5, 0.8)  # of the linear full scale
-BEYOND = (1.5, 10.0, 100.0, 1e4)  # of it, as far as the numbers go on
+SHARES = (0.01, 0.1, 0.5, 0.8)  # levels, as shares of the linear full scale
+BEYOND = (1.5, 10.0, 100.0, 1e4)  # further levels, which are measured as long as the codes rise
 
 
 def general_figures(bench: Bench) -> Iterator[tuple[str, str, Estimate, float]]:
@@ -44,7 +45,7 @@ def general_figures(bench: Bench) -> Iterator[tuple[str, str, Estimate, float]]:
             expected_dn(bench, share * factor * full_scale * efficiency)
             for factor in (1 - STEP, 1, 1 + STEP)
         )
-        if share > 1 and not high[0] - low[0] > 0.5:  # the end of the numbers
+        if share > 1 and not high[0] - low[0] > 0.5:  # the codes do not rise any more
             return
         exposed = pair(bench, share * full_scale)
         label = f"{share:g} of full scale"
@@ -81,8 +82,13 @@ def general_figures(bench: Bench) -> Iterator[tuple[str, str, Estimate, float]]:
 
 
 def expected_dn(bench: Bench, light_e: float) -> tuple[float, float]:
-    """Return mean and temporal variance of the output of a pixel without fixed pattern, DN and
-    DN^2, at `light_e` mean light electrons.
+    """Return the true mean, DN, and temporal variance, DN^2, of the output of a pixel without fixed
+    pattern.
+
+    Parameters
+    ----------
+    bench : camera, capture and channel.
+    light_e : mean electrons of light.
     """
     model = bench.sensor.model()
     reading = model.readings[bench.capture]
@@ -91,8 +97,8 @@ def expected_dn(bench: Bench, light_e: float) -> tuple[float, float]:
         *charge_moments(bench, light_e + diode.dark_e_per_s * model.exposure_of(diode))
     )
     width = sqrt(reading.read_noise_e**2 + reading.row_noise_e**2)
-    # charge is clipped at the well before it is read, so the two noises are integrated one inside
-    # the other
+    # charge is clipped at the well before it is read, so the two noises are integrated separately:
+    # shot noise along the first axis, read noise along the second
     values = np.minimum(charge, diode.full_well_e)[:, None] + width * QUADRATURE[None, :]
     dn = converter.companded(converter.digitise(values, reading), reading)
     weight = share[:, None] * DENSITY
@@ -101,8 +107,13 @@ def expected_dn(bench: Bench, light_e: float) -> tuple[float, float]:
 
 
 def charge_distribution(mean_e: float, variance_e2: float) -> Any:
-    """Return (charges, their probabilities): a Poisson distribution if little is spilled and the
-    charge is small, otherwise a normal distribution.
+    """Return charges and their probabilities: a Poisson distribution if the mean is small, else a
+    normal distribution.
+
+    Parameters
+    ----------
+    mean_e : mean charge, electrons.
+    variance_e2 : variance of the charge, electrons squared; the Poisson distribution ignores it.
     """
     if mean_e > NORMAL_FROM_E:
         return mean_e + sqrt(variance_e2) * QUADRATURE, DENSITY
@@ -111,8 +122,13 @@ def charge_distribution(mean_e: float, variance_e2: float) -> Any:
 
 
 def charge_moments(bench: Bench, arrived_e: float) -> tuple[float, float]:
-    """Return mean (e) and variance (e^2) of the charge that a capture reads: Poisson, or the charge
-    left by a soft knee.
+    """Return mean (e) and variance (e^2) of the charge that a capture reads. They are those of a
+    Poisson distribution, or of the charge that a soft knee leaves.
+
+    Parameters
+    ----------
+    bench : camera, capture and channel.
+    arrived_e : mean electrons of light and dark charge that arrive.
     """
     sensor = bench.sensor
     all_read = sensor.model().readings[bench.capture].capture == "LCG"
@@ -123,8 +139,8 @@ def charge_moments(bench: Bench, arrived_e: float) -> tuple[float, float]:
 
 
 def mean_error_dn(bench: Bench, exposed: Any, slope_dn: float) -> float:
-    """Return the standard error of a channel's mean: temporal noise of two pictures, and the fixed
-    patterns of the pixels.
+    """Return the standard error of a channel's mean, DN. It includes the temporal noise of two
+    pictures, and the fixed patterns of the pixels.
 
     Parameters
     ----------
@@ -148,14 +164,14 @@ def mean_error_dn(bench: Bench, exposed: Any, slope_dn: float) -> float:
         + (gain * reading.dsnu_e) ** 2
         + dark**2
     )
-    # a defect: no part of the truth
+    # hot pixels are defects, which the true mean does not include
     hot = gain * diode.hot_percent / 100 * diode.hot_dark_e_per_s * model.exposure_of(diode)
     return sqrt(temporal**2 / exposed.pixels + shared**2) + hot
 
 
 def kurtosis_factor(bench: Bench) -> float:
-    """Return n times the relative variance of a sample variance: 2 for normal noise, more where
-    some pixels read wider.
+    """Return n times the relative variance of a sample variance of n pixels. It is 2 for normal
+    noise, and more if some pixels have wider read noise.
     """
     share = bench.sensor.model().readings[bench.capture].read_tail_percent / 100
     body = 1 / (1 - share + share * TAIL_WIDTH**2)

@@ -1,4 +1,4 @@
-"""EMVA 1288 on simulated cameras: the measurement by the standard must find the parameters of the
+"""EMVA 1288 on simulated cameras: a measurement by the standard must find the parameters of the
 simulated camera.
 
 Every linear capture and every channel is measured from its pictures alone: photon transfer, dark
@@ -33,9 +33,9 @@ if TYPE_CHECKING:
     from isethdr_core.plugins.protocols import Sensor
     from isethdr_core.runs.seeds import Generator
 
-# of the photon transfer series; the standard asks for at least 9, here over all of the range
+# number of levels of the photon transfer series, over the whole range; the standard demands 9
 LEVELS = 24
-NEAR_THE_END = np.linspace(-4, 4, 17)  # shot noises from the end of the scale
+NEAR_THE_END = np.linspace(-4, 4, 17)  # further levels: standard deviations from the scale's end
 
 
 def emva1288(
@@ -60,9 +60,9 @@ def emva1288(
 
 
 def chosen(name: str) -> Any:
-    """Return the sensor of that name or preset, at its fixed exposure and with all its readings.
+    """Return the sensor of a name or preset, with a fixed exposure and with separate readings.
 
-    The standard varies the light at one exposure, and measures readings separately even if a chip
+    The standard varies the light at one exposure. It measures readings separately, even if a chip
     combines them.
     """
     from omegaconf import OmegaConf
@@ -86,7 +86,8 @@ def measurable_sensors() -> list[str]:
     sensors: dict[str, object] = {}
     for name in sorted([c.name for c in isethdr_components()] + presets):
         sensor = chosen(name)
-        if measurable(sensor) and sensor not in sensors.values():  # presets may differ on the chip
+        # presets that only differ in how the chip combines readings count once
+        if measurable(sensor) and sensor not in sensors.values():
             sensors[name] = sensor
     return list(sensors)
 
@@ -125,7 +126,7 @@ def measure(sensor: Sensor, size: int, pictures: int, seed: int) -> list[dict]:
     ----------
     sensor : an `ImagingSensor`.
     size : rows and columns of the pictures.
-    pictures : averaged for the fixed pattern, at least.
+    pictures : least number of pictures that are averaged for the fixed pattern.
     seed : seed of the noise.
     """
     sensor = replace(sensor, rows=0, columns=0)
@@ -156,8 +157,8 @@ def measure(sensor: Sensor, size: int, pictures: int, seed: int) -> list[dict]:
 
 
 def dark_pictures(bench: Bench) -> int:
-    """Return the number of dark pictures that the DSNU of the bench's capture and channel needs; 0
-    if there is no DSNU, or rounding hides it.
+    """Return the number of dark pictures that are needed to measure the DSNU of the bench's capture
+    and channel; 0 if there is no DSNU, or if rounding hides it.
     """
     truth = true_figures(bench)
     digital = bench.sensor.bits > 0
@@ -196,7 +197,14 @@ def row(
 
 
 def verdict(estimate: find.Estimate, true: float) -> str:
-    """Return yes within 4 standard errors, limit where an upper limit holds, else NO."""
+    """Return `yes` if the estimate is within 4 standard errors of the true value, `limit` if the
+    true value is below an upper limit, else `NO`.
+
+    Parameters
+    ----------
+    estimate : measured figure with its standard error.
+    true : figure of the model, same unit.
+    """
     if estimate.bound:
         return "limit" if true <= estimate.value else "NO"
     return "yes" if abs(estimate.off(true)) <= 4 else "NO"
@@ -209,7 +217,7 @@ def figures(bench: Bench, pictures: int, series: DarkSeries) -> Iterator[tuple[A
     Parameters
     ----------
     bench : camera, capture, channel and light.
-    pictures : averaged for the fixed pattern.
+    pictures : number of pictures that are averaged for the fixed pattern at half saturation.
     series : the camera's dark pictures.
     """
     sensor = bench.sensor

@@ -1,7 +1,7 @@
-"""A command of a step in a process of its own, which ends when the driver has gone.
+"""A command of a step in a process of its own, which ends when the driver has ended.
 
-A driver that is killed cannot end its command. The command therefore looks whether it still has its
-parent, and unwinds if not, so that what is half-written is removed.
+A driver that is killed cannot end its command. Therefore the command checks whether its parent
+process still exists. If not, it exits by an exception, so that incomplete files are removed.
 """
 
 from __future__ import annotations
@@ -17,11 +17,11 @@ from isethdr_core.runs.parent_watch import LOOK_S, TERMINATED, UNWIND_S, exit_on
 
 
 def watch(parent: int) -> None:
-    """End this process some seconds after its parent.
+    """End this process some seconds after its parent has ended.
 
     Parameters
     ----------
-    parent : number of the process that started it.
+    parent : id of the process that started this one.
     """
     while os.getppid() == parent:
         time.sleep(LOOK_S)

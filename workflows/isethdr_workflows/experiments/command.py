@@ -20,7 +20,9 @@ OUT_OF_TIME = 3  # exit code of a step that reached its limit
 
 
 def _module(name: str) -> ModuleType:
-    """Return a module of this folder: `isethdr --help` does without them."""
+    """Return a module of this folder. It is imported late, because `isethdr --help` does not need
+    it.
+    """
     return import_module(f"{__package__}.{name}")
 
 

@@ -1,4 +1,4 @@
-"""Run steps: skip what is there, stop at the time limit, pass Ctrl-C on."""
+"""Run steps: skip finished ones, stop at the time limit, pass Ctrl-C on."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ from isethdr_core.storage.home_folder import home
 from .records import folder, is_finished, write
 from .steps import LONGEST_MIN, Step
 
-UNWIND_S = 15.0  # for a command to remove what is half-written
+UNWIND_S = 15.0  # time for an interrupted command to remove incomplete files
 Tell = Callable[[str], None]
 
 
 class OutOfTime(Exception):
-    """A step reached its time limit; the same command goes on from there."""
+    """A step reached its time limit. The same command continues from there."""
 
 
 def run_steps(steps: Sequence[Step], tell: Tell = print) -> list[str]:
@@ -31,12 +31,12 @@ def run_steps(steps: Sequence[Step], tell: Tell = print) -> list[str]:
 
     Parameters
     ----------
-    steps : to run.
+    steps : steps to run.
     tell : called with one line of text for each step.
 
     Raises
     ------
-    CatalogError : a command failed; what is finished stays.
+    CatalogError : a command failed; finished steps are kept.
     OutOfTime : a step reached its limit.
     KeyboardInterrupt : Ctrl-C, after the command has ended.
     """
@@ -74,17 +74,17 @@ def run_steps(steps: Sequence[Step], tell: Tell = print) -> list[str]:
 
 
 def run_command(command: str, seconds: float) -> None:
-    """Run one command of isethdr in a process of its own, in the home of this one.
+    """Run one command of isethdr in a process of its own, with the same home folder.
 
     Parameters
     ----------
-    command : its words; {home} is the home folder.
-    seconds : that it may take.
+    command : words of the command; {home} stands for the home folder.
+    seconds : time limit, s.
 
     Raises
     ------
-    CatalogError : it failed.
-    OutOfTime : it took too long; it was interrupted as by Ctrl-C.
+    CatalogError : the command failed.
+    OutOfTime : the command took too long and was interrupted as by Ctrl-C.
     """
     words = [word.format(home=home()) for word in shlex.split(command)]
     module = f"{__package__}.child"
@@ -94,7 +94,7 @@ def run_command(command: str, seconds: float) -> None:
     except subprocess.TimeoutExpired:
         raise OutOfTime(command) from None
     except KeyboardInterrupt:
-        # a terminal sends Ctrl-C to the command too: a second one would disturb its unwinding
+        # a terminal sends Ctrl-C to the command, too; a second signal would disturb its clean-up
         with suppress(subprocess.TimeoutExpired):
             child.wait(UNWIND_S)
         raise
@@ -108,7 +108,7 @@ def run_command(command: str, seconds: float) -> None:
 
 
 def ended(child: subprocess.Popen[bytes]) -> None:
-    """End a process that still runs: as Ctrl-C does, then by force."""
+    """End a process if it still runs, first as by Ctrl-C, then by force."""
     if child.poll() is not None:
         return
     child.send_signal(signal.SIGINT)

@@ -16,21 +16,21 @@ from .steps import FOLDER, Step
 
 @dataclass(frozen=True)
 class Record:
-    """A finished step."""
+    """The record of a step that was run, finished or not."""
 
     commands: tuple[str, ...]
-    minutes: float  # of all attempts together
-    finished: str  # ISO 8601; "" while it is not
-    load: float  # of the machine at the end, mean of a minute
+    minutes: float  # time of all attempts together
+    finished: str  # time when it was finished, ISO 8601; "" if it is not finished
+    load: float  # load of the machine at the end, mean of a minute
 
 
 def folder() -> Path:
-    """Return the folder in the home where the experiments keep their pictures and records."""
+    """Return the folder for pictures and records of the experiments in the home folder."""
     return home() / FOLDER
 
 
 def read(step: Step) -> Record | None:
-    """Return the record of a step; None where there is none, or of other commands."""
+    """Return the record of a step; None if there is none, or if it is of other commands."""
     try:
         content = json.loads((folder() / f"{step.name}.json").read_text(encoding="utf-8"))
         record = Record(**content | {"commands": tuple(content["commands"])})
@@ -40,7 +40,7 @@ def read(step: Step) -> Record | None:
 
 
 def is_finished(step: Step) -> bool:
-    """Return whether a step was finished with these commands, and what it made is there."""
+    """Return whether a step was finished with these commands and its files still exist."""
     record = read(step)
     if record is None or not record.finished:
         return False
@@ -53,13 +53,13 @@ def write(step: Step, minutes: float, finished: bool, load: float) -> None:
     Parameters
     ----------
     step : the step.
-    minutes : minutes of this attempt; those of earlier ones are added.
-    finished : whether it is.
+    minutes : minutes of this attempt; those of earlier attempts are added.
+    finished : whether the step is finished.
     load : load of the machine.
 
     Raises
     ------
-    CatalogError : it cannot be written.
+    CatalogError : the record cannot be written.
     """
     before = read(step)
     earlier = before.minutes if before is not None and not before.finished else 0.0

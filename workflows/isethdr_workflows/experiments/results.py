@@ -20,13 +20,13 @@ from .records import folder, is_finished, read
 from .steps import STEPS
 
 PAGE = "results.md"
-TABLES = (".md", ".csv")  # endings of what a step makes and the page takes in
+TABLES = (".md", ".csv")  # endings of the files of a step that the page includes
 DIGITS = 3
 WIDTH = 100  # columns of text
 
 
 def page() -> str:
-    """Return the page: what was run, what was not, and each table."""
+    """Return the page as Markdown: the steps that were run, the others, and each table."""
     used = ", ".join(f"{name} {number}" for name, number in sorted(versions().items()))
     lines = [
         "# Results of the experiments",
@@ -41,7 +41,7 @@ def page() -> str:
     ]
     for step in STEPS:
         if step.makes[0].endswith(PAGE):
-            continue  # this page
+            continue  # the step that writes this page
         record = read(step)
         commands = "; ".join(f"`isethdr {command}`" for command in step.commands)
         if record is None or not is_finished(step):
@@ -60,9 +60,9 @@ def page() -> str:
 
 
 def table_of(text: str) -> str:
-    """Return the rows of a CSV file as a table in Markdown, numbers with three digits.
+    """Return the rows of a CSV file as a table in Markdown, with three digits for numbers.
 
-    Of a file of several tables, named in its column `table`, only `all` is shown.
+    If the file has several tables, named in its column `table`, only `all` is included.
     """
     head, *rows = csv.reader(io.StringIO(text))
     if "table" in head:
@@ -85,7 +85,7 @@ def _narrow(lines: Iterable[str]) -> Iterator[str]:
 
 
 def _lower(text: str) -> str:
-    """Return Markdown whose headings are one level lower."""
+    """Return Markdown with all headings one level lower."""
     return "\n".join(f"#{line}" if line.startswith("#") else line for line in text.splitlines())
 
 
@@ -94,7 +94,7 @@ def write_results() -> Path:
 
     Raises
     ------
-    CatalogError : it cannot be written.
+    CatalogError : the page cannot be written.
     """
     path = folder() / PAGE
     try:

@@ -1,8 +1,9 @@
-"""The steps of the experiments: commands, what they make, expected minutes.
+"""The steps of the experiments: commands, files that they make, expected minutes.
 
-A command goes on where it stopped, so a step that was interrupted is typed again. Expected minutes
-are of two cores with nothing beside; `basis` says what they are derived from. "now" is the share of
-CPU seconds on three roads that was left when the code got faster.
+A command continues where it stopped, so an interrupted step is typed again. Expected minutes are
+for two cores without other work; `basis` says how they were derived. Where a basis says "now", the
+code became faster after the measurement, and the number is the share of CPU seconds on three roads
+that remained.
 """
 
 from __future__ import annotations
@@ -12,14 +13,14 @@ from dataclasses import dataclass
 from isethdr_core.errors import ConfigError, did_you_mean
 
 DATASET = "streets"
-LONGEST_MIN = 40.0  # of a step
+LONGEST_MIN = 40.0  # time limit of a step
 GENERATE = (
     f"dataset generate {DATASET} recipe=streets count=40 seed=1 renderer.width=480"
     " renderer.height=270 renderer.step_nm=20 renderer.most_samples=256"
     " engine=processes workers=2"
 )
 CROP = "cameras.bayer.rows=288 cameras.bayer.columns=512"
-FOLDER = "experiments"  # of the home: pictures, tables and records
+FOLDER = "experiments"  # folder for pictures, tables and records in the home folder
 # a small dataset: eight roads towards a low sun, also lit as by night with dipped beams
 SMALL = "low_sun"
 LOW_SUN = (
@@ -39,12 +40,12 @@ class Step:
 
     Parameters
     ----------
-    name : to type.
-    about : what it is for.
-    commands : commands of `isethdr`, in order; {home} is the home folder.
-    makes : files of the home that are there when it is done.
-    minutes : expected.
-    basis : basis of the expectation.
+    name : name that a user types.
+    about : purpose of the step.
+    commands : commands of `isethdr`, in order; {home} stands for the home folder.
+    makes : files in the home folder that exist when it is finished.
+    minutes : expected minutes.
+    basis : how the expected minutes were derived.
     needs : library that must be installed, and the extra that brings it; ("", "") for none.
     """
 
@@ -58,8 +59,8 @@ class Step:
 
 
 def network(sensor: str) -> Step:
-    """Return the step that trains a picture for a sensor, and compares it with the best classical
-    development on roads that it has not seen.
+    """Return the step that trains a network for the pictures of a sensor, and compares it with
+    classical development on roads that were not in the training.
     """
     name = f"network_{sensor.removeprefix('typical_')}"
     model = f"training/pictures/{name}/model.onnx"
@@ -87,9 +88,9 @@ def question(name: str, about: str, minutes: float, basis: str) -> Step:
     Parameters
     ----------
     name : name of the question.
-    about : what it answers, for people.
-    minutes : that the step takes, on two cores.
-    basis : where that number is from.
+    about : what it answers, as text for readers.
+    minutes : expected minutes on two cores.
+    basis : how this number was derived.
     """
     return Step(
         f"detection_{name}",
@@ -273,11 +274,11 @@ STEPS = (
 
 
 def steps_named(names: tuple[str, ...]) -> tuple[Step, ...]:
-    """Return steps by their names, in the order of `STEPS`; all of them without a name.
+    """Return the steps with some names, in the order of `STEPS`; all steps if no name is given.
 
     Raises
     ------
-    ConfigError : there is no step of a name.
+    ConfigError : there is no step of such a name.
     """
     known = {step.name: step for step in STEPS}
     for name in names:

@@ -3,10 +3,10 @@
 | module          | content                                                                   |
 |-----------------|---------------------------------------------------------------------------|
 | `command`       | the command                                                               |
-| `formats`       | the formats by name, and what each of them writes                         |
+| `formats`       | the formats by name, and what each format writes                          |
 | `exporting`     | from a selection to a folder: checks, files, manifest                     |
-| `job`           | what a format is given: pictures of runs, the folder, the list of files   |
-| `output_folder` | a folder that is the old one or the new one, never half of both           |
+| `job`           | the input of a format: pictures of runs, the folder, the list of files    |
+| `output_folder` | a folder that is replaced completely or not at all                        |
 | `pictures/`     | PNG, moving pictures, EXR, spectral radiance, raw captures                |
 | `labels/`       | objects: COCO, panoptic, boxes in metres; motion and surfaces of pixels   |
 | `cards/`        | records of the whole folder: STAC, Croissant                              |

@@ -1,7 +1,7 @@
-"""One shot of every member of a pair: the exposure that the full light asks for, for all of them.
+"""One shot of every member of a pair, all with the exposure that is right for the full light.
 
-With automatic exposure each member alone would be exposed differently, and would then differ by
-more than its term.
+If automatic exposure worked on each member separately, the exposures would differ, and the members
+would differ by more than their terms.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ class Shots:
 
     Parameters
     ----------
-    captures : of the full light, noisy: all that reads a DN back.
+    captures : noisy captures of the full light, with all figures that convert DN to electrons.
     electrons : {term: (capture, y, x) float32}, mean electrons of its light, without dark charge.
     raw : {member: (capture, y, x) DN} without noise.
     saturated : {member: (capture, y, x) bool} without noise.
@@ -52,11 +52,12 @@ def exposed(
     sensor : sensor of the camera.
     members : members of the pair, in the order of their terms.
     light : {member: irradiance or photocurrent on the sensor plane}.
-    keys : keys of the noise of each shot, one at least; all members of a shot have the same.
+    keys : keys of the noise, one for each shot and at least one; all members share them.
 
     Notes
     -----
-    The first key is that of the run of this scene, so its DN are the same.
+    The first key is that of a run of this scene, so the DN of the first shot equal those of the
+    run.
     """
     fixed = at_one_exposure(sensor, light[FULL])
     silent = replace(fixed, noise=False) if isinstance(fixed, ImagingSensor) else fixed
@@ -89,11 +90,17 @@ def varies(sensor: Any) -> bool:
 
 
 def at_one_exposure(sensor: Any, light: Any) -> Any:
-    """Return the sensor with the exposure and the gain that automatic exposure finds for a light.
+    """Return the sensor, fixed at the exposure and the gain that automatic exposure finds for the
+    light.
+
+    Parameters
+    ----------
+    sensor : sensor of the camera.
+    light : irradiance or photocurrent on the sensor plane.
 
     Raises
     ------
-    ConfigError : each of its exposures is solved by itself.
+    ConfigError : the sensor meters each of its exposures separately.
     """
     if not isinstance(sensor, ImagingSensor) or sensor.exposure_rule == "fixed":
         return sensor

@@ -1,4 +1,4 @@
-"""Files of pairs: NumPy or EXR. The folder of a scene appears when all of its files are written."""
+"""Files of pairs: NumPy or EXR. The folder of a scene appears once all of its files are written."""
 
 from __future__ import annotations
 
@@ -20,19 +20,19 @@ LARGEST_EXACT = 2**24  # whole numbers up to here are exact in float32
 
 
 def write_scene(folder: Path, name: str, samples: Sequence[Sample], form: str) -> int:
-    """Write the folder of a scene, and return its bytes.
+    """Write the folder of a scene, and return its size in bytes.
 
     Parameters
     ----------
     folder : folder of the pairs.
     name : name of the scene's folder.
-    samples : one for each camera.
+    samples : arrays and labels of each camera.
     form : `numpy` or `exr`.
 
     Raises
     ------
-    CatalogError : it cannot be written, for example because the disk is full; then there is no
-        folder of the scene.
+    CatalogError : the folder cannot be written, for example because the disk is full; then there
+        is no folder of the scene.
     """
     write, ending = WRITERS[form]
     temporary = temporary_path(folder, name)
@@ -68,10 +68,10 @@ def write_npz(path: Path, one: Sample) -> None:
 
 
 def write_exr(path: Path, one: Sample) -> None:
-    """Write the arrays as the parts of one OpenEXR file, float32; the channels of a part are the
-    planes of the array.
+    """Write the arrays as float32 into one OpenEXR file. Each array is a part of the file, and each
+    of its planes is a channel.
 
-    DN and numbers of objects up to 2^24 are exact.
+    DN and numbers of objects are exact up to 2^24.
     """
     captures = one.labels["captures"]
     parts = []
@@ -100,7 +100,7 @@ def write_exr(path: Path, one: Sample) -> None:
     with OpenEXR.File(parts) as file:
         try:
             file.write(str(path))
-        except RuntimeError as err:  # of the library, where a file cannot be written
+        except RuntimeError as err:  # the library raises it if the file cannot be written
             raise OSError(None, str(err).splitlines()[0]) from err
 
 

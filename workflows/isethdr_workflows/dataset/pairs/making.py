@@ -40,26 +40,26 @@ class Made(NamedTuple):
     """A folder of pairs."""
 
     folder: Path
-    scenes: int  # whose pairs are there
+    scenes: int  # number of scenes with pairs in the folder
     failed: tuple[tuple[str, str], ...]  # name of a scene, reason
 
 
 def make_pairs(request: PairRequest, tell: Tell = print) -> Made:
     """Make the pairs that are missing, and the card.
 
-    A scene whose folder is there is not made again. A scene that fails is named, and the others go
-    on.
+    A scene with a folder is not made again. A scene that fails is named, and the other scenes are
+    still made.
 
     Parameters
     ----------
-    request : what is asked for.
+    request : the requested pairs.
     tell : called with one line of text for each scene that is done.
 
     Raises
     ------
-    ConfigError : a mistake in a setting, found before the first scene is imaged; or the folder
-        holds pairs of other settings.
-    CatalogError : no such dataset or scene; or the folder cannot be written.
+    ConfigError : a setting has a mistake, which is found before the first scene is imaged; or the
+        folder holds pairs of other settings.
+    CatalogError : there is no such dataset or scene; or the folder cannot be written.
     """
     found = sources(request)
     for source in families(found):
@@ -82,7 +82,7 @@ def make_pairs(request: PairRequest, tell: Tell = print) -> Made:
             samples = samples_of(source, request)
         except CatalogError:
             raise
-        except Exception as err:  # any component may fail on one scene; the others go on
+        except Exception as err:  # any component may fail on one scene; the other scenes go on
             failed.append((source.name, f"{type(err).__name__}: {err}".splitlines()[0]))
             tell(line + f"failed: {failed[-1][1]}")
             continue
@@ -102,11 +102,17 @@ def make_pairs(request: PairRequest, tell: Tell = print) -> Made:
 
 
 def begun(request: PairRequest, folder: Path) -> None:
-    """Write what the folder holds, or check that it holds the same.
+    """Write the settings of the pairs into a new folder, or check that a folder has the same ones.
+
+    Parameters
+    ----------
+    request : the requested pairs.
+    folder : folder of the pairs.
 
     Raises
     ------
-    ConfigError : it holds pairs of other settings.
+    ConfigError : the folder holds pairs of other settings.
+    CatalogError : the settings in the folder are damaged, or cannot be written.
     """
     held = {"folder", "scenes"}  # further scenes may be added to a folder
     wanted = {key: value for key, value in asdict(request).items() if key not in held}
@@ -133,7 +139,9 @@ def begun(request: PairRequest, folder: Path) -> None:
 
 
 def built_for(source: Source) -> tuple[DictConfig, Chain]:
-    """Return config and chain of a scene; its radiance is read, never rendered."""
+    """Return the config and the chain of a scene. The chain reads stored radiance, it never
+    renders.
+    """
     config = compose(list(source.overrides))
     built = chain(config, rendered=True)
     known = replace(built, scene=Stored(source.store), renderer=None, versions={})
@@ -148,7 +156,7 @@ class Imaged(NamedTuple):
     mixed: Any  # mixed radiance
     scene: Any  # scene radiance with labels
     light: dict[str, Any]  # {member: light on the sensor plane}
-    key: Generator  # of the noise of its run
+    key: Generator  # key of the noise in a run of the scene
 
 
 def imaged(source: Source, blur: bool) -> Imaged:
@@ -168,9 +176,9 @@ def light_of(config: DictConfig, built: Chain, wanted: Sequence[Member], source:
 
     Parameters
     ----------
-    config, built : of the scene, as `built_for` returns them.
-    wanted : lens and flares of each member.
-    source : the scene, which keys the noise.
+    config, built : config and chain of the scene, as `built_for` returns them.
+    wanted : members to image, with their lenses and flares.
+    source : the scene; the key of the noise depends on it.
     """
     rows = Ledger()
     demand = plan(built, rows).with_labels(*LABELS)
@@ -187,7 +195,7 @@ def light_of(config: DictConfig, built: Chain, wanted: Sequence[Member], source:
 
 
 def samples_of(source: Source, request: PairRequest) -> list[Sample]:
-    """Return what is written of a scene, one for each camera."""
+    """Return the arrays and labels to write for a scene, one sample for each camera."""
     seen = imaged(source, request.blur)
     noise = {str(k): float(v) for k, v in seen.scene.attrs.get("noise", {}).items()}
     about = {
@@ -213,7 +221,13 @@ def samples_of(source: Source, request: PairRequest) -> list[Sample]:
 
 
 def shot_key(key: Generator, draw: int) -> Generator:
-    """Return the key of the noise of one shot, as a run has it; the first is 0."""
+    """Return the key of the noise of one shot, as in a run of the scene.
+
+    Parameters
+    ----------
+    key : key of the noise of the run.
+    draw : number of the shot, from 0.
+    """
     return key.child(f"{key.scene} draw {draw}") if draw else key
 
 

@@ -1,10 +1,10 @@
-"""The truth on the pixels of a camera: linear XYZ, and the radiance that its filters pass.
+"""The reference on the pixels of a camera: linear XYZ, and the radiance that its filters pass.
 
-Channel radiance is the photoelectrons per second, square metre and steradian that the radiance of a
-pixel's line of sight makes behind each of the sensor's filters: the integral of
-radiance x wavelength / (h c) x quantum efficiency. All channels are known at all pixels. Times
-throughput (sr), photodiode area (m2) and exposure (s) it is the electrons of a sharp image on the
-axis.
+Channel radiance is the number of photoelectrons per second, square metre and steradian that the
+radiance along a pixel's line of sight makes behind each of the sensor's filters. It is the integral
+of radiance x wavelength / (h c) x quantum efficiency. All channels are known at all pixels. Channel
+radiance times throughput (sr), photodiode area (m2) and exposure (s) gives the electrons of a sharp
+image on the axis.
 """
 
 from __future__ import annotations
@@ -26,13 +26,13 @@ LABELS = ("instance", "category", "depth", "distance")
 
 
 def reference(mixed: xr.DataArray, scene: xr.Dataset, captures: xr.Dataset) -> dict[str, Any]:
-    """Return the truth and the labels of a camera's pixels.
+    """Return the reference data and the labels on a camera's pixels.
 
     Parameters
     ----------
     mixed : mixed radiance.
     scene : scene radiance with its labels.
-    captures : of the camera, for its grid and its filters.
+    captures : captures of the camera, for its grid and its filters.
 
     Returns
     -------

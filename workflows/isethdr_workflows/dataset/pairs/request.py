@@ -11,7 +11,7 @@ from isethdr_core.errors import ConfigError, did_you_mean
 from isethdr_core.storage.home_folder import home
 
 FORMATS = ("numpy", "exr")
-LARGEST_SHOTS = 64  # noisy shots of one scene: their mean is then eight times less noisy
+LARGEST_SHOTS = 64  # most noisy shots of one scene; their mean has an eighth of the noise
 
 
 @dataclass(frozen=True)
@@ -65,7 +65,7 @@ def _switch(text: str) -> bool:
     return text == "true"
 
 
-# settings that are no overrides: how each is read, and what its value is
+# the command's own settings, which are not overrides: how each is read, and what its value is
 OWN: dict[str, tuple[Callable[[str], Any], str]] = {
     "folder": (lambda text: Path(text).expanduser(), "a folder"),
     "format": (str, "a format"),
@@ -82,7 +82,7 @@ def pair_request(name: str, settings: Sequence[str]) -> PairRequest:
     Parameters
     ----------
     name : name of a dataset or a stored scene.
-    settings : key=value, the command's own or overrides of all scenes.
+    settings : settings as typed, key=value: the command's own, and overrides of all scenes.
 
     Raises
     ------

@@ -17,14 +17,14 @@ from .request import PairRequest
 class Source:
     """One scene to make pairs of."""
 
-    name: str  # of its folder: the number of the scene, or the name of its store
+    name: str  # name of its folder: the number of the scene, or the name of its store
     road: str
-    overrides: tuple[str, ...]  # of its run
-    store: str  # name in `scenes/` of the home
+    overrides: tuple[str, ...]  # overrides of its run
+    store: str  # name of its store in `scenes/` of the home folder
 
 
 def sources(request: PairRequest) -> list[Source]:
-    """Return the scenes of a request, with the overrides of its runs.
+    """Return the scenes of a request, with the overrides of their runs.
 
     Raises
     ------
@@ -48,7 +48,9 @@ def sources(request: PairRequest) -> list[Source]:
 
 
 def families(found: Sequence[Source]) -> list[Source]:
-    """Return the first scene of each set of settings that can be wrong in a way of its own."""
+    """Return the first scene of each set of overridden config keys. Checking these scenes finds a
+    mistake in any of the sets.
+    """
     kinds: dict[frozenset[str], Source] = {}
     for source in found:
         keys = frozenset(text.partition("=")[0] for text in source.overrides)
@@ -61,7 +63,7 @@ def _stored(name: str) -> str:
 
     Raises
     ------
-    CatalogError : there is none, or several.
+    CatalogError : there is no such scene, or there are several.
     """
     found = sorted(path.stem for path in (home() / "scenes").glob(f"{name}*.zarr"))
     recipes = {path.partition("-")[0] for path in found}

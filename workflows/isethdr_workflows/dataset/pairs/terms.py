@@ -1,6 +1,7 @@
 """Terms: the parts of the light of a scene that lens, dirt and reflections add.
 
-A scene has several versions, its members. Each member adds one term to the member before:
+A scene has several versions, which are called members. Each member adds one term to the previous
+member:
 
 | member      | lens          | flares                  | term it adds                        |
 |-------------|---------------|-------------------------|-------------------------------------|
@@ -11,9 +12,9 @@ A scene has several versions, its members. Each member adds one term to the memb
 | `no_ghosts` | as it is      | those that spread light | `scatter`: dirt, haze, iris         |
 | `full`      | as it is      | all                     | `ghosts`: those that add light      |
 
-A member that would equal the member before is left out. The last one is always `full`. A term may
-be negative: scatter takes light from the image of a lamp and spreads it. Mean electrons are affine
-in the light, so the electrons of the terms add up to those of the full light.
+A member that would equal the previous one is left out. The last member is always `full`. A term may
+be negative: scatter takes light from the image of a lamp and spreads it. Mean electrons are an
+affine function of the light, so the electrons of the terms add up to those of the full light.
 """
 
 from __future__ import annotations
@@ -59,8 +60,8 @@ class Member:
     Parameters
     ----------
     name : name of the member.
-    term : term that it adds to the member before.
-    lens, flares : lens and flares of its light.
+    term : term that it adds to the previous member.
+    lens, flares : lens and flares that image it.
     """
 
     name: str
@@ -79,7 +80,7 @@ def members(chain: Chain, blur: bool) -> list[Member]:
 
     Raises
     ------
-    ConfigError : nothing would differ; or the lens has no form without blur.
+    ConfigError : blur is a term of its own, and the lens has no form without blur.
     """
     spread = {name: flare for name, flare in chain.flares.items() if spreads(flare)}
     ladder = []
@@ -101,8 +102,13 @@ def members(chain: Chain, blur: bool) -> list[Member]:
 
 
 def check_added(chain: Chain, scene: xr.Dataset) -> None:
-    """Apply the flares that add light to a few dark tiles, before any light is computed: the
-    prescription of a flare may not fit the lens.
+    """Apply the flares that add light to a few dark tiles. This finds a flare with a prescription
+    that does not fit the lens before any light is computed.
+
+    Parameters
+    ----------
+    chain : chain of the run.
+    scene : scene radiance, for its field and its bands.
 
     Raises
     ------
@@ -121,16 +127,16 @@ def check_added(chain: Chain, scene: xr.Dataset) -> None:
 
 
 def spreads(flare: Any) -> bool:
-    """Return whether a flare changes how light spreads; others only add light."""
+    """Return whether a flare changes how light spreads. Other flares only add light."""
     return not isinstance(flare, AddsLight) or isinstance(flare, TransmitsPupil | ScattersLight)
 
 
 def sharp(lens: Any) -> IdealLens:
-    """Return the lens without blur: the same geometry and throughput.
+    """Return the lens without blur, with the same geometry and throughput.
 
     Raises
     ------
-    ConfigError : the lens is traced or not of this family, so its geometry cannot be copied.
+    ConfigError : the lens is ray-traced or not a thin lens, so its geometry cannot be copied.
     """
     if not isinstance(lens, IdealLens) or isinstance(lens, PrescribedLens):
         raise ConfigError(

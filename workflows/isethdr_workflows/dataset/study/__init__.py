@@ -1,4 +1,4 @@
-"""Cameras over a dataset: scores, and which objects can be told, `isethdr dataset score`.
+"""Cameras over a dataset: scores, and which objects can be detected, `isethdr dataset score`.
 
 | module      | what                                                                              |
 |-------------|-----------------------------------------------------------------------------------|

@@ -19,9 +19,9 @@ from ..generate import Generated, generated
 from ..record import SceneRecord, read_dataset
 from ..workers import HERE, Workers, share
 
-# A later override may ask for either. A page for each run takes longer than the run's scores. One
-# noise realisation a scene is enough: scenes differ by more than their noise does, and intervals
-# over scenes hold both.
+# Defaults that later overrides may change. A page for each run takes longer than the run's scores.
+# One noise realisation per scene is enough: scenes differ by more than their noise, and intervals
+# over scenes include both.
 OWN = ("report=false", "draws=1")
 
 
@@ -29,12 +29,12 @@ OWN = ("report=false", "draws=1")
 class Shot:
     """The scores of all cameras for one scene."""
 
-    number: int  # of the scene
+    number: int  # number of the scene
     road: str
-    run: str  # key
+    run: str  # key of the run
     scores: tuple[Mapping[str, Any], ...]  # camera, metric, object, value, unit
-    objects: tuple[Mapping[str, Any], ...]  # rows of the scene's table
-    weights: Mapping[str, float]  # of the light groups
+    objects: tuple[Mapping[str, Any], ...]  # rows of the scene's table of objects
+    weights: Mapping[str, float]  # weights of the light groups
 
 
 @dataclass(frozen=True)
@@ -53,20 +53,20 @@ def imaged(
 ) -> Imaged:
     """Return the scores of every scene that is made.
 
-    A scene is a run, which is stored: the next call reads it, so a study that was interrupted goes
-    on where it stopped. A scene that fails is named, and the others go on. Where workers share the
-    scenes, one that failed is tried once more.
+    The run of each scene is stored and read by the next call, so an interrupted study continues
+    where it stopped. A scene that fails is named, and the other scenes are still imaged. If workers
+    share the scenes, a failed scene is tried once more.
 
     Parameters
     ----------
-    dataset : definition and records.
+    dataset : definition and records of the dataset.
     overrides : overrides of all runs, after those of the scene: other cameras, lenses, lightings.
     tell : called with one line of text for each scene that is done.
     workers : who images the scenes; None: this process.
 
     Raises
     ------
-    ConfigError : a mistake in an override, found before the first scene is imaged.
+    ConfigError : an override has a mistake, which is found before the first scene is imaged.
     CatalogError : the runs cannot be written; or processes ended before their scenes were imaged.
     """
     made = dataset.made
@@ -82,7 +82,7 @@ def imaged(
 def image_scenes(
     overrides: Sequence[str], name: str, numbers: Sequence[int], tell: Callable[[str], None]
 ) -> None:
-    """Image some scenes of a dataset one after the other: the work of one process.
+    """Image some scenes of a dataset one after the other, as the work of one process.
 
     Parameters
     ----------
@@ -118,7 +118,7 @@ def imaged_in_turn(
             result = run(compose(settings_of(record, overrides)))
         except CatalogError:
             raise
-        except Exception as err:  # any component may fail on one scene; the others go on
+        except Exception as err:  # any component may fail on one scene; the other scenes go on
             failed.append((record.number, f"{type(err).__name__}: {err}".splitlines()[0]))
             tell(line + f"failed: {failed[-1][1]}")
             continue
@@ -135,9 +135,9 @@ def imaged_in_turn(
 def settings_of(record: SceneRecord, overrides: Sequence[str]) -> list[str]:
     """Return the overrides of the run of a scene.
 
-    The run reads the radiance that the scene's record names: it is the same with every version of
-    the code. The run is that of the scene's own settings, which renders what is not stored, where
-    this radiance is gone, or where an override may choose another scene or renderer.
+    The run reads the radiance that the scene's record names, which is the same with every version
+    of the code. If this radiance is gone, or if an override may choose another scene or renderer,
+    the run has the scene's own settings instead and renders what is not stored.
 
     Parameters
     ----------
@@ -165,7 +165,13 @@ def _node(override: str) -> str:
 
 
 def shot_of(record: SceneRecord, result: Result) -> Shot:
-    """Return the scores of a run."""
+    """Return the scores of the run of a scene.
+
+    Parameters
+    ----------
+    record : record of the scene.
+    result : result of its run.
+    """
     return Shot(
         number=record.number,
         road=record.road,

@@ -1,4 +1,6 @@
-"""The page of a study, one HTML document that needs no network; its tables in Markdown and CSV."""
+"""The page of a study as one HTML document that needs no network, and its tables in Markdown and
+CSV.
+"""
 
 from __future__ import annotations
 
@@ -32,7 +34,7 @@ HEAD = ("table", "row", "camera", "value", "low", "high", "values", "roads")
 
 @dataclass(frozen=True)
 class Bar:
-    """A mean and its interval on a line from 0 to 1, in percent of its width."""
+    """A mean and its interval on an axis from 0 to 1, in percent of the width of the axis."""
 
     colour: str
     value: float
@@ -45,7 +47,7 @@ def write_files(dataset: Generated, imaged: Imaged, overrides: Sequence[str]) ->
 
     Parameters
     ----------
-    dataset : with its definition and its scenes.
+    dataset : definition and records of the dataset.
     imaged : scores of the scenes by camera.
     overrides : overrides of the command, for the page.
     """
@@ -65,13 +67,13 @@ def write_files(dataset: Generated, imaged: Imaged, overrides: Sequence[str]) ->
 
 
 def page(dataset: Generated, imaged: Imaged, tables: Tables, overrides: Sequence[str]) -> str:
-    """Return the page.
+    """Return the page as HTML.
 
     Parameters
     ----------
-    dataset : with its definition and its scenes.
+    dataset : definition and records of the dataset.
     imaged : scores of the scenes by camera.
-    tables : made of these scores.
+    tables : tables of these scores.
     overrides : overrides of the command.
     """
     return _template().render(
@@ -97,7 +99,7 @@ def page(dataset: Generated, imaged: Imaged, tables: Tables, overrides: Sequence
 
 
 def bars(row: Row) -> list[Bar]:
-    """Return the bar of each camera; none where nothing is known."""
+    """Return the bar of each camera, except of cameras without a known mean."""
     found = []
     for k, mean in enumerate(row.means):
         if math.isnan(mean.value):
@@ -109,12 +111,12 @@ def bars(row: Row) -> list[Bar]:
 
 
 def colour_of(place: int) -> str:
-    """Return the colour of a camera by its place."""
+    """Return the colour of a camera by its place in the list of cameras."""
     return COLOURS[place % len(COLOURS)]
 
 
 def summary_rows(tables: Tables) -> list[tuple[object, ...]]:
-    """Return one row for each mean, as `HEAD` names them."""
+    """Return one row for each mean, with the columns of `HEAD`."""
     rows: list[tuple[object, ...]] = []
     for frame in tables.frame:
         rows += _rows("frame", frame.metric, tables.cameras, frame.means)
@@ -137,7 +139,13 @@ def _rows(
 
 
 def csv_text(head: Sequence[str], rows: Iterable[Iterable[object]]) -> str:
-    """Return rows as CSV; a number that is not known is empty."""
+    """Return rows as CSV text. The cell of an unknown number is empty.
+
+    Parameters
+    ----------
+    head : names of the columns.
+    rows : cells of each row; NaN is an unknown number.
+    """
     out = io.StringIO()
     writer = csv.writer(out, lineterminator="\n")
     writer.writerow(head)

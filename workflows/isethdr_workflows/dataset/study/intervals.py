@@ -1,4 +1,6 @@
-"""Means with 95 % intervals over roads: scenes of a road are alike, so roads are what was drawn."""
+"""Means with 95 % intervals over roads. Scenes of a road are alike, so roads are the independent
+samples.
+"""
 
 from __future__ import annotations
 
@@ -14,13 +16,13 @@ LEVEL = 0.95
 
 @dataclass(frozen=True)
 class Mean:
-    """A mean and how sure it is; NaN where it is not known."""
+    """A mean with its interval; NaN where they are not known."""
 
     value: float
     low: float
     high: float
-    count: int  # values
-    roads: int
+    count: int  # number of values
+    roads: int  # number of roads
 
 
 def mean_over_roads(
@@ -32,17 +34,17 @@ def mean_over_roads(
 
     Parameters
     ----------
-    values : any unit; those that are not finite are left out.
-    roads : roads of each value.
-    limits : that no mean can exceed; the interval is cut there.
+    values : values in any unit; values that are not finite are left out.
+    roads : road of each value.
+    limits : smallest and largest possible mean; the interval is cut there.
 
     Notes
     -----
-    The mean is the ratio of two sums over roads, that of the values and that of their number. With
-    e the sum of a road's deviations from the mean m, R roads and n values, the variance of m is
-    R / (R - 1) sum(e^2) / n^2 (Cochran 1977, Sampling Techniques, chapter 6, the ratio estimator),
-    and the interval is Student's with R - 1 degrees of freedom. With one value a road it is the
-    ordinary Student interval. One road alone gives none.
+    The mean is the ratio of two sums over roads: the sum of the values and the sum of their
+    numbers. With e the sum of a road's deviations from the mean m, R roads and n values, the
+    variance of m is R / (R - 1) sum(e^2) / n^2 (Cochran 1977, Sampling Techniques, chapter 6, the
+    ratio estimator). The interval is Student's with R - 1 degrees of freedom. With one value per
+    road it is the ordinary Student interval. A single road gives no interval.
     """
     kept = [(v, r) for v, r in zip(values, roads, strict=True) if math.isfinite(v)]
     if not kept:

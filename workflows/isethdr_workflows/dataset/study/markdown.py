@@ -21,13 +21,13 @@ COLUMNS = 100
 def markdown_page(
     dataset: Generated, imaged: Imaged, tables: Tables, overrides: Sequence[str]
 ) -> str:
-    """Return the page.
+    """Return the page as Markdown.
 
     Parameters
     ----------
-    dataset : with its definition and its scenes.
+    dataset : definition and records of the dataset.
     imaged : scores of the scenes by camera.
-    tables : made of these scores.
+    tables : tables of these scores.
     overrides : overrides of all runs.
     """
     name = dataset.definition.name
@@ -56,7 +56,7 @@ def _objects(tables: Tables, rows: Sequence[Row]) -> str:
 
     Parameters
     ----------
-    tables : for the names of the cameras.
+    tables : tables of the study, for the names of the cameras.
     rows : rows of the classes.
     """
     cells = [(row.name, str(row.objects), *map(with_interval, row.means)) for row in rows]
@@ -64,7 +64,7 @@ def _objects(tables: Tables, rows: Sequence[Row]) -> str:
 
 
 def _frame(tables: Tables) -> str:
-    """Return the table of the scores of whole pictures, and what the first camera has less."""
+    """Return the table of the scores of whole pictures, with differences from the first camera."""
     first, *others = tables.cameras
     compared = [f"{name} against {first}" for name in others]
     rows = [_frame_row(row) for row in tables.frame]
@@ -80,15 +80,15 @@ def _frame_row(row: FrameRow) -> list[str]:
 
 
 def with_interval(mean: Mean) -> str:
-    """Return a value with its interval, if it is known: `0.52 (0.41 to 0.63)`."""
+    """Return a value as text, with its interval if it is known: `0.52 (0.41 to 0.63)`."""
     return f"{shown(mean)} ({interval(mean)})" if interval(mean) else shown(mean)
 
 
 def shown(mean: Mean) -> str:
-    """Return a value for people, three digits; a dash where it is not known."""
+    """Return a value as text with three digits; a dash if it is not known."""
     return "–" if math.isnan(mean.value) else f"{mean.value:.3g}"
 
 
 def interval(mean: Mean) -> str:
-    """Return an interval for people: `0.41 to 0.63`; "" where it is not known."""
+    """Return an interval as text, `0.41 to 0.63`; "" if it is not known."""
     return "" if math.isnan(mean.low) else f"{mean.low:.3g} to {mean.high:.3g}"

@@ -17,7 +17,7 @@ from ..summary import DISTANCES_M, LUX, bounds, illuminance
 from .cameras import Imaged, Shot
 from .intervals import Mean, mean_over_roads
 
-DETECTION = "contrast_detection"  # the score of an object that says whether it can be told, 0..1
+DETECTION = "contrast_detection"  # score of an object: its detection probability, 0 to 1
 NOT_KNOWN = "not known"
 
 
@@ -31,7 +31,8 @@ class Seen:
     name: str
     category: str
     distance_m: float
-    illuminance_lx: float  # vertical, towards the camera, all groups; NaN where it is not known
+    # vertical illuminance towards the camera by all light groups; NaN if it is not known
+    illuminance_lx: float
     detection: float
 
 
@@ -40,23 +41,23 @@ class Row:
     """Means of all cameras."""
 
     name: str
-    objects: int  # of all scenes; 0: none
-    means: tuple[Mean, ...]  # by camera
+    objects: int  # number of objects in all scenes
+    means: tuple[Mean, ...]  # means by camera
 
 
 @dataclass(frozen=True)
 class FrameRow:
     """One score of the whole picture.
 
-    Luminances of day and night are decades apart: their means are geometric, and cameras are
+    Luminances of day and night are decades apart. So their means are geometric, and cameras are
     compared by ratios.
     """
 
     metric: str
     unit: str
     geometric: bool
-    means: tuple[Mean, ...]  # by camera
-    differences: tuple[Mean, ...]  # or ratios, to the first camera, of the same scenes
+    means: tuple[Mean, ...]  # means by camera
+    differences: tuple[Mean, ...]  # differences or ratios to the first camera, of the same scenes
 
 
 @dataclass(frozen=True)
@@ -70,12 +71,14 @@ class Tables:
 
 
 def cameras_of(shots: Sequence[Shot]) -> list[str]:
-    """Return the names of the cameras, in the order of the runs."""
+    """Return the names of the cameras, in their order in the runs."""
     return list(dict.fromkeys(str(score["camera"]) for shot in shots for score in shot.scores))
 
 
 def seen_objects(shots: Sequence[Shot]) -> list[Seen]:
-    """Return the things that have a detection score, once for each camera."""
+    """Return the objects with a detection score, once for each camera. Surfaces and plants are left
+    out.
+    """
     found = []
     for shot in shots:
         rows = {name_of(row): row for row in reversed(shot.objects)}
@@ -105,20 +108,38 @@ def name_of(row: Mapping[str, Any]) -> str:
 
 
 def by_class(seen: Sequence[Seen], cameras: Sequence[str]) -> list[Row]:
-    """Return a row for each class of things, those without any object last."""
+    """Return a row for each class of objects, the most frequent class first.
+
+    Parameters
+    ----------
+    seen : objects as the cameras show them.
+    cameras : names of the cameras.
+    """
     names = [name for name in CATEGORIES if is_thing(name)]
     rows = _rows(seen, cameras, names, lambda one: one.category)
     return sorted(rows, key=lambda row: -row.objects)
 
 
 def by_distance(seen: Sequence[Seen], cameras: Sequence[str]) -> list[Row]:
-    """Return a row for each class of distance."""
+    """Return a row for each class of distance.
+
+    Parameters
+    ----------
+    seen : objects as the cameras show them.
+    cameras : names of the cameras.
+    """
     names = bounds(DISTANCES_M, "m")
     return _rows(seen, cameras, names, lambda one: names[_place(one.distance_m, DISTANCES_M)])
 
 
 def by_illuminance(seen: Sequence[Seen], cameras: Sequence[str]) -> list[Row]:
-    """Return a row for each decade of illuminance, and one for objects without."""
+    """Return a row for each decade of illuminance, and one for objects with an unknown illuminance.
+
+    Parameters
+    ----------
+    seen : objects as the cameras show them.
+    cameras : names of the cameras.
+    """
     names = bounds(LUX, "lx")
 
     def name(one: Seen) -> str:
@@ -156,7 +177,13 @@ def _rows(
 
 
 def frame_rows(shots: Sequence[Shot], cameras: Sequence[str]) -> list[FrameRow]:
-    """Return a row for each score of the whole picture."""
+    """Return a row for each score of the whole picture.
+
+    Parameters
+    ----------
+    shots : scores of all scenes.
+    cameras : names of the cameras; the others are compared with the first.
+    """
     units = {}
     values = {}
     for shot in shots:
@@ -186,7 +213,7 @@ def frame_rows(shots: Sequence[Shot], cameras: Sequence[str]) -> list[FrameRow]:
 
 
 def exponential(mean: Mean) -> Mean:
-    """Return the geometric mean of values of whose logarithms the mean is given."""
+    """Return the geometric mean with its interval, from the mean of the logarithms."""
     ends = (math.exp(v) for v in (mean.value, mean.low, mean.high))
     return Mean(*ends, mean.count, mean.roads)
 

@@ -1,4 +1,4 @@
-"""Hermite-Gauss channels of an object's box: what the observer reads of a window.
+"""Hermite-Gauss channels of an object's box: the observer's input from a window.
 
 The channels are products of Hermite-Gauss functions He_n(u) exp(-u^2 / 4) of both axes, with u the
 distance from the middle of the box over 0.4 of its width or height. All products up to a total
@@ -12,21 +12,21 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.polynomial.hermite_e import hermeval
 
-SCALE = 0.4  # of a box: one unit of u
+SCALE = 0.4  # one unit of u, as a share of the width or height of a box
 REACH = (
-    1.3  # half sizes of a window / size of the box; at u = 3.25 order 3 is below 0.1 of its peak
+    1.3  # half size of a window over size of the box; there, at u = 3.25, order 3 is < 0.1 of peak
 )
 
 
 @dataclass(frozen=True, eq=False)
 class Channels:
-    """Channels on a window, separable: rows and columns of each Hermite-Gauss function.
+    """Separable channels on a window: Hermite-Gauss functions along y and along x.
 
     Parameters
     ----------
-    rows : (y, order + 1), columns of unit length.
-    columns : (x, order + 1), columns of unit length.
-    pairs : (channel, 2), the row's and the column's order of each channel.
+    rows : (y, order + 1) functions along y, each of unit length.
+    columns : (x, order + 1) functions along x, each of unit length.
+    pairs : (channel, 2) order along y and order along x of each channel.
     """
 
     rows: np.ndarray
@@ -43,20 +43,21 @@ class Channels:
 
         Parameters
         ----------
-        windows : (..., colour, y, x).
+        windows : (..., colour, y, x) values of the windows.
 
         Returns
         -------
-        (..., colour * channel)
+        (..., colour * channel) outputs.
         """
         return self.chosen(self.rows.T @ windows @ self.columns)
 
     def chosen(self, products: np.ndarray) -> np.ndarray:
-        """Return the outputs (..., colour * channel) that are channels.
+        """Return the outputs (..., colour * channel) of the channels, from those of all pairs of
+        functions.
 
         Parameters
         ----------
-        products : (..., colour, row's order, column's order), of all pairs of functions.
+        products : (..., colour, order along y, order along x) outputs of all pairs of functions.
         """
         chosen = products[..., self.pairs[:, 0], self.pairs[:, 1]]
         # the length is spelt out because there may be no window at all
@@ -84,9 +85,9 @@ def channels(
 
     Parameters
     ----------
-    shape : (y, x), size of the window in pixels.
-    middle : (y, x) of the box, from the outer border of the window's first pixel.
-    box : (height, width) in pixels.
+    shape : (y, x) size of the window, pixels.
+    middle : (y, x) middle of the box, pixels from the outer border of the window's first pixel.
+    box : (height, width) of the box, pixels.
     order : largest total order.
     """
     rows, columns = (

@@ -1,8 +1,8 @@
 """Mean and covariance of the channels over windows without objects, road by road.
 
-Objects of similar box and place in the picture share their windows: sizes are rounded to steps of a
+Objects with similar boxes at similar rows share their windows: sizes are rounded to steps of a
 factor of 1.2, and the row of the middle to a quarter of the height. A window at the same row and of
-the same size shows the road at the same distance, because the camera stands at the same height.
+the same size shows the road at the same distance, because the camera has the same height.
 """
 
 from __future__ import annotations
@@ -18,16 +18,18 @@ from ..frame import Frame, level_of
 from ..threads import at_once
 from .channels import REACH, Channels, channels
 
-STEP = 1.2  # between sizes of boxes
-ROW_STEP = 0.25  # of a box's height: between rows of boxes
-LEAST_CELLS = 3.0  # a box counts as this large at least
-TRIES = 6  # places tried for each window wanted
-KEPT_SHAPES = 4096  # windows of a picture of one size
-JITTER = 0.1  # of a box's height: windows lie this much higher or lower
+STEP = 1.2  # ratio between neighbouring sizes of boxes
+ROW_STEP = 0.25  # distance between neighbouring rows of boxes, as a share of the box's height
+LEAST_CELLS = 3.0  # least height and width of a box, cells; smaller boxes count as this large
+TRIES = 6  # number of places that are tried for each wanted window
+KEPT_SHAPES = 4096  # largest number of shapes that are kept in memory
+JITTER = 0.1  # largest shift of a window up or down, as a share of the box's height
 
 
 class Size(NamedTuple):
-    """A box as windows share it: level of joined cells, height, width, row of its middle."""
+    """A rounded box: level of joined cells, and in joined cells its height, width and the row of
+    its middle.
+    """
 
     level: int
     height: float
@@ -54,7 +56,7 @@ class Shape:
 
 
 def size_of(box: tuple[int, int, int, int]) -> Size:
-    """Return the size of a box (top, left, height, width) in cells."""
+    """Return the rounded size of a box (top, left, height, width) in cells."""
     level = level_of(box)
     scale = 2**level
     height, width = (
@@ -67,7 +69,7 @@ def size_of(box: tuple[int, int, int, int]) -> Size:
 
 @lru_cache(maxsize=KEPT_SHAPES)
 def shape_of(size: Size, rows: int, order: int) -> Shape:
-    """Return the window of a size in a frame; cameras and levels of light share it.
+    """Return the window of a size in a frame. Cameras and levels of light share it.
 
     Parameters
     ----------
@@ -95,15 +97,15 @@ class Places(NamedTuple):
 
 
 def places(frame: Frame, size: Size, shape: Shape, wanted: int) -> Places:
-    """Return where windows of a frame lie that have no road user in the box.
+    """Return the places of windows of a frame that have no road user in the box.
 
     Parameters
     ----------
     frame : scene through a camera.
     size : size of the box.
     shape : window of this size.
-    wanted : number of windows; fewer where the frame has no room. Their places depend on the scene
-        and the size alone, so all cameras and light levels get the same ones.
+    wanted : number of windows; there are fewer if the frame has no room. Their places depend on the
+        scene and the size alone, so all cameras and light levels get the same places.
     """
     height, width = shape.channels.shape
     rows, columns = frame.joined(size.level).shape[1:]
@@ -126,19 +128,19 @@ def places(frame: Frame, size: Size, shape: Shape, wanted: int) -> Places:
 def outputs_at(picture: np.ndarray, at: Places, channels: Channels) -> np.ndarray:
     """Return the channel outputs (window, colour * channel) of windows of a picture.
 
-    The windows have few different first rows, so the rows' functions are applied to whole strips
-    of the picture, and only the columns' functions window by window.
+    The windows have few different first rows. So the functions along y are applied to whole strips
+    of the picture, and only the functions along x window by window.
 
     Parameters
     ----------
-    picture : (colour, y, x).
+    picture : (colour, y, x) joined cells.
     at : first rows and columns of the windows.
     channels : channels on a window.
     """
     height, width = channels.shape
     tops, which = np.unique(at.top, return_inverse=True)
     strips = np.stack([channels.rows.T @ picture[:, top : top + height] for top in tops])
-    # strips: (first row, colour, row's order, x), and windows of them at every x
+    # strips are (first row, colour, order along y, x); then windows of them at every x
     sliding = np.lib.stride_tricks.sliding_window_view(strips, width, axis=-1)
     return channels.chosen(sliding[which, :, :, at.left] @ channels.columns)
 
@@ -147,12 +149,13 @@ class Clutter:
     """The windows without objects of all frames of one camera, one level and one condition."""
 
     def __init__(self, frames: list[Frame], order: int, wanted: int) -> None:
-        """Remember the frames; windows are read when they are asked for.
+        """Keep the frames. Windows are read when they are needed.
 
         Parameters
         ----------
+        frames : frames of one camera, at one level of light and in one condition.
         order : highest order of the channels.
-        wanted : windows of each scene and size.
+        wanted : number of windows of each scene and size.
         """
         self.frames = frames
         self.order = order
@@ -173,11 +176,11 @@ class Clutter:
         return outputs_at(picture, at, shape.channels)
 
     def prepare(self, sizes: Iterable[Size]) -> None:
-        """Read the windows of sizes, by as many threads as there are processors."""
+        """Read the windows of some sizes, with as many threads as there are processors."""
         missing = [size for size in dict.fromkeys(sizes) if size not in self._moments]
         for level in {size.level for size in missing}:
             for frame in self.frames:
-                frame.used(level)  # tables that threads would make twice
+                frame.used(level)  # make shared tables first, or several threads would make them
                 frame.joined(level)
         self._moments.update(zip(missing, at_once(self._of_roads, missing), strict=True))
 

@@ -1,8 +1,8 @@
 """Simulated decisions: the observer's template is applied to noisy windows, and hits are counted.
 
-The probabilities of the observer take clutter as normal. Here nothing is taken as normal: the
-template is made of the windows of other roads, and it decides on the object's own road, on its own
-background, with noise drawn anew.
+The probabilities of the observer assume normally distributed clutter. Here only the noise is
+normal: the template comes from the windows of other roads. It decides on the object's own road, in
+front of its own background, with new noise.
 """
 
 from __future__ import annotations
@@ -17,11 +17,12 @@ from .hotelling import found, template
 
 
 class Counted(NamedTuple):
-    """Decisions of one object's template, at a stated share of false alarms in a place.
+    """Decisions of one object's template, at a stated share of false alarms per place.
 
-    `told_apart` needs no threshold: the share of pairs, one window with the object and one without
-    it on the same road, of which the first has the larger answer (two-alternative forced choice,
-    Green and Swets 1966). 0.5 is guessing. NaN where the road has no window without an object.
+    `told_apart` needs no threshold. A pair is one window with the object and one without it on the
+    same road; it is told apart if the window with the object has the larger answer (two-alternative
+    forced choice, Green and Swets 1966). A share of 0.5 is guessing. It is NaN if the road has no
+    window without an object.
     """
 
     hits: int
@@ -33,13 +34,13 @@ class Counted(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Task:
-    """What an observer knows of one object, and what it is shown.
+    """The observer's knowledge about one object.
 
     Parameters
     ----------
-    difference : (channel,) that the object makes.
+    difference : (channel,) difference that the object makes to the mean output.
     clutter : (channel, channel) covariance over windows of other roads.
-    mean : (channel,) over windows of other roads.
+    mean : (channel,) mean output over windows of other roads.
     noise : (channel, channel) covariance of the noise.
     """
 
@@ -52,11 +53,11 @@ class Task:
 def counted(
     task: Task, shown: np.ndarray, empty: np.ndarray, share: float, random: np.random.Generator
 ) -> Counted:
-    """Return the decisions on windows with and without the object, the noise drawn.
+    """Return the decisions on windows with and without the object, with random noise.
 
     Parameters
     ----------
-    task : what the observer knows of the object: difference, clutter and noise.
+    task : the observer's knowledge about the object: difference, clutter and noise.
     shown : (window, channel) mean outputs with the object.
     empty : (window, channel) mean outputs without an object.
     share : share of the places without an object that the threshold lets pass, if clutter is
@@ -85,7 +86,7 @@ def counted(
 
 
 def limit_of(weights: np.ndarray, together: np.ndarray, share: float) -> float:
-    """Return the limit of the template's answer that a share of normal answers exceeds.
+    """Return the limit that a given share of the template's answers exceeds, if they are normal.
 
     Parameters
     ----------
@@ -101,5 +102,11 @@ def _quantile(share: float) -> float:
 
 
 def expected_share(d: np.ndarray, share: float) -> np.ndarray:
-    """Return the probability of a hit that the observer states at a share of false alarms."""
+    """Return the probability of a hit that the observer states.
+
+    Parameters
+    ----------
+    d : detectability of the objects, any shape.
+    share : share of false alarms per place.
+    """
     return found(d, _quantile(share))

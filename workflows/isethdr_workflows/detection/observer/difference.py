@@ -1,8 +1,8 @@
-"""An object's window with the object less without it, the ring around it filled in.
+"""The difference between an object's window with the object and without it.
 
-The cheap form: the cells of the object are filled from the ring around it, each with the mean of
-the ring weighted by 1 / distance^2 (Shepard 1968). It knows neither what the object hides nor its
-shadow. The honest form takes the cells of the same view rendered without the object.
+The cheap form estimates the background: it fills each cell of the object with the mean of the ring
+around the object, weighted by 1 / distance^2 (Shepard 1968). It knows neither what the object hides
+nor its shadow. The exact form takes the cells of the same view rendered without the object.
 """
 
 from __future__ import annotations
@@ -16,8 +16,8 @@ from scipy.ndimage import binary_dilation
 from ..frame import Frame, Part, Thing
 from .clutter import Shape, Size
 
-RING = 0.2  # width / square root of the object's area, as of the metric `object_contrast`
-FEWEST_RING = 4  # cells
+RING = 0.2  # width of the ring over the root of the object's area, as in `object_contrast`
+FEWEST_RING = 4  # fewest cells in a ring from which an object is filled
 
 
 class Seen(NamedTuple):
@@ -25,30 +25,30 @@ class Seen(NamedTuple):
 
     outputs: np.ndarray  # (channel,)
     difference: np.ndarray  # (channel,)
-    render: np.ndarray | None = None  # (channel,) of the renderer's noise in `difference`
+    render: np.ndarray | None = None  # (channel,) a value of the renderer's noise in `difference`
 
 
 def seen(frame: Frame, thing: Thing, size: Size, shape: Shape, bare: Frame | None) -> Seen | None:
-    """Return an object's window; None where nothing is left around it to fill it from.
+    """Return an object's window; None if the ring around it has too few cells to fill it from.
 
     Parameters
     ----------
     frame : scene through a camera.
     thing : object in the frame.
-    size : size of its box, as windows share it.
+    size : rounded size of its box.
     shape : window of this size.
-    bare : the same view rendered without objects; None: the ring fills.
+    bare : the same view rendered without objects; None: the object is filled from its ring.
 
     Notes
     -----
-    The renderer's noise of the ring's mean is left out, for it is small. A view rendered again has
-    as much noise as the first one, so its variance counts twice.
+    The renderer's noise in the mean of the ring is small and left out. A second rendered view has
+    as much noise as the first one, so the variance of the difference is doubled.
     """
     whole = frame.joined(size.level)
     part = around(frame, thing, size.level)
     picture = whole[:, *part]
     own = frame.mask(size.level, thing.instance, part)
-    grown = binary_dilation(own)  # the border cells that its light blurs into
+    grown = binary_dilation(own)  # includes the border cells into which the object's light blurs
     if bare is not None:
         change = np.where(grown, picture - bare.joined(size.level)[:, *part], 0.0)
     else:
@@ -77,7 +77,7 @@ def around(frame: Frame, thing: Thing, level: int) -> Part:
     level : level of joined cells: 2^level x 2^level cells each.
     """
     high, wide = (-(-side // 2**level) + 1 for side in thing.box[2:])
-    # of the largest area that the box and the border cells can have
+    # width of the ring for the largest area that the box with its border cells can have
     width = max(2, round(RING * math.sqrt((high + 2) * (wide + 2))))
     margin = width + 3
     ends = []
@@ -91,8 +91,8 @@ def around(frame: Frame, thing: Thing, level: int) -> Part:
 
 
 def ring_filled(picture: np.ndarray, own: np.ndarray, users: np.ndarray) -> np.ndarray | None:
-    """Return a picture with the cells of an object filled from the ring around it; None where the
-    ring has too few cells without road users.
+    """Return a picture with the cells of an object filled from the ring around it; None if the ring
+    has too few cells without road users.
 
     Parameters
     ----------
@@ -139,7 +139,7 @@ def window_at(layer: np.ndarray, shape: Shape, left: int) -> np.ndarray:
 
 
 def part_of_window(values: np.ndarray, part: Part, shape: Shape, left: int) -> np.ndarray:
-    """Return a window (colour, y, x) of a layer that is 0 except for a part.
+    """Return a window (colour, y, x) of a layer that is 0 outside a part.
 
     Parameters
     ----------

@@ -1,7 +1,7 @@
 """The channelised Hotelling observer: detectability, and the share of objects that it finds.
 
-The best linear observer of channel outputs v knows the mean difference D that an object makes and
-the covariance K of v without it; its detectability is d'^2 = D' K^-1 D (Barrett and Myers,
+The best linear observer of channel outputs v knows the mean difference D that an object makes, and
+the covariance K of v without the object. Its detectability is d'^2 = D' K^-1 D (Barrett and Myers,
 Foundations of Image Science, 2004, section 13.2.12; Myers and Barrett 1987; Gallas and Barrett
 2003).
 """
@@ -16,11 +16,11 @@ from scipy.special import ndtr, ndtri
 
 
 class Detectability(NamedTuple):
-    """How well an object can be told from clutter and noise."""
+    """Detectability of an object in clutter and noise."""
 
-    d: float  # d' against clutter and noise, corrected for few windows
+    d: float  # d' against clutter and noise, corrected for a small number of windows
     noise_only: float  # d' against noise alone
-    plain: float  # d' against clutter and noise, as the sample covariance gives it
+    plain: float  # d' against clutter and noise, from the sample covariance without correction
 
 
 def detectability(
@@ -34,25 +34,25 @@ def detectability(
 
     Parameters
     ----------
-    difference : (channel,) mean output with the object less without it.
+    difference : (channel,) mean output with the object, minus that without it.
     clutter : (channel, channel) sample covariance over windows without objects.
     noise : (channel, channel) covariance of the noise, which is known.
     samples : number of windows behind `clutter`.
-    render : (channel,) half of the difference of the renderer's half buffers in the object:
-        another value of the renderer's noise that `difference` contains; None: it is not known.
+    render : (channel,) half of the difference of the renderer's half buffers in the object, which
+        is another value of the renderer's noise in `difference`; None: it is not known.
 
     Notes
     -----
     Noise of the renderer in an object looks like signal: it adds trace(K^-1 C_render) to d'^2 on
-    average. `render` has the same covariance, so D'K^-1 D - R'K^-1 R has no such bias.
+    average. `render`, R here, has the same covariance, so D'K^-1 D - R'K^-1 R has no such bias.
 
     The inverse of a sample covariance is too large on average: with nu = n - 1 degrees of freedom
     and p channels, E[S^-1] = nu / (nu - p - 1) C^-1 (Anderson 2003, An Introduction to Multivariate
-    Statistical Analysis, lemma 7.7.1). Here known noise is added to S, so less of the inverse is
-    affected: with q = D'K^-1 S K^-1 D / d'^2, the clutter's share, and p_e = trace(K^-1 S), the
-    channels that clutter rules, d'^2 is divided by 1 + q (p_e + 1) / (nu - p_e - 1). Without noise
-    that is the exact factor, without clutter it is 1, and between both it is right to first order
-    in 1 / nu.
+    Statistical Analysis, lemma 7.7.1). Here known noise is added to S, so the inverse is affected
+    less. Let q = D'K^-1 S K^-1 D / d'^2 be the share of clutter, and p_e = trace(K^-1 S) the number
+    of channels in which clutter dominates. Then d'^2 is divided by
+    1 + q (p_e + 1) / (nu - p_e - 1). This factor is exact without noise, it is 1 without clutter,
+    and between both it is right to first order in 1 / nu.
     """
     together = cho_factor(clutter + noise)
     template = cho_solve(together, difference)
@@ -74,13 +74,19 @@ def detectability(
 
 
 def template(difference: np.ndarray, covariance: np.ndarray) -> np.ndarray:
-    """Return the weights (channel,) of the outputs by which the observer decides."""
+    """Return the weights (channel,) that the observer gives to the outputs.
+
+    Parameters
+    ----------
+    difference : (channel,) mean output with the object, minus that without it.
+    covariance : (channel, channel) covariance of clutter and noise.
+    """
     return cho_solve(cho_factor(covariance), difference)
 
 
 def threshold(false_alarms: float, places: float) -> float:
-    """Return the threshold in standard deviations: in `places` places without an object, it is
-    exceeded `false_alarms` times on average.
+    """Return the threshold, in standard deviations, that is exceeded `false_alarms` times on
+    average in `places` places without an object.
 
     Parameters
     ----------
@@ -91,5 +97,7 @@ def threshold(false_alarms: float, places: float) -> float:
 
 
 def found(d: np.ndarray | float, limit: float) -> np.ndarray:
-    """Return the probability that objects of detectability `d` exceed the threshold `limit`."""
+    """Return the probability that objects of detectability `d` exceed the threshold `limit`, both
+    in standard deviations.
+    """
     return ndtr(np.asarray(d, float) - limit)

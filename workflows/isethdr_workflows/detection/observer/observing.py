@@ -19,24 +19,24 @@ from .counting import Counted, Task, counted, expected_share
 from .difference import Seen, seen
 from .hotelling import Detectability, detectability, found, threshold
 
-NEAREST_M = 8.0  # distances that an observer looks for objects at
+NEAREST_M = 8.0  # nearest and farthest distance at which the observer looks for objects
 FARTHEST_M = 90.0
-DISTANCES = 7
-ROWS = 3  # places above each other at one distance
-CHECKED = 0.05  # false alarms in a place, where decisions are counted
-DRAWS = 20  # of the noise, for each object that is counted
+DISTANCES = 7  # number of distances at which it looks
+ROWS = 3  # number of places above each other at one distance
+CHECKED = 0.05  # false alarms per place at which simulated decisions are counted
+DRAWS = 20  # number of noise realisations for each object in simulated decisions
 NOTHING = Detectability(math.nan, math.nan, math.nan)
 
 
 @dataclass(frozen=True)
 class Observer:
-    """How the observer looks.
+    """Settings of the observer.
 
     Parameters
     ----------
     false_alarms : false alarms in a picture.
     order : highest order of the channels.
-    windows : without objects, of each scene and size.
+    windows : number of windows without objects, of each scene and size.
     """
 
     false_alarms: float = 0.1
@@ -46,17 +46,17 @@ class Observer:
 
 @dataclass(frozen=True)
 class Check:
-    """Decisions that were counted, beside what the observer states."""
+    """Simulated decisions that were counted, and the hits that the observer states."""
 
     hits: int = 0
     trials: int = 0
-    expected: float = 0.0  # hits
+    expected: float = 0.0  # number of hits that the observer states
     objects: int = 0
     false_alarms: int = 0
     places: int = 0
 
     def __add__(self, other: Check) -> Check:
-        """Return both together."""
+        """Return the sum of both."""
         return Check(
             self.hits + other.hits,
             self.trials + other.trials,
@@ -68,10 +68,10 @@ class Check:
 
 
 def places_of(frames: Sequence[Frame]) -> dict[str, float]:
-    """Return the number of places in a picture where an object of each class may be.
+    """Return the number of places in a picture where the observer looks for each class.
 
-    An object of the median size is looked for at 7 distances from 8 to 90 m, at every half of its
-    width, in three rows.
+    It looks for an object of the median size at 7 distances from 8 to 90 m, in steps of half of
+    its width, and in three rows.
     """
     sizes: dict[str, list[float]] = {}
     for frame in frames:
@@ -97,9 +97,9 @@ def observed(
     Parameters
     ----------
     frames : frames of one camera at one level of light, all roads.
-    how : the observer looks.
-    row_of : function(frame, thing, answer) -> its row.
-    places : places of each class in a picture.
+    how : settings of the observer.
+    row_of : function(frame, thing, answer) that returns the row of an object.
+    places : number of places of each class in a picture.
     bare : {scene: the same view rendered without objects}; None: objects are filled from the ring.
     """
     rows = []
@@ -135,8 +135,9 @@ def observed(
 def _looked_at(
     clutter: Clutter, frame: Frame, thing: Thing, bare: Frame | None
 ) -> tuple[Task, Seen, int] | None:
-    """Return the observer's knowledge of an object, its window, and the number of windows behind
-    the covariance; None where these are too few, or nothing is left to fill the object from.
+    """Return the observer's knowledge about an object, its window, and the number of windows behind
+    the covariance. Return None if there are too few windows, or if the object's ring has too few
+    cells to fill it from.
     """
     size = size_of(thing.box)
     shape = clutter.shape(size)
@@ -171,7 +172,7 @@ def _decided(clutter: Clutter, frame: Frame, thing: Thing, task: Task, window: S
 
 
 def _check_of(decisions: Counted, d: Detectability) -> Check:
-    """Return decisions about one object beside what its detectability states."""
+    """Return the decisions about one object, with the hits that its detectability states."""
     return Check(
         decisions.hits,
         decisions.trials,
@@ -183,8 +184,8 @@ def _check_of(decisions: Counted, d: Detectability) -> Check:
 
 
 class Answer(NamedTuple):
-    """What the observer says of one object: its detectability, the threshold of the decision, and
-    the share of pairs of windows that it tells apart.
+    """The observer's answer about one object: its detectability, the threshold of the decision, and
+    the share of pairs of windows that are told apart.
     """
 
     d: Detectability
@@ -193,7 +194,7 @@ class Answer(NamedTuple):
 
 
 class Beside(NamedTuple):
-    """What a row says beside the observer: camera, level of light, contrast transfer accuracy."""
+    """Further values of a row: camera, level of light, contrast transfer accuracy."""
 
     camera: str
     level: float
