@@ -1,4 +1,4 @@
-"""Croissant 1.0 metadata, `croissant.json`, with a table of the pictures beside it.
+"""Croissant 1.0 metadata, `croissant.json`, with a table of the pictures in the same folder.
 
 The table is the record set `pictures`: one row for each picture, with its path and its properties.
 """
@@ -16,22 +16,13 @@ SPECIFICATION = "http://mlcommons.org/croissant/1.0"
 TABLE = "pictures.csv"
 TYPES: dict[type, str] = {str: "sc:Text", int: "sc:Integer", float: "sc:Float", bool: "sc:Boolean"}
 # terms that the Croissant specification defines, in the order of its JSON-LD context
-TERMS = (
-    *("citeAs", "column", "dataBiases", "dataCollection", "equivalentProperty", "extract"),
-    *(
-        "field",
-        "fileProperty",
-        "fileObject",
-        "fileSet",
-        "format",
-        "includes",
-        "isLiveDataset",
-        "jsonPath",
-        "key",
-        "md5",
-    ),
-    *("parentField", "path", "personalSensitiveInformation", "recordSet", "references", "regex"),
-    *("repeated", "replace", "samplingRate", "separator", "source", "subField", "transform"),
+TERMS = tuple(
+    """
+    citeAs column dataBiases dataCollection equivalentProperty extract field fileProperty fileObject
+    fileSet format includes isLiveDataset jsonPath key md5 parentField path
+    personalSensitiveInformation recordSet references regex repeated replace samplingRate separator
+    source subField transform
+    """.split()
 )
 CONTEXT = {
     "@language": "en",
@@ -49,7 +40,7 @@ CONTEXT = {
 
 
 def check(job: Job) -> None:
-    """Every picture can be described."""
+    """Accept all pictures, because every picture can be described."""
 
 
 def write(job: Job) -> None:
@@ -64,7 +55,7 @@ def write(job: Job) -> None:
 
 
 def table_row(item: Item) -> dict[str, Any]:
-    """Return the row of a picture; tags are joined by a space."""
+    """Return the row of a picture. Its tags are joined by spaces."""
     height, width = item.size
     row = {"id": item.number, "file": item.png, "width": width, "height": height}
     found = row | properties(item)
@@ -72,11 +63,11 @@ def table_row(item: Item) -> dict[str, Any]:
 
 
 def metadata(job: Job, columns: Iterable[str], rows: Iterable[Mapping[str, Any]]) -> dict[str, Any]:
-    """Return the metadata of a folder whose files but these are written.
+    """Return the metadata of a folder, after all of its other files were written.
 
     Parameters
     ----------
-    job : with the files written so far.
+    job : the export, with the list of files written so far.
     columns : names of the columns of the table of pictures.
     rows : rows of that table; a row may lack columns.
     """
