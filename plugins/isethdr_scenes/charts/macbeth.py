@@ -1,4 +1,4 @@
-"""Colour checker: 24 patches whose spectral reflectance is known."""
+"""Colour checker: 24 patches with known spectral reflectance."""
 
 from __future__ import annotations
 

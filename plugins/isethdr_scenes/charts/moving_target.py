@@ -25,7 +25,7 @@ Place = Annotated[float, Range(-74, 74)]  # degrees
 
 @dataclass(frozen=True)
 class MovingTarget(Chart):
-    """An upright bar across the whole height and a lamp beside it, both moving to the right.
+    """An upright bar across the whole height and a lamp next to it, both moving to the right.
 
     This chart serves to measure motion blur, the skew of a rolling shutter, and ghosts of combined
     captures. Positions are exact at any time, and so is the coverage of tiles. The unit of the

@@ -2,8 +2,8 @@
 
 | module  | content                                                        |
 |---------|----------------------------------------------------------------|
-| command | `isethdr things`: `list`, `sheet`, `check`, `materials`         |
-| choice  | which things a sheet shows                                     |
+| command | `isethdr things`: `list`, `sheet`, `check`, `materials`        |
+| choice  | selection of the things that a sheet shows                     |
 | view    | the scene of one thing: ground, sky, camera, lamps that are on |
 | sheet   | renders the tiles and writes the picture and its key           |
 """

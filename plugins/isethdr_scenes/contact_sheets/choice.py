@@ -1,4 +1,4 @@
-"""Which things a contact sheet shows."""
+"""Selection of the things that a contact sheet shows."""
 
 from __future__ import annotations
 
