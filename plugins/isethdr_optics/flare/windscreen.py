@@ -1,8 +1,8 @@
 """Windscreen: the second image of a pane of glass, above the first.
 
 Light that is reflected at the rear and then at the front surface of a pane leaves it weaker and in
-another direction. i is the angle of incidence, n the index, and R Fresnel's reflectance of one
-surface. For unpolarised light, the second image over the first is
+another direction. i is the angle of incidence, r that of refraction (sin i = n sin r), and R
+Fresnel's reflectance of one surface. For unpolarised light, the second image over the first is
 
     t^2 sum (1 - R)^2 R^2 / sum (1 - R)^2          over both polarisations
 
