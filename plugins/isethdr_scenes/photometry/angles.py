@@ -22,7 +22,7 @@ class MeasuredLamp(NamedTuple):
 
 
 def from_polar(c_deg: np.ndarray, gamma_deg: np.ndarray, candela: np.ndarray) -> MeasuredLamp:
-    """Return a lamp of C planes and gamma angles, degrees, whose axis is gamma 0.
+    """Return a lamp from intensities in C planes by gamma angles. Its axis is gamma 0.
 
     Parameters
     ----------

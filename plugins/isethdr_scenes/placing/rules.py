@@ -37,7 +37,7 @@ def overlaps(layout: Layout) -> list[str]:
 
 
 def off_the_ground(layout: Layout) -> list[str]:
-    """Return things whose foot is not at the mean height of the ground under its corners."""
+    """Return things that do not stand at the mean height of the ground under their corners."""
     if not layout.standing:
         return []
     feet = [s.foot for s in layout.standing]

@@ -24,7 +24,7 @@ OVERHEAD_M = 4.5  # least height of parts that may hang over a carriageway
 Role = Literal[
     "driving", "parked", "riding", "crossing", "walking", "works", "roadside", "scenario"
 ]
-# the types of lanes on which things of a role may stand; "" is off the road
+# types of lanes on which things of a role may stand; "" is off the road
 ALLOWED: dict[Role, tuple[str, ...]] = {
     "driving": LANE_TYPES,
     "riding": ("driving", "biking", "shoulder", "border"),
@@ -239,5 +239,5 @@ def _shrunk(box: np.ndarray, role: Role) -> np.ndarray:
 
 
 def drawn_count(expected: float, rng: np.random.Generator) -> int:
-    """Return a whole number whose mean is `expected`."""
+    """Return a random whole number with the mean `expected`."""
     return int(np.floor(expected + rng.random()))

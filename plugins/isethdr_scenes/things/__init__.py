@@ -83,7 +83,7 @@ def rider_of(vehicle: Thing, rng: np.random.Generator) -> Rider:
     Raises
     ------
     ValueError
-        If nobody rides things of the vehicle's group.
+        If things of the vehicle's group have no riders.
     """
     return RIDERS.rider_of(vehicle, int(rng.integers(2**31)))
 

@@ -103,7 +103,7 @@ def _ends_of(kept: np.ndarray, ends: np.ndarray) -> np.ndarray:
 
 
 def centred(model: Assembly) -> Assembly:
-    """Return a copy whose extent is centred in x and y."""
+    """Return a copy with its extent centred in x and y."""
     low, high = extent_m(model)
     middle = (low + high) / 2
     middle[2] = 0.0

@@ -27,7 +27,7 @@ class Families(Protocol):
         """Return the mesh, centred in x and y on z = 0."""
 
 
-# two-wheelers that somebody rides; `motorcycle` includes scooters
+# groups of two-wheelers with riders; `motorcycle` includes scooters
 RIDDEN: dict[str, Ridden] = {
     "bicycle": bicycles,
     "motorcycle": motorcycles,

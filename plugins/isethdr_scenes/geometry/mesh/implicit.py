@@ -47,7 +47,7 @@ class Field:
 
 
 def cone(a: np.ndarray, b: np.ndarray, ra: float, rb: float) -> Field:
-    """Return the field of a capsule from `a` to `b` whose radius runs from `ra` to `rb`, m.
+    """Return the field of a tapered capsule from `a` to `b`, with radii from `ra` to `rb`, m.
 
     Parameters
     ----------

@@ -130,7 +130,7 @@ def _legs() -> list[_Leg]:
 
 
 def _fore_leg(y: float, swing: float) -> _Leg:
-    """Return a fore leg at `y` whose hoof is `swing` ahead of its shoulder, m."""
+    """Return a fore leg at `y` with its hoof `swing` ahead of the straight leg, m."""
     x = FORE_LEGS_M
     joints = [
         (x, y, 0.70),
@@ -142,7 +142,7 @@ def _fore_leg(y: float, swing: float) -> _Leg:
 
 
 def _hind_leg(y: float, swing: float) -> _Leg:
-    """Return a hind leg at `y` whose hoof is `swing` ahead of its hip, m."""
+    """Return a hind leg at `y` with its hoof `swing` ahead of the straight leg, m."""
     x = HIND_LEGS_M
     joints = [
         (x, y, 0.78),

@@ -251,7 +251,7 @@ def pedestrian(
     seed: int = 0,
     stride: float = 26.0,
 ) -> Assembly:
-    """Return a walking person whose lowest point is at z = 0.
+    """Return a walking person with the lowest point at z = 0.
 
     Parameters
     ----------

@@ -39,7 +39,7 @@ SEVENTY = (
 
 
 def sign(name: SignName) -> Assembly:
-    """Return a sign whose panel faces -x: a warning of deer, or a speed limit of 70 km/h."""
+    """Return a sign with its panel facing -x: a warning of deer, or a speed limit of 70 km/h."""
     if name == "deer":
         height = TRIANGLE_M * np.sqrt(0.75)
         middle = BOTTOM_M + height / 3

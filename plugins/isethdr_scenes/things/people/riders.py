@@ -82,7 +82,7 @@ class Riders:
         Raises
         ------
         ValueError
-            If nobody rides things of the vehicle's group.
+            If things of the vehicle's group have no riders.
         """
         if vehicle.group not in self.ridden:
             expected = ", ".join(self.ridden)
