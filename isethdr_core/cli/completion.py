@@ -34,14 +34,14 @@ class Vocabulary:
     """All words that can be offered."""
 
     commands: dict[str, list[str]] = field(default_factory=dict)  # {command: its subcommands}
-    options: dict[str, list[str]] = field(default_factory=dict)  # by `command subcommand`
+    options: dict[str, list[str]] = field(default_factory=dict)  # {full command: its options}
     # {kind: {component or preset: {field: its choices}}}
     names: dict[str, dict[str, dict[str, list[str]]]] = field(default_factory=dict)
     experiments: list[str] = field(default_factory=list)
     settings: list[str] = field(default_factory=list)
-    # choices of the main config, by place: `lens`, `flare.dirt`
+    # {place in the config: choice of the main config}; a place is, for example, `flare.dirt`
     chosen: dict[str, str] = field(default_factory=dict)
-    kind_of: dict[str, str] = field(default_factory=dict)  # by place: `cameras.rgbw` is a sensor
+    kind_of: dict[str, str] = field(default_factory=dict)  # {place: kind}; `cameras.rgbw`: sensor
 
 
 def complete(app: typer.Typer, words: list[str]) -> list[str]:
@@ -103,7 +103,7 @@ def _overrides(words: Vocabulary, before: list[str], current: str) -> Iterator[s
     """Yield overrides of a config that begin with `current`."""
     chosen = dict(words.chosen)
     kind_of = dict(words.kind_of)
-    for word in before:  # what was chosen on this command line
+    for word in before:  # choices typed earlier on this command line
         key, _, name = word.lstrip("+").partition("=")
         group, _, place = key.partition("@")
         if group in words.names:

@@ -20,7 +20,7 @@ from .terminal import console, duration
 POLL_S = 1.0  # time between two reads of the sweep's folder
 # shortest times without a terminal, before the first line and between two lines
 FIRST_LINE_S = 30.0
-SHARE_OF_TIME = 0.05  # as a share of the time since the start, so that lines become rarer
+SHARE_OF_TIME = 0.05  # share of the time since the start, so that lines become rarer
 
 
 @dataclass
@@ -28,7 +28,7 @@ class SweepProgress:
     """The runs of a sweep that are done."""
 
     sweep: Sweep
-    jobs: dict[str, Job] = field(default_factory=dict)  # by the name of their file
+    jobs: dict[str, Job] = field(default_factory=dict)  # {name of the job's file: job}
 
     def look(self) -> None:
         """Read the results that have come since the last look."""

@@ -251,7 +251,7 @@ def hydra_type(annotation: Any, f: Field[Any] | None = None) -> Any:
     if annotation is bool:
         return Any  # OmegaConf accepts any number as true; pydantic accepts only 0 and 1
     if annotation in (int, float, str) and f is not None and isinstance(f.default, annotation):
-        # OmegaConf certainly understands these; to try all takes a quarter of a second per start
+        # OmegaConf accepts these types; testing every field would add 0.25 s to each start
         return annotation
     default = (
         field(default_factory=f.default_factory)

@@ -160,8 +160,8 @@ def check_variance(subject: str, isp: Isp, grey: xr.Dataset) -> None:
         return
     sample_variance = np.var(pictures, axis=0, ddof=1).mean(axis=(0, 1))
     ratio = np.mean(stated_variance, axis=0) / np.maximum(sample_variance, np.finfo(float).tiny)
-    # a factor of 3: denoising and demosaic methods that follow edges know their own variance no
-    # better
+    # a factor of 3: denoising, and demosaicing that follows edges, cannot state their own variance
+    # more accurately
     promise = (
         "the variance it states is that of its pictures of the same scene, within a factor of 3"
     )

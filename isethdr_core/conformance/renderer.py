@@ -186,7 +186,7 @@ def _check_demanded(subject: str, renderer: Renderer, full_scene: xr.Dataset) ->
     few = renderer(world(), replace(Demand(), wavelength_nm=middle))
     holds(subject, "the bands asked for come", set(middle) <= set(few.wavelength.values.tolist()))
     picked = full_scene["radiance"].sel(wavelength=middle[0])
-    # 5 %: for the reason below
+    # 5 %: for another demand a renderer may trace other random paths
     close(
         subject,
         "a band looks the same whatever else is asked for",
@@ -194,8 +194,7 @@ def _check_demanded(subject: str, renderer: Renderer, full_scene: xr.Dataset) ->
         picked.mean(),
         0.05,
     )
-    # 5 %: for another demand a renderer may trace other random paths; this hardly changes the mean
-    # over the frame
+    # 5 %: again other random paths; they hardly change the mean over the frame
     close(
         subject,
         "a group looks the same whatever else is asked for",

@@ -46,7 +46,7 @@ MODELS = {
     "kannala_brandt": maps.KannalaBrandt,
     "table": maps.AngleTable,
 }
-# largest number in a distortion model: coefficients, degrees, focal lengths
+# largest value of a parameter of a distortion model: coefficient, angle in degrees, focal length
 LARGEST_NUMBER = 1000.0
 EDGE_POINTS = 65  # number of points along each side of a box
 

@@ -36,7 +36,7 @@ class PhaseLobe:
         return (1 - g * g) / (4 * math.pi * root**1.5)
 
 
-# Fitted to Mie theory of fog droplets; docs/explanation/fog.md says how, and how far off they are.
+# Fitted to Mie theory of fog droplets. docs/explanation/fog.md describes the fit and its errors.
 FOG_DROPLETS = (PhaseLobe(0.516, 0.9915), PhaseLobe(0.46, 0.79), PhaseLobe(0.024, -0.64))
 
 
@@ -53,7 +53,8 @@ class Fog:
     spectral_slope: float = 0.0  # extinction goes with the power -slope of the wavelength
     albedo: float = 1.0  # share of the lost light that is scattered, not absorbed
     lobes: tuple[PhaseLobe, ...] = FOG_DROPLETS
-    # height above the camera at which the fog ends and the sky begins; it is as deep below
+    # height above the camera at which the fog ends and the sky begins; the fog ends at the same
+    # distance below the camera
     above_camera_m: float = 50.0
 
     def __post_init__(self) -> None:

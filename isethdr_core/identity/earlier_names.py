@@ -31,7 +31,7 @@ from ..storage.store import content_hash
 from .code_digest import code_of_class, frame_code
 
 TABLE = Path(__file__).with_name("earlier_names.json")
-RADIANCE_CORE = (  # parts of the core that named radiance
+RADIANCE_CORE = (  # parts of the core whose code entered the names of radiance
     "isethdr_core.scene",
     "isethdr_core.quantities",
     "isethdr_core.categories",
@@ -39,7 +39,7 @@ RADIANCE_CORE = (  # parts of the core that named radiance
     "isethdr_core.physics.radiometry",
 )
 CORE_PACKAGE = "isethdr_core"
-# keys of a config that hold one component, and those that hold several, with their kind
+# {key of a config that holds one component: its kind}
 COMPONENTS = {kind: kind for kind in ("scene", "renderer", "lighting", "lens", "sensor", "isp")}
 # settings that select the noise, or the number of its realisations
 FREE = (
@@ -47,6 +47,7 @@ FREE = (
     "seed",
     "draws",
 )
+# {key of a config that holds several components: their kind}
 TABLES = {"versions": "lighting", "flare": "flare", "cameras": "sensor", "metric": "metric"}
 
 
@@ -57,7 +58,7 @@ class Edition:
     commit: str
     version: str  # version of the distribution
     packages: dict[str, str]  # digest of the bytes of a package, or of a module of the core
-    components: dict[str, dict[str, Any]]  # by identity: class, fields, code
+    components: dict[str, dict[str, Any]]  # {identity of a component: its class, fields and code}
     frame: str  # digest of the part of the core that runs a chain
     settings: dict[str, Any]  # default settings of a config, without its components
 

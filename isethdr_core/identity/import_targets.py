@@ -21,10 +21,12 @@ MOST_STEPS = 20  # largest number of steps from a package down to a module; more
 class Target(NamedTuple):
     """What an imported name refers to."""
 
-    kind: str  # module: followed; library; outside: neither; unknown: any module of the package
+    # module: a followed module; library: a library; outside: neither of them; unknown: possibly any
+    # module of the package
+    kind: str
     module: str  # dotted name of a followed module
-    name: str  # the rest, or the dotted name outside
-    through: tuple[str, ...] = ()  # modules that are executed on the way to it
+    name: str  # name within that module; outside: the whole dotted name
+    through: tuple[str, ...] = ()  # modules that are executed before the target is reached
 
 
 class ImportResolver:
@@ -65,7 +67,7 @@ class ImportResolver:
         for part in path[1:]:
             at = f"{at}.{part}"
             if self._sources.locate(at) is None:
-                return Target("outside", "", at)  # for another platform or version: cannot run
+                return Target("outside", "", at)  # for another platform or version: never runs here
             through += self._on_the_way(at)
         if path[1:] and through and through[-1] == at:
             through = through[:-1]

@@ -343,8 +343,8 @@ def shot_name(name: str, chain: Chain, ids: list[str]) -> str:
     chain : components of the run.
     ids : stores of the scene radiance; empty for radiance that the scene itself makes.
     """
-    # the recipe, not the store: the noise must depend neither on which groups were rendered when,
-    # nor on another frame with the same light
+    # The recipe is used, not the store: the noise must not depend on the order in which groups were
+    # rendered, nor on another frame with the same light.
     if ids:
         return recipe_hash(chain)
     scene = chain.scene

@@ -95,7 +95,7 @@ def find_groups(
             left = [g for g in left if g not in groups]
         if not left:
             break
-    if not left:  # render the first group: it is the sky, which takes the least time
+    if not left:  # the first group is rendered in any case: the sky, which takes the least time
         first = next(iter(wanted.contents))
         found = [Taken(t.attributes, [g for g in t.groups if g != first]) for t in found]
     return [taken for taken in found if taken.groups]

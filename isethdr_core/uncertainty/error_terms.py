@@ -143,10 +143,10 @@ def total(values: Iterable[float], unit: str) -> float:
 class Reading(StrEnum):
     """How the electrons of a declared part of the light are computed."""
 
-    LIGHT = "light"  # the part itself, on the sensor plane: its mean over each pixel
+    LIGHT = "light"  # mean over each pixel of the part, which is declared on the sensor plane
     DEVIATION = "deviation"  # standard deviation within each tile, where pixel borders cut tiles
-    IMAGE = "image"  # declared without light: the light of the tiles that a pixel looks at
-    REST = "rest"  # declared without light: all light except `IMAGE`
+    IMAGE = "image"  # no light is declared: the light of the tiles that a pixel looks at is used
+    REST = "rest"  # no light is declared: all light except `IMAGE` is used
 
 
 @dataclass(frozen=True, eq=False)

@@ -61,8 +61,8 @@ class Row:
     # declared parts of the light, in this run only; never stored
     light_parts: dict[str, LightPart] = field(default_factory=dict, compare=False, repr=False)
     reused: bool = False
-    # time of all processors, including programs that the stage started, without simultaneous work
-    # on other cameras; None in the records of earlier versions
+    # CPU time of the stage, including programs that it started, but not simultaneous work on other
+    # cameras; None in the records of earlier versions
     cpu_s: float | None = None
     modules: int = 0  # number of Python modules that it loaded first; 0 in earlier records
 

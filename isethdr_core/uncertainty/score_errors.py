@@ -72,7 +72,7 @@ if TYPE_CHECKING:
 RENDERER = "renderer"  # key of the error terms
 RENDERED = "rendered_s"  # attribute of scenes that a renderer made
 CHANGES = 6  # changed pictures for scores of whole pictures; an even number
-# parts of a large picture in which the exposed scene is changed by lot; the others are smoothed
+# number of parts of a large picture in which lots change the scene; the other parts are smoothed
 PARTS_CHANGED = 6
 
 Values = dict[ScoreKey, float]

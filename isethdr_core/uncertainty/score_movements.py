@@ -39,7 +39,7 @@ def known_within(count: int) -> float:
         low, high = gammainc(count / 2, np.array([factor**-2, factor**2]) * count / 2)
         return float(high - low) - SURE
 
-    # the share rises from 0; with one change it is 0.99 at 100
+    # the share within a factor rises from 0 at factor 1; with one change it is 0.99 at factor 100
     return float(brentq(share_beyond, 1.0, 100.0))
 
 

@@ -30,7 +30,7 @@ class Lighting(Protocol):
 class LooksWithinField(Protocol):
     """A lighting that states whether tiles beyond the camera's field change its weights."""
 
-    WITHIN_FIELD: ClassVar[bool]  # True: they do not
+    WITHIN_FIELD: ClassVar[bool]  # True: these tiles do not change them
 
 
 @runtime_checkable

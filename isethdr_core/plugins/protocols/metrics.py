@@ -32,7 +32,7 @@ class Metric(Protocol):
 class HasMeanOfParts(Protocol):
     """A metric that states whether its score is nearly the mean of the scores of parts."""
 
-    MEAN_OF_PARTS: ClassVar[bool]  # True: it is this mean, and needs no labels
+    MEAN_OF_PARTS: ClassVar[bool]  # True: it is nearly this mean, and needs no labels
 
 
 @runtime_checkable
