@@ -4,12 +4,12 @@
 |----------------------|----------------------------------------------------------------------|
 | `develop`            | from a mosaic of electrons to a picture in cd/m2                     |
 | `development_fields` | the fields that every isp with a colour filter array shares          |
-| `hdr_white`          | for display: nearly saturated pixels turn white, as in ISETCam       |
+| `hdr_white`          | for display: blends nearly saturated pixels to white, as in ISETCam  |
 | `ideal`              | the inverse of an ideal sensor                                       |
 | `linear`             | one capture to a picture, by linear steps                            |
 | `merge`              | all captures of one shot to one picture                              |
 | `raw_file`           | one capture as a digital negative (DNG 1.4, a TIFF/EP)               |
-| `scene_light`        | the known light, or mixture of two, in which a shot was taken        |
+| `scene_light`        | estimate of the light in which a shot was taken                      |
 | `spectra`            | lights of a driving scene and smooth reflectances, all from formulas |
 | `conf/`              | presets                                                              |
 | `demosaic/`          | every channel at every pixel, and denoising before it                |
@@ -37,5 +37,5 @@ def isethdr_components() -> list[Component]:
 
 @hookimpl
 def isethdr_config_paths() -> list[str]:
-    """Return the presets: `isp=merge_isetcam`."""
+    """Return the package of the presets, such as `isp=merge_isetcam`."""
     return ["pkg://isethdr_isp.conf"]

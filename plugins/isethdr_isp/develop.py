@@ -1,5 +1,6 @@
-"""Develop: from a mosaic of electrons to a picture in cd/m2, with the variances that follow from
-the noise of the samples.
+"""Develop: from a mosaic of electrons to a picture in cd/m2, with its variances.
+
+The variances follow from the noise of the samples.
 """
 
 from __future__ import annotations
@@ -48,12 +49,12 @@ def develop(
     ----------
     merged : `combine.Merged`, electrons without dark charge, their variance, validity and source
         (y, x).
-    reads : `electrons.Readout` of the charge whose electrons these are.
+    reads : `electrons.Readout` of the charge in whose electrons `merged` is given.
     captures : the captures Dataset, for the filter array, the grid and the lens.
-    how : the fields of the isp. A denoised picture also holds the picture before denoising
-        (`truth.before_denoising`), by the bilinear demosaic where `how.demosaic` states no
+    how : the fields of the isp. A denoised picture also contains the picture before denoising
+        (`truth.before_denoising`); it is made by the bilinear demosaic if `how.demosaic` states no
         variance.
-    balance : the light whose grey is reproduced exactly.
+    balance : light in which grey is reproduced exactly.
     """
     if how.denoise not in DENOISERS:
         raise ConfigError(
@@ -85,7 +86,7 @@ def develop(
 
 
 def plain_development(how: Development) -> Development:
-    """Return the fields that make the picture before denoising, which states its variance.
+    """Return the fields for the picture before denoising, which states its variance.
 
     Parameters
     ----------
@@ -98,12 +99,12 @@ def plain_development(how: Development) -> Development:
 def _developed(
     merged: Merged, captures: xr.Dataset, how: Development, matrix: np.ndarray, attrs: dict
 ) -> xr.Dataset:
-    """Return the picture that one mosaic makes through the colour matrix (3, channel)."""
+    """Return the picture of one mosaic with the colour matrix (3, channel)."""
     filters = captures["filter"].values
     names = [str(name) for name in captures["channel"].values]
     # shading is corrected before the demosaic, so that a uniform scene is flat for the demosaic
     level = shading(captures, how.shading_csv)
-    # where no light passes the lens
+    # pixels that get no light through the lens are not valid
     valid = merged.valid & (level > 0)
     level = np.where(level > 0, level, 1.0)
     variance = merged.variance_e2 / level**2
@@ -112,7 +113,7 @@ def _developed(
     )
     if noise_map is None or not attrs.get(VARIANCE_KNOWN, True):
         attrs = {**attrs, VARIANCE_KNOWN: False}
-        # one number for all pixels: a third less to keep and to store
+        # a single broadcast NaN reduces memory and storage by a third
         noise = PictureNoise(*np.broadcast_to(np.nan, (2, len(matrix), *valid.shape)))
     else:
         fixed = merged.fixed.scaled(1 / level)
@@ -130,7 +131,7 @@ class PictureNoise(NamedTuple):
 
 
 def floor_e2(reads: Sequence[Readout]) -> float:
-    """Return the variance, e^2, that the best read of a charge has in the dark: dark charge, read
+    """Return the variance, e^2, of the best reading of a charge in the dark: dark charge, read
     noise and quantisation.
     """
     return min(read.dark_e + float(np.median(read.read_var_e2)) for read in reads)
@@ -151,7 +152,7 @@ def finish(
     matrix : (xyz_channel, channel), from electrons to XYZ in cd/m2.
     planes : electrons (channel, y, x), divided by the relative illumination of the lens.
     noise : variances of the picture.
-    valid : (y, x) bool.
+    valid : (y, x) bool, valid pixels.
     captures : the captures Dataset, for the grid.
     attrs : attributes of the picture.
     """
@@ -174,7 +175,7 @@ def picture_attrs(
     captures : the captures Dataset.
     response : (channel, wavelength) electrons per band mean radiance.
     how : the fields of the isp.
-    balance : the light whose white becomes `white_xyz`.
+    balance : light; its white becomes `white_xyz`.
     dark_var_e2 : variance of the best reading in the dark, e^2.
     """
     attrs = {
@@ -182,14 +183,14 @@ def picture_attrs(
         for k in ("pitch_um", "focal_length_mm", "f_number", "cfa", *camera_geometry.PLACES)
         if k in captures.attrs
     }
-    # the XYZ of a white in the light that `balance` names, for views
+    # XYZ of a white in the light `balance`, for views
     wavelength_nm = captures.wavelength.values
     attrs["white_xyz"] = [
         float(v) for v in xyz_weights(wavelength_nm) @ light(balance, wavelength_nm)
     ]
     if isinstance(balance, Mixture):
         attrs["scene_light"] = str(balance)
-    # the luminance for whose noise the matrix is solved; absent where noise is ignored
+    # luminance for the noise of which the matrix is solved; absent if noise is ignored
     if np.isfinite(how.design_snr):
         samples = radiances(wavelength_nm)
         attrs["design_cd_m2"] = design_luminance(
@@ -208,18 +209,19 @@ def solve_matrix(
     """Return the matrix (3, channel) from electrons to XYZ in cd/m2, and state its residual in the
     ledger.
 
-    Least squares over smooth reflectances in four lights, exact for a grey in the light `balance`.
-    Where that light was found in the shot (`scene_light`), the reflectances are in that light
-    alone. The covariance of the sensor noise at `design_luminance` is a penalty (Tikhonov). Without
-    it, a white pixel, which is nearly the sum of the coloured ones, would be subtracted from them
-    and raise the noise. An infinite `design_snr` gives plain least squares.
+    The matrix is the least-squares solution over smooth reflectances in four lights, and exact for
+    a grey in the light `balance`. If that light was estimated from the shot (`scene_light`), the
+    reflectances are in that light alone. The covariance of the sensor noise at `design_luminance`
+    is a penalty (Tikhonov). Without it, the white channel of an RGBW array, which is nearly the sum
+    of the coloured channels, would be subtracted from them and raise the noise. An infinite
+    `design_snr` gives plain least squares.
 
     Parameters
     ----------
     response : (channel, wavelength) electrons per band mean radiance.
-    wavelength_nm : centres of the bands.
-    balance : light whose grey is reproduced exactly.
-    design_snr : signal-to-noise ratio at which the noise is weighed.
+    wavelength_nm : (wavelength,) centres of the bands, nm.
+    balance : light in which grey is reproduced exactly.
+    design_snr : signal-to-noise ratio at which the penalty is computed.
     dark_var_e2 : variance of the best reading in the dark, e^2.
     """
     weights = xyz_weights(wavelength_nm)
@@ -229,7 +231,8 @@ def solve_matrix(
     target = samples @ weights.T
     mean = electrons.mean(0)
     level = design_luminance(mean.mean(), design_snr, dark_var_e2)
-    noise = np.diag(mean / level + dark_var_e2 / level**2)  # e^2 at that level, in (e per cd/m2)^2
+    # variance at this luminance, e^2, divided by the square of the luminance
+    noise = np.diag(mean / level + dark_var_e2 / level**2)
     matrix = colour_matrix(
         electrons, target, response @ white, weights @ white, noise * len(samples)
     )
@@ -253,7 +256,7 @@ def design_luminance(electrons_per_cd_m2: float, design_snr: float, dark_var_e2:
 
     Parameters
     ----------
-    electrons_per_cd_m2 : mean response of the channels to luminance.
+    electrons_per_cd_m2 : mean response of the channels, electrons per cd/m2.
     design_snr : signal-to-noise ratio.
     dark_var_e2 : v, variance in the dark, e^2.
     """

@@ -16,28 +16,30 @@ from .readout.shading import read_shading
 
 @dataclass(frozen=True)
 class Development:
-    """How a mosaic of electrons becomes a picture: docs/explanation/isp.md, Steps."""
+    """Settings of the steps from a mosaic of electrons to a picture (docs/explanation/isp.md,
+    Steps).
+    """
 
     THREAD_SAFE: ClassVar[bool] = True
 
-    # light source whose grey is reproduced exactly
+    # light source in which grey is reproduced exactly
     balance: Literal["daylight", "halogen", "led", "sodium", "automatic"] = "daylight"
-    # signal-to-noise ratio for which the colour matrix is solved: low values weigh noise more, inf
-    # ignores noise; below 0.1 noise hides the signal
+    # signal-to-noise ratio for which the colour matrix is solved: low values give noise more
+    # weight, inf ignores noise; below 0.1 noise hides the signal
     design_snr: Annotated[float, Range(0.1, inf)] = 20.0
-    # demosaic method; malvar and menon need `pip install isethdr[demosaic]`; automatic takes
-    # learned where filters are trained for the array, else guided
+    # demosaic method; malvar and menon need `pip install isethdr[demosaic]`; automatic is learned
+    # if filters are trained for the array, otherwise guided
     demosaic: Literal["bilinear", "guided", "malvar", "menon", "learned", "automatic"] = "bilinear"
     # black level and dark charge: as the sensor states them, or the mean of its optical black rows
     black: Literal["stated", "optical"] = "stated"
     # pixels in the sensor's map of defects: kept, or interpolated from neighbours
     defects: Literal["kept", "interpolated"] = "kept"
     denoise: Literal["none", "nl_means"] = "none"  # denoise method, applied before the demosaic
-    # nl_means averages samples whose surroundings differ by no more than noise of so many times the
-    # stated standard deviation
+    # strength of nl_means: noise that the surroundings of averaged samples may differ by, as a
+    # multiple of the stated standard deviation
     nl_means_strength: Annotated[float, Range(0.1, 10.0)] = 1.0
-    # file with measured relative illumination, as `isethdr_isp.readout.shading` writes it; empty
-    # takes what the lens states
+    # file with measured relative illumination, as `isethdr_isp.readout.shading` writes it; empty:
+    # the illumination that the lens states
     shading_csv: str = ""
 
     def __post_init__(self) -> None:
@@ -47,8 +49,8 @@ class Development:
             read_shading(self.shading_csv)
 
     def check_shot(self, form: ShotForm) -> None:
-        """Raise ConfigError where `demosaic` is not for the filter array, or the black level is to
-        be measured and cannot.
+        """Raise ConfigError if `demosaic` does not work on the filter array, or if the black level
+        cannot be measured although `black` is "optical".
         """
         check_array(self.demosaic, form.filters)
         if self.black == "optical" and not form.black_rows:
@@ -58,7 +60,5 @@ class Development:
             )
 
     def input_files(self) -> tuple[Any, ...]:
-        """Return the user's own shading table, if one is named: its content is part of a run's
-        name.
-        """
+        """Return the user's shading table, if set. Its content is part of the name of a run."""
         return (self.shading_csv,) if self.shading_csv else ()

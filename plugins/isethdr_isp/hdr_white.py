@@ -17,23 +17,24 @@ def hdr_white(
     Parameters
     ----------
     displayed : (y, x, 3) linear display RGB, 0 to 1.
-    filled : (y, x) mosaic values over their full scale, the filters mixed.
+    filled : (y, x) values of the mosaic of all filters, as shares of their full scale.
     start : share of the full scale at which the blend begins, below 1; it is complete at 1.
     blur_px : standard deviation of the 5 x 5 Gaussian that smooths the weight, pixels.
 
     Returns
     -------
-    (y, x, 3), after ISETCam's ipHDRWhite: (1 - w) displayed + w with w = clip((filled - start) / (1
-    - start), 0, 1), smoothed. Weights at the border are smoothed over the pixels that are there.
+    (y, x, 3) blended RGB as in ISETCam's ipHDRWhite: (1 - w) displayed + w, where w is
+    clip((filled - start) / (1 - start), 0, 1), smoothed. At the border, only existing pixels are
+    used for smoothing.
 
     Raises
     ------
-    ConfigError : `start` is not a share below 1, or the shapes do not belong together.
+    ConfigError : `start` is not a share below 1, or the shapes do not match.
 
     Notes
     -----
-    For display only: the picture stays scene-referred, with its variance and its mask of valid
-    pixels.
+    The result is for display only. The picture itself remains scene-referred, with its variance and
+    its mask of valid pixels.
     """
     from scipy.ndimage import correlate1d
 

@@ -22,18 +22,18 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class IdealIsp:
-    """Inverse of the ideal sensor: least-squares colour matrix, and no demosaic where every pixel
+    """Inverse of the ideal sensor: least-squares colour matrix, and no demosaic if every pixel
     samples every channel.
     """
 
     THREAD_SAFE: ClassVar[bool] = True
 
     def __call__(self, captures: xr.Dataset) -> xr.Dataset:
-        """Return the picture; exact when the channels span the colour matching functions and there
-        is no filter array.
+        """Return the picture. It is exact if the channels span the colour matching functions and
+        there is no filter array.
 
-        Without a filter array every capture is one channel at every pixel. With one, the first
-        capture is demosaiced. The colour matrix takes no account of noise.
+        Without a filter array, every capture is one channel at every pixel. With a filter array,
+        the first capture is demosaiced. The colour matrix ignores noise.
         """
         check_captures(captures)
         filters = captures["filter"].values
@@ -54,8 +54,8 @@ class IdealIsp:
         response = np.stack([r.response[filters[0, 0]] for r in reads])
         level = falloff(captures)
         matrix = solve_matrix(response, wavelength_nm, how.balance, how.design_snr)
-        # captures of one photodiode share its fixed pattern, which an ideal sensor does not have:
-        # they count as independent
+        # captures of one photodiode would share its fixed pattern; an ideal sensor has none, so
+        # captures count as independent
         fixed = np.array([np.broadcast_to(m.fixed.total_e2(), level.shape) for m in mosaics])
         temporal = np.array([m.variance_e2 for m in mosaics])
         noise = PictureNoise(

@@ -30,7 +30,9 @@ class LinearIsp(Development):
     capture: str = ""  # name of the capture to develop; empty takes the first
 
     def check_shot(self, form: ShotForm) -> None:
-        """Raise ConfigError where no capture has the name, or `demosaic` is not for the array."""
+        """Raise ConfigError if no capture has the name `capture`, or for the reasons of
+        `Development.check_shot`.
+        """
         if self.capture and self.capture not in form.captures:
             raise ConfigError(
                 f"isp.capture is {self.capture!r}; expected the name of a capture of every sensor"
@@ -40,9 +42,7 @@ class LinearIsp(Development):
         super().check_shot(form)
 
     def __call__(self, captures: xr.Dataset) -> xr.Dataset:
-        """Return the picture of one capture; a pixel is valid when no saturated sample went into
-        it.
-        """
+        """Return the picture of one capture. A pixel is valid if it uses no saturated sample."""
         check_captures(captures)
         capture = with_black_level(chosen(captures, self.capture), self.black)
         balance = illuminant(capture, self.balance)

@@ -27,7 +27,8 @@ if TYPE_CHECKING:
 
     from .readout.electrons import Readout
 
-# two generations of one photodiode differ by about 0.1, two primary colours by far more than 1
+# Largest relative difference (rms) of electrons between captures in coloured light. Two generations
+# of one photodiode differ by about 0.1, two primary colours by far more than 1.
 LARGEST_MISMATCH = 0.5
 
 
@@ -41,10 +42,10 @@ class MergeIsp(Development):
     rule: Literal["inverse_variance", "average", "poisson_sum", "isetcam"] = "inverse_variance"
 
     def __call__(self, captures: xr.Dataset) -> xr.Dataset:
-        """Return the merged picture; a pixel is valid when every sample in it is unsaturated in
-        some capture.
+        """Return the merged picture. A pixel is valid if every sample that it uses is unsaturated
+        in some capture.
 
-        Its variable `source` (y, x) is the number of the capture with the largest weight in the
+        The variable `source` (y, x) is the number of the capture with the largest weight in the
         pixel's own sample.
         """
         if self.rule not in RULES:
@@ -62,8 +63,8 @@ class MergeIsp(Development):
         return picture
 
     def _of_two_cases(self, captures: xr.Dataset) -> xr.Dataset:
-        """Return the picture of one capture whose filter array holds two exposures or
-        sensitivities.
+        """Return the picture of one capture with two exposures or sensitivities in its filter
+        array.
         """
         for field, value, only in (
             ("rule", self.rule, "inverse_variance"),
@@ -81,7 +82,7 @@ class MergeIsp(Development):
         matrix = solve_matrix(
             merged.response, captures.wavelength.values, balance, self.design_snr, dark_var_e2
         )
-        # every channel comes from samples of its own
+        # channels are independent, because each is made from its own samples
         noise = PictureNoise(
             *(
                 np.tensordot(matrix**2, values, axes=1)
@@ -95,8 +96,8 @@ class MergeIsp(Development):
 
 
 def charges(captures: xr.Dataset, balance: Illuminant) -> tuple[list[list[Any]], list[np.ndarray]]:
-    """Return the reads of every charge, least sensitive charge first, and its pixels' electrons per
-    cd/m2 (y, x).
+    """Return the readings of every charge, least sensitive charge first, and for each charge the
+    electrons per cd/m2 of its pixels (y, x).
     """
     by_charge: dict[int, list] = {}
     reads = readouts(captures, light(balance, captures.wavelength.values))
@@ -119,8 +120,12 @@ def charges(captures: xr.Dataset, balance: Illuminant) -> tuple[list[list[Any]],
 
 
 def state_spectral_mismatch(groups: Sequence[list[Readout]], wavelength_nm: np.ndarray) -> None:
-    """State how far captures with different filter curves disagree on coloured light. They agree on
-    the balance light only.
+    """State in the ledger how much captures with different filter curves disagree in coloured
+    light. They agree only in the balance light.
+
+    Raises
+    ------
+    UnitError : they differ by more than `LARGEST_MISMATCH`.
     """
     long = groups[-1][0]
     samples = radiances(wavelength_nm)

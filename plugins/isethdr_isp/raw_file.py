@@ -26,7 +26,7 @@ from .spectra import light, radiances
 if TYPE_CHECKING:
     import xarray as xr
 
-# of the tag CFAPlaneColor; C is clear, as W
+# numbers of filters in the tag CFAPlaneColor; C is clear, like W
 COLOURS = {
     "R": 0,
     "G": 1,
@@ -36,13 +36,13 @@ COLOURS = {
     "W": 6,
     "C": 6,
 }
-# kinds of picture: filter array, one channel, the same said as a DNG does
+# values of the tag PhotometricInterpretation: filter array; one channel in TIFF; one channel in DNG
 ARRAY = 32803
 GREY = 1
 LINEAR = 34892
-KIND = 262  # the tag that holds it
-D65 = 21  # of the tag CalibrationIlluminant1
-LARGEST = 65535
+KIND = 262  # number of the tag PhotometricInterpretation
+D65 = 21  # daylight, value of the tag CalibrationIlluminant1
+LARGEST = 65535  # largest sample, DN
 
 
 def write_dng(captures: xr.Dataset, path: Path, capture: str = "") -> Path:
@@ -51,13 +51,13 @@ def write_dng(captures: xr.Dataset, path: Path, capture: str = "") -> Path:
     Parameters
     ----------
     captures : captures Dataset.
-    path : file to write, by custom ending in .dng.
-    capture : its name; empty takes the first.
+    path : file to write, usually ending in .dng.
+    capture : name of the capture; empty takes the first.
 
     Raises
     ------
-    UnitError : samples that are no whole DN of 16 bits or less, filters that a DNG cannot name, a
-        response that is bent.
+    UnitError : samples are no whole DN of 16 bits or less, a DNG has no name for the filters, or
+        the response is nonlinear.
     """
     import tifffile
 
@@ -77,7 +77,7 @@ def write_dng(captures: xr.Dataset, path: Path, capture: str = "") -> Path:
             extratags=[(code, *entry, True) for code, *entry in sorted(tags(single, names, mono))],
         )
     if mono:
-        # tifffile writes three channels or none under this name
+        # tifffile writes LINEAR only for three channels, so the tag is changed afterwards
         with tifffile.TiffFile(path, mode="r+") as file:
             file.pages[0].tags[KIND].overwrite(LINEAR)
     return Path(path)
@@ -99,8 +99,8 @@ def tags(capture: xr.Dataset, names: list[str], mono: bool) -> list[tuple]:
     }
     full_e = (get["top_dn"] - get["black_dn"]) / get["gain_dn_per_e"]
     neutral = read.sensitivity / read.sensitivity.max()
-    # variance = S x + O for samples x of 0..1; the charge that makes the shot noise includes the
-    # dark charge
+    # variance = S x + O for samples x of 0..1, where the charge with shot noise includes the dark
+    # charge
     noise = [1 / full_e, float(np.median(read.read_var_e2)) / full_e**2] * len(names)
     ny, nx = capture["filter"].shape
     entries = [
@@ -159,8 +159,8 @@ def _cell(capture: xr.Dataset) -> np.ndarray:
 def planes_in_order(capture: xr.Dataset) -> list[int]:
     """Return the channels in the order of the file's planes.
 
-    Developers take the second of three planes for green, which a cell holds twice. So the channel
-    that is sampled twice comes second; four channels keep their order.
+    Raw developers expect green, which a cell contains twice, as the second of three planes. The
+    channel that is sampled twice is therefore the second; four channels keep their order.
     """
     count = np.bincount(_cell(capture).ravel(), minlength=capture.sizes["channel"])
     order = list(range(len(count)))
@@ -172,10 +172,10 @@ def planes_in_order(capture: xr.Dataset) -> list[int]:
 
 
 def camera_matrix(response: np.ndarray, wavelength_nm: np.ndarray) -> np.ndarray:
-    """Return the matrix (channel, 3) from XYZ to the camera: exact for daylight, least squares over
-    surfaces for the rest.
+    """Return the matrix (channel, 3) from XYZ to the channels of the camera. It is exact for white
+    in daylight, and the least-squares solution over surfaces and lights otherwise.
 
-    The strongest channel of a daylight white of Y = 1 is 1.
+    For a white in daylight with Y = 1, the strongest channel is 1.
     """
     samples = radiances(wavelength_nm)
     white = light("daylight", wavelength_nm)
@@ -229,8 +229,8 @@ def _check(capture: xr.Dataset, names: list[str], raw: np.ndarray) -> None:
 
 
 def _check_array(capture: xr.Dataset, names: list[str]) -> None:
-    """Refuse a filter array that a DNG cannot name, or that developers open with other filters than
-    it has.
+    """Refuse a filter array for which a DNG has no name, or that raw developers open with wrong
+    filters.
     """
     unknown = [name for name in names if name not in COLOURS]
     if unknown:
@@ -249,7 +249,9 @@ def _check_array(capture: xr.Dataset, names: list[str]) -> None:
 
 
 def _ratio(value: float) -> tuple[int, int]:
-    """Return numerator and denominator, at most 2^31 - 1 each, nearest to `value`."""
+    """Return the numerator and denominator of a fraction near `value`; the denominator is at most
+    10^6 below 1000, and at most 1000 above.
+    """
     fraction = Fraction(value).limit_denominator(10**6 if abs(value) < 1000 else 1000)
     return fraction.numerator, fraction.denominator
 

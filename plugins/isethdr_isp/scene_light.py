@@ -1,8 +1,9 @@
-"""Scene light: the known light, or mixture of two, in which a shot was taken.
+"""Scene light: an estimate of the light in which a shot was taken, as one known light or a mixture
+of two.
 
-The mean colour of all cells without lamps is taken for grey (Buchsbaum 1980), in the channels of
-the sensor. The light of the scene is the mixture whose white has the most similar channel ratios.
-White balance and colour matrix follow it.
+The mean of all cells without lamps is assumed to be grey (Buchsbaum 1980), in the channels of the
+sensor. Of all mixtures of two known lights, the one with the most similar channel ratios of white
+is the light of the scene. White balance and colour matrix use it.
 """
 
 from __future__ import annotations
@@ -22,16 +23,17 @@ if TYPE_CHECKING:
     import xarray as xr
 
 AUTOMATIC = "automatic"
-REFERENCE = "daylight"  # captures are compared in this light; also the answer where nothing is seen
-# a cell brighter than this multiple of the percentile is a lamp, or its glare
+# light in which captures are compared; also the result if the light cannot be estimated
+REFERENCE = "daylight"
+# a cell that is brighter than this multiple of this percentile is a lamp or its glare
 LAMP_PERCENTILE = 95.0
 LAMP_MULTIPLE = 2.0
-STEPS = 100  # of a mixture's share
+STEPS = 100  # number of steps of the share of the second light in a mixture
 
 
 def illuminant(captures: xr.Dataset, balance: str) -> Illuminant:
-    """Return the light that `balance` names, or for "automatic" the one found in `captures`. The
-    ledger states how well its channel ratios fit.
+    """Return the light `balance`, or for "automatic" the light estimated from `captures`. The
+    ledger states the error of its channel ratios.
     """
     if balance != AUTOMATIC:
         return balance
@@ -51,10 +53,11 @@ def illuminant(captures: xr.Dataset, balance: str) -> Illuminant:
 
 
 def channel_means(reads: list[Readout], filters: np.ndarray, channels: int) -> np.ndarray | None:
-    """Return the mean of each channel over the cells of the filter array that hold no lamp and no
-    saturated sample, in cd/m2 of daylight; None of one channel, or where some mean is not above 0.
+    """Return the mean (channel,) of each channel over the cells of the filter array without lamps
+    and saturated samples, in cd/m2 of daylight. Return None for a single channel, for a filter
+    without response, or if a mean is not above 0.
 
-    Each sample comes from the most sensitive capture that measures it.
+    Each sample comes from the most sensitive capture that is not saturated there.
 
     Parameters
     ----------
@@ -88,14 +91,14 @@ def channel_means(reads: list[Readout], filters: np.ndarray, channels: int) -> n
 def nearest_mixture(
     means: np.ndarray, read: Readout, wavelength_nm: np.ndarray
 ) -> tuple[Mixture, float]:
-    """Return the mixture of two lights whose white has the channel ratios of `means`, and how far
-    these are apart: rms over channels of the logarithm's difference.
+    """Return the mixture of two lights with channel ratios of white nearest to those of `means`,
+    and the distance: the standard deviation over channels of the difference of logarithms.
 
     Parameters
     ----------
-    means : (channel,) in units of the white for which `read` states its sensitivity.
+    means : (channel,) in units of the white to which the sensitivity of `read` refers.
     read : a readout of the captures, for response and sensitivity.
-    wavelength_nm : centres of the bands.
+    wavelength_nm : (wavelength,) centres of the bands, nm.
     """
     white = np.array([read.response @ light(name, wavelength_nm) for name in LIGHTS])
     white /= read.sensitivity
@@ -104,7 +107,7 @@ def nearest_mixture(
     least = np.inf
     for a, b in combinations(range(len(LIGHTS)), 2):
         log_ratios = np.log((1 - share) * white[a] + share * white[b]) - np.log(means)
-        rms = log_ratios.std(axis=1)  # the level is free
+        rms = log_ratios.std(axis=1)  # a common factor of all channels does not count
         k = int(rms.argmin())
         if rms[k] < least:
             best = Mixture(LIGHTS[a], LIGHTS[b], float(share[k, 0]))

@@ -1,12 +1,12 @@
 """Spectra for which a colour matrix is solved: lights of a driving scene and smooth reflectances,
 all from formulas.
 
-| light    | formula                                                                       |
-|----------|-------------------------------------------------------------------------------|
-| daylight | black body of 6504 K, the daylight locus without its absorption lines         |
-| halogen  | black body of 3200 K, a head lamp                                             |
-| led      | blue line 450 nm (sigma 10) and phosphor 560 nm (sigma 55), a white head lamp |
-| sodium   | lines at 498, 569, 589, 616 nm (sigma 6) on 5 %, a high pressure street lamp  |
+| light    | formula                                                                         |
+|----------|---------------------------------------------------------------------------------|
+| daylight | black body of 6504 K, for daylight without its absorption lines                 |
+| halogen  | black body of 3200 K, a headlamp                                                |
+| led      | blue peak at 450 nm (sigma 10) and phosphor at 560 nm (sigma 55), a white headlamp |
+| sodium   | lines at 498, 569, 589, 616 nm (sigma 6) on 5 %, a high-pressure street lamp    |
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ class Mixture(NamedTuple):
 
     first: Light
     second: Light
-    share: float  # of the luminance, that `second` gives
+    share: float  # share of `second` in the luminance
 
     def __str__(self) -> str:
         if self.share in (0.0, 1.0):
@@ -40,8 +40,8 @@ Illuminant = str | Mixture
 
 
 def light(name: Illuminant, wavelength_nm: np.ndarray) -> np.ndarray:
-    """Return the spectral radiance (wavelength) of a perfect white in this light, W m-2 sr-1 nm-1,
-    scaled to 1 cd/m2.
+    """Return the spectral radiance (wavelength,) of a perfect white in this light,
+    W m-2 sr-1 nm-1, scaled to 1 cd/m2.
     """
     w = np.asarray(wavelength_nm, float)
     if isinstance(name, Mixture):
@@ -59,12 +59,12 @@ def light(name: Illuminant, wavelength_nm: np.ndarray) -> np.ndarray:
 
 
 def reflectances(wavelength_nm: np.ndarray) -> np.ndarray:
-    """Return smooth reflectances (surface, wavelength), 0..1: a grey, edges up and down, bands up
-    and down.
+    """Return smooth reflectances (surface, wavelength), 0..1: a grey, rising and falling edges,
+    peaks and dips.
 
     Edges are logistic with a width of 20 nm, at 440 to 640 nm, like those of foliage, bricks and
-    paints. Bands have a sigma of 30 nm. Each exists twice: saturated (3 to 80 %), and half mixed
-    with grey.
+    paints. Peaks and dips are Gaussian with a sigma of 30 nm. Each shape exists twice: saturated (3
+    to 80 %), and less saturated (20 to 60 %).
     """
     w = np.asarray(wavelength_nm, float)
     out = [np.full(len(w), 0.5)]
@@ -77,8 +77,8 @@ def reflectances(wavelength_nm: np.ndarray) -> np.ndarray:
 
 
 def radiances(wavelength_nm: np.ndarray, lights: Sequence[Illuminant] = LIGHTS) -> np.ndarray:
-    """Return every reflectance in every light (sample, wavelength), each scaled to 1 cd/m2: all
-    count alike.
+    """Return the radiance (sample, wavelength) of every reflectance in every light. Each is scaled
+    to 1 cd/m2, so that all have the same weight.
     """
     w = np.asarray(wavelength_nm, float)
     lit = np.concatenate([reflectances(w) * light(name, w) for name in lights])

@@ -1,9 +1,9 @@
 """Denoise: non-local means of a mosaic, before it is demosaiced.
 
-Pixels at the same position of the filter array are averaged where their surroundings, in all
-channels, are similar (Buades, Coll, Morel 2005; on the mosaic as Danielyan et al. 2009). Similarity
-is judged on variance-stabilised values. The averages are of electrons, so no inverse transformation
-is needed, which could leave a bias (docs/explanation/isp.md compares the two).
+Pixels at the same position of the filter array are averaged if their surroundings, in all channels,
+are similar (Buades, Coll, Morel 2005; on the mosaic as in Danielyan et al. 2009). Similarity is
+measured on variance-stabilised values, but electrons are averaged. No inverse transformation is
+therefore needed, which could cause a bias (docs/explanation/isp.md compares both).
 """
 
 from __future__ import annotations
@@ -18,15 +18,15 @@ from isethdr_core import ledger
 from ..readout.combine import Merged
 from ..readout.noise_propagation import SampleNoise
 
-REACH = 10  # pixels to each side that are searched for similar ones
-PATCH = 5  # pixels, side of the surroundings
-# mean squared difference of stabilised patches; noise alone gives 2 +- 0.6. The weight of a smaller
-# difference is 1.
+REACH = 10  # number of pixels to each side that are searched for similar ones
+PATCH = 5  # side of the surroundings (patches) of a pixel, pixels
+# Mean squared difference of stabilised patches up to which the weight is 1; noise alone gives
+# 2 +- 0.6
 ALIKE = 2.5
-SOFTNESS = 0.6  # beyond this difference, the further difference that costs 1 - 1/e of the weight
-BINS = 512
-SAMPLED = 2**16  # pixels, about, that the table of the stabilised values is made of
-STRIP = 32  # rows at a time: with those that they are compared with they stay in the cache
+SOFTNESS = 0.6  # further difference that reduces the weight by the factor 1/e
+BINS = 512  # largest number of entries of the table of stabilised values
+SAMPLED = 2**16  # approximate number of pixels from which that table is made
+STRIP = 32  # rows computed at a time; they and the rows compared with them stay in the cache
 
 
 def denoised(
@@ -35,24 +35,23 @@ def denoised(
     with_variance: bool = True,
     strength: float = 1.0,
 ) -> Merged:
-    """Return the mosaic averaged over similar pixels, with the temporal variance of every average;
-    no fixed pattern is stated.
+    """Return the mosaic averaged over similar pixels, with the temporal variance of every average.
+    No variance of the fixed pattern is stated.
 
     Parameters
     ----------
-    merged : electrons and variance (y, x), samples independent of each other. Invalid samples do
-        not change.
+    merged : electrons and variance (y, x) of independent samples. Invalid samples do not change.
     cell_shape : rows and columns after which the filter array repeats.
-    with_variance : False leaves the variances NaN, in two thirds of the time.
-    strength : standard deviation of the noise that may make surroundings differ, over the stated
-        one. Above 1 more texture is taken for noise.
+    with_variance : if False, variances are NaN, and the run time is two thirds.
+    strength : noise that surroundings may differ by, as a multiple of the stated standard
+        deviation. Above 1, more texture counts as noise.
 
     Notes
     -----
-    Var is the larger of sum w^2 Var, from the stated variance of the samples, and sum w^2 (x -
-    mean)^2, from their differences. The second is larger if faint texture was taken for noise; the
-    part of the texture that is averaged then differs from shot to shot. The weights also depend on
-    the noise, which is not included: see docs/explanation/isp.md.
+    The variance is the larger of sum w^2 Var, from the stated variance of the samples, and
+    sum w^2 (x - mean)^2, from their differences. The second is larger if faint texture counted as
+    noise, because a different part of the texture is then averaged in each shot. The weights also
+    depend on the noise; this is not included, see docs/explanation/isp.md.
     """
     valid = merged.valid
     level = stabilised(merged.signal_e, merged.variance_e2, valid).astype(np.float32)
@@ -83,19 +82,19 @@ class _Samples(NamedTuple):
 
     signal_e: np.ndarray
     variance_e2: np.ndarray
-    level: np.ndarray  # stabilised
-    good: np.ndarray
+    level: np.ndarray  # variance-stabilised values
+    good: np.ndarray  # bool, valid samples
 
 
 class _Averages(NamedTuple):
     """Weighted means of the samples' neighbours (y, x)."""
 
-    mean: np.ndarray  # less the sample: small, so that float32 holds all of it
-    variance: np.ndarray | None
+    mean: np.ndarray  # mean minus the sample; small, so that float32 is accurate
+    variance: np.ndarray | None  # None if it was not wanted
 
 
 class _Totals:
-    """Sums over the neighbours of each sample (y, x), of their weights w times what they hold."""
+    """Weighted sums over the neighbours of each sample (y, x), with weights w."""
 
     def __init__(self, samples: _Samples, with_variance: bool) -> None:
         self.samples = samples
@@ -110,7 +109,7 @@ class _Totals:
             self.first2, self.second2 = np.zeros((2, *shape), np.float32)
 
     def add(self, p: Any, q: Any, w: np.ndarray) -> None:
-        """Add the samples at `q` to the sums of those at `p`, and the other way round.
+        """Add the samples at `q` to the sums of the samples at `p`, and vice versa.
 
         Parameters
         ----------
@@ -157,7 +156,7 @@ def _averages(samples: _Samples, cell_shape: tuple[int, int], with_variance: boo
     both = [(dy, pair(width, dx)) for dy, dx in shifts(cell_shape, level.shape)]
     for start in range(0, height, STRIP):
         for dy, columns in both:
-            # rows whose partner lies `dy` below, within the picture
+            # rows with a partner `dy` below inside the picture
             end = min(start + STRIP, height - dy)
             if end <= start:
                 continue
@@ -176,30 +175,31 @@ def _averages(samples: _Samples, cell_shape: tuple[int, int], with_variance: boo
 
 
 def stabilised(x: np.ndarray, variance: np.ndarray, valid: np.ndarray) -> np.ndarray:
-    """Return values (y, x) with a noise of 1: the integral of dx / sqrt(Var(x) + 3/8).
+    """Return values (y, x) with noise of standard deviation 1: the integral of
+    dx / sqrt(Var(x) + 3/8).
 
     Parameters
     ----------
     x : electrons (y, x).
-    variance : temporal variance of the electrons (y, x), e^2, as the readout states it: Var(x).
+    variance : Var(x), temporal variance (y, x) of the electrons that the readout states, e^2.
     valid : (y, x) bool, the samples that are valid.
 
     Notes
     -----
-    For one capture, Var = x + v, this is the generalised Anscombe transformation 2 sqrt(x + 3/8 +
-    v) (Murtagh, Starck, Bijaoui 1995).
+    For one capture, with Var = x + v, this is the generalised Anscombe transformation
+    2 sqrt(x + 3/8 + v) (Murtagh, Starck, Bijaoui 1995).
     """
     values = x[valid]
     if not len(values):
         return np.zeros(x.shape)
-    # a regular sample: an odd step meets all filters of the array
+    # regular sampling; an odd step samples all filters of the array
     step = len(values) // SAMPLED | 1
     values = values[::step]
     spreads = variance[valid][::step]
     parts = np.array_split(np.argsort(values), min(BINS, len(values)))
     means = np.array([values[part].mean() for part in parts])
     spread = np.array([spreads[part].mean() for part in parts])
-    # values below 0 are noise around 0; the variance stated for them is too small
+    # values below 0 are noise around 0, and the variance stated for them is too small
     spread = np.maximum(
         spread, np.interp(min(0.0, means[-1]), means, spread) if means[0] < 0 else 0.0
     )
@@ -212,18 +212,17 @@ def stabilised(x: np.ndarray, variance: np.ndarray, valid: np.ndarray) -> np.nda
 
 
 def likeness(first: np.ndarray, second: np.ndarray, beside: tuple[int, int] = (0, 0)) -> np.ndarray:
-    """Return weights (y, x) in (0, 1] by the mean squared difference of stabilised surroundings; 1
-    where noise explains it.
+    """Return weights (y, x) in (0, 1] from the mean squared difference of stabilised surroundings.
+    The weight is 1 if noise explains the difference.
 
     Parameters
     ----------
     first, second : stabilised values (y, x).
-    beside : number of their first and of their last rows that are surroundings alone; they get no
-        weight.
+    beside : numbers of first and of last rows that serve only as surroundings and get no weight.
     """
     difference = first - second
     difference *= difference
-    # exp(-max(mean - ALIKE, 0) / SOFTNESS) in place
+    # exp(-max(mean - ALIKE, 0) / SOFTNESS), computed in place
     weights = _box_sums(difference, beside)
     weights *= -1 / (SOFTNESS * PATCH**2)
     weights += ALIKE / SOFTNESS
@@ -232,8 +231,8 @@ def likeness(first: np.ndarray, second: np.ndarray, beside: tuple[int, int] = (0
 
 
 def _box_sums(values: np.ndarray, beside: tuple[int, int] = (0, 0)) -> np.ndarray:
-    """Return sums over squares of `PATCH` = 5 values a side, mirrored at the border; `beside` as in
-    `likeness`.
+    """Return sums over squares with `PATCH` = 5 values along each side, mirrored at the border.
+    `beside` is as in `likeness`.
     """
     half = PATCH // 2
     height, width = values.shape
@@ -261,8 +260,8 @@ def _box_sums(values: np.ndarray, beside: tuple[int, int] = (0, 0)) -> np.ndarra
 
 
 def shifts(cell_shape: tuple[int, int], shape: tuple[int, int]) -> list[Any]:
-    """Return half of the shifts (rows, columns) that keep the filter array, row by row. The other
-    half are their opposites.
+    """Return half of the shifts (rows, columns) that map the filter array onto itself, row by row.
+    The other half are their opposites.
     """
     dy, dx = (np.arange(-(REACH // period), REACH // period + 1) * period for period in cell_shape)
     return [

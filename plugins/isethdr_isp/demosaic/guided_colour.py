@@ -1,9 +1,8 @@
 """Guided colour: every channel of a demosaiced picture as a local linear function of their sum.
 
-Where no channel is sampled more than the others, a demosaic shifts the channels against each other
-at fine detail, which shows as coloured fringes. The sum of the channels is hardly touched by these
-shifts. A guided filter (He, Sun, Tang 2010) therefore fits each channel to the sum, and keeps what
-follows it.
+If no channel is sampled more than the others, a demosaic shifts the channels against each other at
+fine detail, which causes coloured fringes. These shifts hardly change the sum of the channels. A
+guided filter (He, Sun, Tang 2010) therefore fits each channel to the sum, and keeps the fit.
 """
 
 from __future__ import annotations
@@ -12,30 +11,31 @@ import numpy as np
 
 from .local_classes import local_mean
 
-SIDE = 7  # pixels, window of a fit: holds 9 cells or more of a 2 x 2 array
-# pixels, window of the noise that weighs a pixel. Weights of smaller windows follow the noise of
-# the pixels themselves and make dark fields darker: by 0.4 % at 3 e with 7 pixels, by 0.06 % here.
+SIDE = 7  # side of the window of a fit, pixels; it contains at least 9 cells of a 2 x 2 array
+# Side of the window in which noise is averaged for the weight of a pixel, pixels. With smaller
+# windows, weights depend on the noise of the pixels themselves and make dark fields darker: by
+# 0.4 % at 3 e with 7 pixels, by 0.06 % with this window.
 NOISE_WINDOW = 11
-LEAST_VARIANCE_E2 = 1e-6  # of captures without noise; keeps the weights finite
+LEAST_VARIANCE_E2 = 1e-6  # smallest variance; keeps the weights finite for captures without noise
 
 
 def guided_colour(planes: np.ndarray, variance: np.ndarray, usable: np.ndarray) -> np.ndarray:
-    """Return planes (channel, y, x) whose colour follows their sum.
+    """Return planes (channel, y, x), each replaced by a local linear function of the sum of all.
 
     Parameters
     ----------
     planes : demosaiced electrons (channel, y, x).
     variance : temporal variance of the mosaic (y, x), e^2.
-    usable : (y, x) bool. Other pixels keep their values, and have no part in the values around
+    usable : (y, x) bool. Other pixels keep their values, and do not influence the pixels around
         them.
 
     Notes
     -----
-    In each window the fit is k = a s + b of a channel k to the sum s, by least squares with the
-    inverse noise variance as weight, so that a bright object does not decide the colour beside it.
-    The noise variance of the sum is added to its spread: where noise explains all change, a is 0
-    and the channel takes its local mean. A pixel takes the mean of the fits of all windows that
-    hold it.
+    In each window, a channel k is fitted to the sum s as k = a s + b, by least squares. The weight
+    is the inverse noise variance, so that a bright object does not determine the colour next to it.
+    The noise variance of the sum is added to the spread of the sum: if noise explains all change, a
+    is 0 and the channel takes its local mean. A pixel takes the mean of the fits of all windows
+    that contain it.
     """
     total = planes.sum(axis=0)
     noise = len(planes) * local_mean(np.asarray(variance, float), NOISE_WINDOW)
@@ -63,5 +63,5 @@ def guided_colour(planes: np.ndarray, variance: np.ndarray, usable: np.ndarray) 
 
 
 def _positive(shares: np.ndarray) -> np.ndarray:
-    """Return shares to divide by: 1 where rounding or an empty window leaves nothing."""
+    """Return shares to divide by, with 1 in place of values that are not above 0."""
     return np.where(shares > 0, shares, 1.0)

@@ -2,9 +2,9 @@
 variance.
 
 A pixel keeps its own sample. A missing sample is the value of a plane that is fitted to the nearest
-samples of its channel, with tent weights. This is exact on constants and linear ramps for any
-pattern, and the usual bilinear average on Bayer and other 2 x 2 arrays. Borders are mirrored about
-the outermost pixel, which keeps the phase of the array.
+samples of its channel, with tent weights. This is exact for constants and linear ramps with any
+pattern, and equals the usual bilinear average for Bayer and other 2 x 2 arrays. Borders are
+mirrored about the outermost pixel, which keeps the phase of the array.
 """
 
 from __future__ import annotations
@@ -18,8 +18,10 @@ from isethdr_core.errors import UnitError
 
 from ..readout.noise_propagation import Kernel, Kernels, independent
 
-LARGEST_RADIUS = 8  # pixels; covers arrays of period 8, the largest in production is 4
-EXACT = 1e-9  # a plane counts as determined if its moments are as exact as this
+# largest radius of the surroundings, pixels; covers arrays of period 8, while the largest in
+# production is 4
+LARGEST_RADIUS = 8
+EXACT = 1e-9  # largest error of the moments with which a plane counts as determined
 
 
 def demosaic(
@@ -36,14 +38,14 @@ def demosaic(
     mosaic : (y, x) array of samples, any unit.
     filters : (y, x) integers, the channel sampled at each pixel; periodic.
     channels : number of channels.
-    variance : (y, x) variance of the samples, independent of each other; None for none.
-    bad : (y, x) bool, samples that are not valid; None for none.
+    variance : (y, x) variance of the samples, which are independent; None: no variances.
+    bad : (y, x) bool, samples that are not valid; None: all are valid.
 
     Returns
     -------
     planes : (channel, y, x) values.
-    variances : (channel, y, x), exact for a linear map; None without `variance`.
-    invalid : (y, x) bool, pixels with a channel that uses a sample that is not valid.
+    variances : (channel, y, x) variances of the values, exact; None without `variance`.
+    invalid : (y, x) bool, pixels with a value that uses a sample that is not valid.
     """
     mosaic = np.asarray(mosaic, float)
     filters = np.asarray(filters)
@@ -57,7 +59,7 @@ def demosaic(
 
 
 def interpolated(rule: Kernels, mosaic: np.ndarray) -> np.ndarray:
-    """Return the channels (channel, y, x) that a linear demosaic makes of a mosaic (y, x)."""
+    """Return the channels (channel, y, x) of a mosaic (y, x) by a linear demosaic."""
     planes = np.zeros((len(rule.kernels[0].weights), *rule.shape))
     for block in (block for kernel in rule.kernels for block in kernel.blocks()):
         pixels = block.pixels()
@@ -69,7 +71,9 @@ def interpolated(rule: Kernels, mosaic: np.ndarray) -> np.ndarray:
 
 
 def using_invalid(rule: Kernels, bad: np.ndarray | None) -> np.ndarray:
-    """Return which pixels (y, x) use a sample that is `bad`, (y, x) bool or None for none."""
+    """Return which pixels (y, x) use a sample that is `bad`: (y, x) bool, or None if all samples
+    are valid.
+    """
     using = np.zeros(rule.shape, bool)
     if bad is None or not np.any(bad):
         return using
@@ -84,8 +88,8 @@ def bilinear(filters: np.ndarray, channels: int) -> Kernels:
 
     Raises
     ------
-    UnitError : a channel is sampled nowhere, the array does not repeat, or the picture is smaller
-        than the array needs.
+    UnitError : a channel is sampled nowhere, the array is not periodic, or the picture is too small
+        for the array.
     """
     filters = np.ascontiguousarray(filters)
     return _rule_of(filters.tobytes(), filters.dtype.str, filters.shape, channels)
@@ -93,8 +97,8 @@ def bilinear(filters: np.ndarray, channels: int) -> Kernels:
 
 @lru_cache(maxsize=8)  # every picture of a run has the same few arrays
 def _rule_of(data: bytes, dtype: str, shape: tuple[int, ...], channels: int) -> Kernels:
-    """Return the bilinear rule of a filter array, from its numbers. The result is cached and must
-    not be changed.
+    """Return the bilinear rule of a filter array, given as the bytes of its numbers. The result is
+    cached and must not be changed.
     """
     filters = np.frombuffer(data, dtype).reshape(shape)
     missing = sorted(set(range(channels)) - set(np.unique(filters).tolist()))
@@ -103,7 +107,7 @@ def _rule_of(data: bytes, dtype: str, shape: tuple[int, ...], channels: int) -> 
             f"channel {missing[0]} of {channels} is sampled nowhere in the filter array; "
             "a cropped pattern? use at least one whole period"
         )
-    if channels == 1:  # nothing is missing, be it a single pixel
+    if channels == 1:  # no sample is missing, even in a picture of a single pixel
         every = Kernel(*(np.arange(n) for n in filters.shape), [(0, 0)], np.ones((1, 1)))
         return Kernels([every], filters.shape)
     rows, columns, radius = places(filters)
@@ -128,9 +132,10 @@ def folded(
 
     Parameters
     ----------
-    taps : for each channel a list of (dy, dx, weight): the offset of a sample in pixels.
+    row, column : regular indices of the pixels; a single index where a tap lies beyond the border.
+    taps : for each channel a list of (dy, dx, weight): offset of a sample in pixels, and its
+        weight.
     shape : rows and columns of the mosaic.
-    row, column : regular indices of the pixels; single ones where a tap lies beyond the border.
     repeat_edge : whether the outermost sample is its own mirror image.
     """
     mirrored = _with_edge if repeat_edge else _mirrored
@@ -146,16 +151,16 @@ def folded(
 
 
 def _mirrored(index: int, count: int) -> int:
-    """Return the place within 0..count - 1 that a place beyond the border mirrors; the outermost
-    one is not repeated.
+    """Return the index within 0..count - 1 that replaces an index beyond the border. The mirror
+    does not repeat the outermost sample.
     """
     index = abs(int(index))
     return index if index < count else 2 * (count - 1) - index
 
 
 def _with_edge(index: int, count: int) -> int:
-    """Return the place within 0..count - 1 that a place beyond the border mirrors; the outermost
-    one is repeated.
+    """Return the index within 0..count - 1 that replaces an index beyond the border. The mirror
+    repeats the outermost sample.
     """
     index = int(index)
     if index < 0:
@@ -173,7 +178,7 @@ def plane_weights(where: np.ndarray) -> list[tuple[int, int, float]]:
     return _solved(where.tobytes(), len(where))
 
 
-@lru_cache(maxsize=4096)  # a picture asks for the same few windows again and again
+@lru_cache(maxsize=4096)  # a picture has the same few windows many times
 def _solved(window: bytes, side: int) -> list[tuple[int, int, float]]:
     where = np.frombuffer(window, bool).reshape(side, side)
     middle = where.shape[0] // 2
@@ -199,7 +204,7 @@ def _solved(window: bytes, side: int) -> list[tuple[int, int, float]]:
         if np.abs(moments @ weight - [1.0, 0.0, 0.0]).max() < EXACT:
             best = dy, dx, weight
             break
-        # kept if no larger window at the border determines a plane
+        # tent weights of the smallest window, used if no window determines a plane
         best = best or (
             dy,
             dx,
@@ -210,8 +215,8 @@ def _solved(window: bytes, side: int) -> list[tuple[int, int, float]]:
 
 
 def places(filters: np.ndarray) -> tuple[list[np.ndarray], list[np.ndarray], int]:
-    """Return the rows and the columns grouped by equal surroundings, and the radius of the
-    surroundings.
+    """Return the rows and the columns, each in groups with equal surroundings, and the radius of
+    the surroundings.
     """
     periods = array_period(filters)
     radius = min(max(*periods, 1), LARGEST_RADIUS)
@@ -231,8 +236,11 @@ def places(filters: np.ndarray) -> tuple[list[np.ndarray], list[np.ndarray], int
 
 
 def array_period(filters: np.ndarray) -> tuple[int, int]:
-    """Return rows and columns after which a filter array (y, x) repeats; UnitError where it does
-    not within 8.
+    """Return the numbers of rows and columns after which a filter array (y, x) repeats.
+
+    Raises
+    ------
+    UnitError : it does not repeat within 8 pixels.
     """
     filters = np.asarray(filters)
     return _period(filters), _period(filters.T)

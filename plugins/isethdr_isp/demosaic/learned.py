@@ -2,12 +2,13 @@
 class.
 
 Local, linear, learned (Jiang, Tian, Farrell, Wandell 2017): a table of 7 x 7 filters, chosen by
-`local_classes`. Every filter sums to 1 over the samples of its own channel and to 0 over those of
-each other channel. The mean of a flat field of any colour is therefore kept in every class. Values
-stay within the range of the samples around them. The classes follow the noise, so no variance is
-stated.
+`local_classes`. The weights of every filter sum to 1 over the samples of its own channel and to 0
+over those of each other channel. The mean of a flat field of any colour is therefore correct in
+every class. Values are limited to the range of the samples around them. The classes depend on the
+noise, so no variance is stated.
 
-`isethdr study train_demosaic` trains the table on simulated pictures; `provenance` states how.
+`isethdr study train_demosaic` trains the table on simulated pictures. `provenance` returns its
+origin.
 """
 
 from __future__ import annotations
@@ -23,11 +24,11 @@ from isethdr_core.errors import UnitError
 
 from .local_classes import classes
 
-RADIUS = 3  # pixels, half of a filter
-SIDE = 2 * RADIUS + 1
+RADIUS = 3  # pixels of a filter on each side of its centre
+SIDE = 2 * RADIUS + 1  # rows and columns of a filter
 TABLE = Path(__file__).with_name("learned_filters.npz")
-AT_ONCE = 1 << 16  # pixels whose neighbourhoods are held in memory
-LETTERS = "RGBW"  # channels come in this order
+AT_ONCE = 1 << 16  # number of pixels computed at a time; limits memory
+LETTERS = "RGBW"  # order of the channels
 
 
 def learned(
@@ -41,10 +42,10 @@ def learned(
 
     Parameters
     ----------
-    mosaic, variance : (y, x) samples and their variance, independent of each other.
-    filters : (y, x) integers into `names`.
+    mosaic, variance : (y, x) samples, electrons, and their variance, e^2; samples are independent.
+    filters : (y, x) index into `names` of each pixel's channel.
     names : letters of the channels.
-    table : filters by array, as `load` returns them; None takes the shipped ones.
+    table : {array: filters}, as `load` returns them; None: the shipped filters.
 
     Raises
     ------
@@ -65,11 +66,11 @@ def learned(
 
 
 def within_samples(planes: np.ndarray, mosaic: np.ndarray, filters: np.ndarray) -> np.ndarray:
-    """Return planes (channel, y, x), limited in place to the range of each channel's own samples in
-    the window of a filter.
+    """Limit planes (channel, y, x), in place, to the range of each channel's own samples in the
+    window of a filter, and return them.
 
-    Beside a lamp, brighter than all steps of the training, filters with negative weights would make
-    pixels black.
+    Next to a lamp that is brighter than all steps in the training, filters with negative weights
+    would otherwise make pixels black.
 
     Parameters
     ----------
@@ -86,8 +87,8 @@ def within_samples(planes: np.ndarray, mosaic: np.ndarray, filters: np.ndarray) 
 
 
 def _of_windows(extreme: np.ufunc, values: np.ndarray) -> np.ndarray:
-    """Return the least or greatest value (y, x) in the window of a filter around every pixel;
-    mirrored at the border.
+    """Return the smallest or largest value (y, x) in the window of a filter around every pixel,
+    mirrored at the border. `extreme` is np.minimum or np.maximum.
     """
     padded = np.pad(values, RADIUS, mode="reflect")
     height, width = values.shape
@@ -101,8 +102,8 @@ def _of_windows(extreme: np.ufunc, values: np.ndarray) -> np.ndarray:
 
 
 def _blocks(trained: np.ndarray, kinds: np.ndarray) -> Iterator[tuple]:
-    """Yield a filter (channel, tap) and the (row, column) indices of at most `AT_ONCE` of its
-    pixels.
+    """Yield a filter (channel, tap) and the (row, column) indices of at most `AT_ONCE` pixels that
+    use it.
 
     Parameters
     ----------
@@ -122,16 +123,16 @@ def _blocks(trained: np.ndarray, kinds: np.ndarray) -> Iterator[tuple]:
 
 
 def neighbourhoods(image: np.ndarray, cell_shape: tuple[int, int]) -> np.ndarray:
-    """Return (y, x, 7, 7), the samples around every pixel; beyond the border those of the outermost
-    cell are repeated.
+    """Return (y, x, 7, 7), the samples around every pixel. Beyond the border, the outermost cell is
+    repeated.
     """
     inside = [_inside(n, period) for n, period in zip(image.shape, cell_shape)]
     return np.lib.stride_tricks.sliding_window_view(image[np.ix_(*inside)], (SIDE, SIDE))
 
 
 def _inside(count: int, period: int) -> np.ndarray:
-    """Return positions 0..count - 1 that replace -3..count + 2, each at the same phase of the
-    array.
+    """Return the indices within 0..count - 1 that replace -3..count + 2, each at the same phase of
+    the array.
     """
     index = np.arange(-RADIUS, count + RADIUS)
     index[index < 0] %= period
@@ -147,7 +148,7 @@ def matching(filters: np.ndarray, names: list[str], table: dict[str, np.ndarray]
     ----------
     filters : (y, x) number of the channel that each pixel samples.
     names : name of each channel.
-    table : trained filters by the repeated cell of their filter array, as "RGGB".
+    table : {repeated cell of a filter array, such as "RG/GB": trained filters}.
 
     Raises
     ------
@@ -211,8 +212,8 @@ def sampled(cell: str) -> np.ndarray:
 
 
 def exact(filters: np.ndarray, cell: str) -> np.ndarray:
-    """Return filters (row, column, class, channel, tap) whose sums are exactly 1 over their own
-    channel and 0 over every other.
+    """Return filters (row, column, class, channel, tap), adjusted so that their weights sum exactly
+    to 1 over their own channel and to 0 over every other.
     """
     taps = sampled(cell)[:, :, None]  # row, column, 1, sampled channel, tap
     sums = np.einsum(
@@ -228,8 +229,8 @@ def exact(filters: np.ndarray, cell: str) -> np.ndarray:
 
 @cache
 def load() -> dict[str, np.ndarray]:
-    """Return the shipped filters (row, column, class, channel, tap) by array; stored in half
-    precision, sums restored.
+    """Return {array: shipped filters (row, column, class, channel, tap)}. They are stored in half
+    precision; `exact` restores the sums of the weights.
     """
     with np.load(TABLE) as table:
         return {

@@ -2,23 +2,24 @@
 
 | feature  | classes                                                                |
 |----------|------------------------------------------------------------------------|
-| level    | local mean over its noise: below 2.5, 6, 15, 40, above                 |
-| contrast | flat where noise explains all change, else the share of change along x |
+| level    | local mean / noise: below 2.5, 6, 15 and 40, or above                  |
+| contrast | flat if noise explains all change, else the share of change along x    |
 
-A change is the difference of the two neighbours of a pixel, left and right or above and below,
-where both have the same filter. On a Bayer array that is everywhere; on an array with white on a
-checkerboard it is at all other pixels.
+A change is the difference of two neighbours of a pixel, left and right or above and below, if both
+have the same filter. On a Bayer array all pixels have such neighbours. On an array with white on a
+checkerboard, only the pixels without white do.
 """
 
 from __future__ import annotations
 
 import numpy as np
 
-SNR_EDGES = (2.5, 6.0, 15.0, 40.0)
-SHARE_EDGES = (0.1, 0.3, 0.7, 0.9)  # of the change along x
-SIGNIFICANT = 4.5  # standard deviations: noise alone passes for a change at 1 pixel in 500
-WINDOW = 5  # pixels
-COUNT = (len(SNR_EDGES) + 1) * (len(SHARE_EDGES) + 2)
+SNR_EDGES = (2.5, 6.0, 15.0, 40.0)  # borders of the classes of level
+SHARE_EDGES = (0.1, 0.3, 0.7, 0.9)  # borders of the classes of the share of change along x
+# threshold of a change, standard deviations; noise alone exceeds it at 1 pixel in 500
+SIGNIFICANT = 4.5
+WINDOW = 5  # side of the local window, pixels
+COUNT = (len(SNR_EDGES) + 1) * (len(SHARE_EDGES) + 2)  # number of classes
 
 
 def classes(mosaic: np.ndarray, filters: np.ndarray, variance: np.ndarray) -> np.ndarray:
@@ -28,7 +29,7 @@ def classes(mosaic: np.ndarray, filters: np.ndarray, variance: np.ndarray) -> np
     ----------
     mosaic : (y, x) samples, electrons; may be negative.
     filters : (y, x) integers, the channel of each pixel.
-    variance : (y, x) of the samples.
+    variance : (y, x) variance of the samples, e^2.
     """
     mean = local_mean(mosaic)
     noise = np.maximum(local_mean(variance), 1e-30)
@@ -42,7 +43,7 @@ def classes(mosaic: np.ndarray, filters: np.ndarray, variance: np.ndarray) -> np
     share = np.divide(
         change_x, total_change, out=np.full_like(total_change, 0.5), where=total_change > 0
     )
-    # squares of normal numbers spread by sqrt(2) of their mean
+    # the standard deviation of the square of a normal number is sqrt(2) times its mean
     flat = along_x + along_y <= (noise_x + noise_y) * (
         1 + SIGNIFICANT * np.sqrt(4 / (count_x + count_y))
     )
@@ -54,9 +55,9 @@ def classes(mosaic: np.ndarray, filters: np.ndarray, variance: np.ndarray) -> np
 def _change(
     mosaic: np.ndarray, filters: np.ndarray, variance: np.ndarray, axis: int
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return the local mean of the squared difference between the two neighbours along `axis`,
-    where they have the same filter; its expectation from noise alone; and the number of
-    differences.
+    """Return three arrays (y, x): the local mean of the squared difference between the two
+    neighbours along `axis` that have the same filter, its expectation from noise alone, and the
+    number of differences.
     """
     (a, b), (before, after), (v, w) = (
         _neighbours(values, axis) for values in (mosaic, filters, variance)
@@ -85,7 +86,7 @@ def local_mean(values: np.ndarray, side: int = WINDOW) -> np.ndarray:
     Parameters
     ----------
     values : (y, x), any unit.
-    side : of the window, pixels.
+    side : side of the window, pixels.
     """
     from scipy.ndimage import uniform_filter
 

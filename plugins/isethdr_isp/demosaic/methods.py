@@ -1,14 +1,14 @@
-"""Demosaic methods by name: the bilinear and a guided rule for any array, two published rules for
-Bayer, a learned one.
+"""Demosaic methods by name: a bilinear and a guided rule for any array, two published rules for
+Bayer arrays, and a learned rule.
 
 | method     | arrays | variance                                                      |
 |------------|--------|---------------------------------------------------------------|
 | `bilinear` | any    | exact                                                         |
-| `guided`   | any    | not stated: the slopes follow the noise                       |
+| `guided`   | any    | not stated: the slopes depend on the noise                    |
 | `malvar`   | Bayer  | exact: the filters are linear                                 |
-| `menon`    | Bayer  | not stated: the directions follow the noise                   |
-| `learned`  | Bayer, RG/WB, RGBW 4 x 4 | not stated: the choice of filters follows the noise |
-| `automatic` | any   | as the method that `chosen` takes for the array               |
+| `menon`    | Bayer  | not stated: the directions depend on the noise                |
+| `learned`  | Bayer, RG/WB, RGBW 4 x 4 | not stated: the choice of filters depends on the noise |
+| `automatic` | any   | that of the method that `chosen` returns for the array        |
 """
 
 from __future__ import annotations
@@ -39,19 +39,19 @@ BAYER_ALONE = ("malvar", "menon")
 BAYER = ("RGGB", "BGGR", "GRBG", "GBRG")
 METHODS = ("bilinear", "guided", "malvar", "menon", "learned")
 AUTOMATIC = "automatic"  # `chosen` replaces it by one of the methods
-FOLLOWS_VARIANCE = ("guided", "learned")  # their result depends on the variance of the mosaic
+FOLLOWS_VARIANCE = ("guided", "learned")  # methods that use the variance of the mosaic
 STATES_VARIANCE = ("bilinear", "malvar")
-# pixels, half of the guided method's window: holds 4 samples or more of every channel of a 4 x 4
-# array
+# pixels on each side of the centre of the guided method's window, which contains at least 4 samples
+# of every channel of a 4 x 4 array
 RADIUS = 3
-REACH = 2  # pixels that Malvar's 5 x 5 filters and Menon's final step look beyond a pixel
+REACH = 2  # reach of Malvar's 5 x 5 filters and of Menon's final step, pixels
 
 
 class Interpolated(NamedTuple):
     """A demosaiced mosaic."""
 
     planes: np.ndarray  # (channel, y, x)
-    invalid: np.ndarray  # (y, x) bool, the pixel depends on a sample that is not valid
+    invalid: np.ndarray  # (y, x) bool, pixels that depend on a sample that is not valid
     # propagation of the samples' noise; None if the method does not state it
     noise_map: NoiseMap | None
 
@@ -77,8 +77,8 @@ def interpolate(
 
     Raises
     ------
-    ConfigError : an unknown method.
-    UnitError : a method that does not work on this filter array.
+    ConfigError : the method is unknown.
+    UnitError : the method does not work on this filter array.
     """
     if method not in METHODS:
         raise ConfigError(f"isp demosaic {method!r} is unknown{did_you_mean(method, METHODS)}")
@@ -110,8 +110,8 @@ def interpolate(
 
 
 def chosen(method: str, filters: np.ndarray, names: list[str]) -> str:
-    """Return the method itself, or the one that "automatic" takes for a filter array: `learned`
-    where filters are trained for it, else `guided`.
+    """Return the method itself, or the one that "automatic" stands for: `learned` if filters are
+    trained for the filter array, otherwise `guided`.
 
     Parameters
     ----------
@@ -129,10 +129,11 @@ def chosen(method: str, filters: np.ndarray, names: list[str]) -> str:
 
 
 def check_array(method: str, cell: Sequence[str]) -> None:
-    """Raise ConfigError where a demosaic method is not for a filter array.
+    """Raise ConfigError if a demosaic method does not work on a filter array.
 
     Parameters
     ----------
+    method : one of `METHODS`, or "automatic".
     cell : rows of the array's repeated cell, one letter per pixel.
     """
     if len(set("".join(cell))) == 1:  # every pixel samples the only channel
@@ -155,9 +156,9 @@ def check_array(method: str, cell: Sequence[str]) -> None:
 def _learned(
     mosaic: np.ndarray, filters: np.ndarray, names: list[str], variance: np.ndarray, bad: np.ndarray
 ) -> Interpolated:
-    """Return the planes of the learned filters. Pixels with a sample in their filter that is not
-    valid take the bilinear rule, which reaches fewer samples. Where no channel is sampled more than
-    the others, colour then follows the sum of the channels.
+    """Return the planes of the learned filters. Pixels with an invalid sample in their filter use
+    the bilinear rule, which needs fewer samples. If no channel is sampled more than the others,
+    `guided_colour` is applied at the end.
     """
     planes = learned.learned(mosaic, filters, names, variance)
     rule = bilinear(filters, len(names))
@@ -180,7 +181,7 @@ def _state_unknown_variance(method: str) -> None:
 
 
 def bayer(method: str, mosaic: np.ndarray, filters: np.ndarray, names: Sequence[str]) -> np.ndarray:
-    """Return planes (channel, y, x) by a method of colour-demosaicing.
+    """Return planes (channel, y, x) by a method of the package colour-demosaicing.
 
     Parameters
     ----------
@@ -210,7 +211,7 @@ def bayer(method: str, mosaic: np.ndarray, filters: np.ndarray, names: Sequence[
 
 
 def _dilated(bad: np.ndarray, reach: int) -> np.ndarray:
-    """Return which pixels lie within `reach` rows and columns of a bad one."""
+    """Return which pixels (y, x) lie within `reach` rows and columns of a bad pixel."""
     from scipy.ndimage import binary_dilation
 
     return binary_dilation(bad, np.ones((2 * reach + 1, 2 * reach + 1))) if bad.any() else bad
@@ -222,8 +223,8 @@ def _repeats(filters: np.ndarray) -> bool:
 
 
 def malvar_kernels(filters: np.ndarray, names: Sequence[str]) -> Kernels:
-    """Return Malvar's rule as kernels: its answers to one sample of 1 at each place of the
-    array.
+    """Return Malvar's rule as kernels, from its response to a single sample of 1 at each position
+    of the array.
     """
     filters = np.asarray(filters)
     size = 16
@@ -248,25 +249,26 @@ def malvar_kernels(filters: np.ndarray, names: Sequence[str]) -> Kernels:
 
 
 def leading_channel(filters: np.ndarray, channels: int) -> int | None:
-    """Return the channel that is sampled more than every other; None where there is none."""
+    """Return the channel that is sampled more than every other; None if there is none."""
     filters = np.asarray(filters)
     samples = np.bincount(filters.ravel(), minlength=channels)
     lead = int(np.argmax(samples))
-    # half a row or column more is the border of a picture with an odd number of them
+    # a picture with an odd number of rows or columns has up to half a row and half a column more
+    # samples of some channels
     return None if np.sum(samples > samples[lead] - sum(filters.shape)) > 1 else lead
 
 
 def _guided(
     mosaic: np.ndarray, planes: np.ndarray, filters: np.ndarray, variance: np.ndarray, lead: int
 ) -> np.ndarray:
-    """Return planes interpolated along a guide: the channel that is sampled most, green of Bayer or
-    white of RGBW.
+    """Return planes interpolated with a guide: the channel that is sampled most, such as green of
+    Bayer or white of RGBW.
 
     Residual interpolation (Kiku et al. 2013): each channel is locally a linear function of the
     guide, fitted to its own samples (He et al. 2010). The residuals at the samples are interpolated
-    and added. The noise of the guide is in the denominator of the slope, so in the dark the slope
-    is 0 and the result is the bilinear rule. A guide that is sampled no more than other channels
-    would spread its aliasing to all of them.
+    and added. The denominator of the slope contains the noise of the guide. In the dark the slope
+    is therefore near 0, and the result is that of the bilinear rule. A guide that is not sampled
+    more than other channels would spread its aliasing to all of them.
     """
     filters = np.asarray(filters)
     guide = _along_edges(mosaic, planes[lead], filters == lead, variance)
@@ -286,8 +288,8 @@ def _guided(
 def _along_edges(
     mosaic: np.ndarray, plane: np.ndarray, at: np.ndarray, variance: np.ndarray
 ) -> np.ndarray:
-    """Return the guide (y, x). On a checkerboard of samples it is interpolated along the direction
-    in which it changes less.
+    """Return the guide (y, x). If its samples form a checkerboard, it is interpolated mainly along
+    the direction in which it changes less.
     """
     from scipy.ndimage import uniform_filter
 
@@ -308,7 +310,7 @@ def _along_edges(
             np.where(among, (padded[first] - padded[second]) ** 2, 0.0), 5, mode="mirror"
         )
         share = uniform_filter(among.astype(float), 5, mode="mirror")
-        # two noisy samples differ by 2 variances on average even where nothing changes
+        # without any change, the mean squared difference of two noisy samples is 2 variances
         weights.append(1 / np.maximum(change / np.maximum(share, 1e-9) + 2 * variance, 1e-30) ** 2)
     along = (weights[0] * means[0] + weights[1] * means[1]) / (weights[0] + weights[1])
     return np.where(among, along, plane)
@@ -317,8 +319,8 @@ def _along_edges(
 def _local_line(
     guide: np.ndarray, values: np.ndarray, at: np.ndarray, variance: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return slope and offset (y, x) of `values` against `guide` over the samples `at` of every
-    window.
+    """Return slope and offset (y, x) of the line fitted to `values` over `guide` at the samples
+    `at` in the window around each pixel.
     """
     from scipy.ndimage import uniform_filter
 

@@ -2,16 +2,16 @@
 
 | module           | content                                                                 |
 |------------------|-------------------------------------------------------------------------|
-| `contract`       | what a model file states of itself; checks of it against a sensor       |
-| `contract_model` | a model of the contract: XYZ in electrons, then cd/m2                   |
+| `contract`       | properties that a model file states, and checks against a sensor        |
+| `contract_model` | a model with the contract: from planes to XYZ in electrons, then cd/m2  |
 | `fields`         | the fields of the component                                             |
 | `isp`            | the component `isp=network`                                             |
-| `model_file`     | opens a file and tells its layout                                       |
-| `published`      | a model in the layout of the ISETHDR paper: planes in, planes out       |
-| `reach`          | how far away an output depends on inputs, measured                      |
-| `running`        | a model over all tiles of a picture                                     |
+| `model_file`     | opens a file and identifies its layout                                  |
+| `published`      | a model in the layout of the ISETHDR paper: from planes to planes       |
+| `reach`          | measures the largest distance from an output to inputs that it uses     |
+| `running`        | applies a model to all tiles of a picture                               |
 | `samples`        | the captures of a shot as planes of electrons, noise, masks             |
 | `tiles`          | a picture of any size in overlapping tiles, with the array's phase kept |
 
-`isethdr_core.onnx_session` opens the files; `readout/` makes electrons, as for the other isps.
+`isethdr_core.onnx_session` opens the files; `readout/` converts DN to electrons, as for other isps.
 """

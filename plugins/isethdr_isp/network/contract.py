@@ -1,4 +1,5 @@
-"""Contract: what a model file states of itself, as JSON under the key `isethdr` of its properties.
+"""Contract: the properties that a model file states, as JSON under the key `isethdr` of its
+metadata.
 
 docs/how-to/network_isp.md has the contract as tables. `isethdr train picture` writes such files.
 """
@@ -18,20 +19,20 @@ from isethdr_core.errors import ConfigError
 from isethdr_core.onnx_session import OnnxSession, Port, shape_text
 from isethdr_core.pipeline.early_checks import ShotForm
 
-KEY = "isethdr"  # of the file's free properties
-VERSION = 1
+KEY = "isethdr"  # key of the contract in the file's metadata
+VERSION = 1  # version of the contract
 INPUTS = ("raw", "noise", "masks", "valid")
 PICTURE = "xyz"
 VARIANCE = "variance"
 FLOAT = "tensor(float)"
 MERGED = "merged"
-# stated over true variance: within these, the variance counts as known
+# smallest and largest ratio of stated to true variance with which the variance counts as known
 LEAST_RATIO = 0.8
 LARGEST_RATIO = 1.25
 
 
 class CalibrationPoint(BaseModel):
-    """Stated over true variance on held-out scenes of one illuminance."""
+    """Ratio of stated to true variance on held-out scenes of one illuminance."""
 
     model_config = ConfigDict(frozen=True)
     lux: float = Field(ge=0)
@@ -39,7 +40,7 @@ class CalibrationPoint(BaseModel):
 
 
 class _Stated(BaseModel):
-    """The JSON of a model file; keys that are not read may be there."""
+    """The JSON of a model file. It may have further keys, which are not used."""
 
     model_config = ConfigDict(extra="allow", allow_inf_nan=False)
     contract: int
@@ -57,20 +58,23 @@ class _Stated(BaseModel):
 
 @dataclass(frozen=True)
 class Contract:
-    """What a model is for, and how its inputs and outputs are to be read."""
+    """The sensors for which a model is made, and the meaning of its inputs and outputs."""
 
-    cfa: str  # rows of the filter array's cell, parted by /
+    cfa: str  # rows of the filter array's cell, separated by /
     channels: tuple[str, ...]  # letters of the array, in the order of `masks`
-    captures: tuple[str, ...]  # names of the captures; empty: one mosaic, merged of all captures
-    unit_channel: str  # the electrons of `xyz` are those of this channel for a daylight grey
-    multiple_px: int  # rows and columns of the inputs are multiples of it
-    # an output depends on inputs at most so far away; inf: on all, None: not stated
+    captures: tuple[str, ...]  # names of the captures; empty: one mosaic, merged from all captures
+    unit_channel: str  # the electrons of `xyz` are those of this channel for a grey in daylight
+    multiple_px: int  # rows and columns of the inputs must be multiples of this number
+    # largest distance from an output to an input that it depends on; inf: no limit, None: not
+    # stated
     reach_px: float | None = None
     calibration: tuple[CalibrationPoint, ...] = ()  # empty: unknown
+    # {channel: electrons per photon} at `wavelength_nm`
     quantum_efficiency: Mapping[str, tuple[float, ...]] = field(default_factory=dict)
-    wavelength_nm: tuple[float, ...] = ()  # of `quantum_efficiency`
-    range_e: tuple[float, float] | None = None  # mean levels of `raw` in training
-    other: Mapping[str, Any] = field(default_factory=dict)  # kept, not read
+    wavelength_nm: tuple[float, ...] = ()  # wavelengths of `quantum_efficiency`
+    # smallest and largest mean level of `raw` in training
+    range_e: tuple[float, float] | None = None
+    other: Mapping[str, Any] = field(default_factory=dict)  # further keys, kept but not used
 
     @classmethod
     def from_json(cls, text: str, source: str = "the model") -> Contract:
@@ -83,12 +87,13 @@ class Contract:
 
         Raises
         ------
-        ConfigError : it is not JSON, of another version, or a key is missing or wrong.
+        ConfigError : the text is not JSON, has another version, or a key is missing or wrong.
         """
         try:
             stated = _Stated.model_validate(json.loads(text))
         except ValidationError as error:
-            first = max(error.errors(), key=lambda one: len(one["loc"]))  # of a union, the nearest
+            # for a union of types, the deepest location is the most specific error
+            first = max(error.errors(), key=lambda one: len(one["loc"]))
             place = ".".join(map(str, first["loc"])) or "the whole"
             raise ConfigError(
                 f"{source} states {KEY}.{place}: {first['msg']}, got {_short(first['input'])};"
@@ -129,11 +134,11 @@ class Contract:
 
     @property
     def planes(self) -> int:
-        """Planes of `raw`."""
+        """Number of planes of `raw`."""
         return len(self.captures) or 1
 
     def worst_ratio(self) -> float | None:
-        """Return the stated over true variance that is farthest from 1; None where unknown."""
+        """Return the ratio of stated to true variance that is farthest from 1; None if unknown."""
         ratios = [point.stated_over_true for point in self.calibration]
         return max(ratios, key=lambda ratio: abs(math.log(ratio)), default=None)
 
@@ -171,7 +176,7 @@ class Contract:
                 _check_port(session, results[name], (1, 3, None, None))
 
     def check_form(self, form: ShotForm, source: str) -> None:
-        """Raise ConfigError unless the model is for the captures and the filters of a sensor.
+        """Raise ConfigError unless the model is made for the captures and filters of a sensor.
 
         Parameters
         ----------
@@ -194,11 +199,11 @@ class Contract:
 
 
 def phase(letters: np.ndarray, cell: np.ndarray) -> tuple[int, int] | None:
-    """Return the row and column of `cell` at which an array begins; None where it is another one.
+    """Return the row and column of `cell` at which an array begins; None for another array.
 
     Parameters
     ----------
-    letters, cell : (row, column) letters of one period, or more.
+    letters, cell : (row, column) letters of one period or more.
     """
     size = np.lcm(cell.shape, letters.shape)
     repeated = np.tile(cell, size // cell.shape)
@@ -210,7 +215,7 @@ def phase(letters: np.ndarray, cell: np.ndarray) -> tuple[int, int] | None:
 
 
 def _checked(stated: _Stated, source: str) -> Contract:
-    """Return the contract after the checks of keys against each other."""
+    """Return the contract after checking that its keys are consistent with each other."""
 
     def refuse(key: str, wrong: object, expected: str) -> ConfigError:
         return ConfigError(

@@ -1,4 +1,4 @@
-"""Model of the contract: from the planes of a shot to XYZ in electrons, and to cd/m2."""
+"""Model with the contract: from the planes of a shot to XYZ in electrons, then to cd/m2."""
 
 from __future__ import annotations
 
@@ -34,19 +34,19 @@ from .samples import (
 
 @dataclass(frozen=True, eq=False)
 class ContractModel:
-    """A model file whose properties state the contract."""
+    """A model file that states the contract in its metadata."""
 
     session: OnnxSession
     contract: Contract
 
     def __post_init__(self) -> None:
-        """Refuse a file whose inputs and outputs are not those that it states."""
+        """Refuse a file with inputs or outputs that differ from its contract."""
         self.contract.check_ports(self.session)
         check_size(self.session, self.contract.multiple_px)
 
     @cached_property
     def cut(self) -> Cut:
-        """What the model needs of its tiles; a reach that is not stated is measured."""
+        """Requirements of the model on its tiles. The reach is measured if it is not stated."""
         rows, columns = self.contract.cell.shape
         reach_px = self.contract.reach_px
         if reach_px is None:
@@ -55,17 +55,17 @@ class ContractModel:
         return Cut((rows, columns), self.contract.multiple_px, reach_px, size)
 
     def check_form(self, form: ShotForm) -> None:
-        """Raise ConfigError unless the model is for the captures and the filters of a sensor."""
+        """Raise ConfigError unless the model is made for the captures and filters of a sensor."""
         self.contract.check_form(form, str(self.session.path))
 
     def picture(self, captures: xr.Dataset, how: NetworkFields, balance: Illuminant) -> xr.Dataset:
-        """Return the picture of captures whose black level is known.
+        """Return the picture of captures with a known black level.
 
         Parameters
         ----------
-        captures : captures Dataset whose black level is known.
+        captures : captures Dataset with a known black level.
         how : the fields of `isp=network`.
-        balance : light whose white the picture is balanced to.
+        balance : light; views show its white as white.
         """
         contract = self.contract
         taken = shot(captures, how, apart=bool(contract.captures))
@@ -102,13 +102,13 @@ class ContractModel:
         return {name: results[name].astype(float) for name in results}
 
     def _fixed_share(self, taken: Shot) -> np.ndarray:
-        """Return the share (y, x) of the stated squared error that is of the device, and state how
-        wrong the split can be.
+        """Return the share (y, x) of the stated squared error that is fixed pattern, and state the
+        largest error of this split in the ledger.
 
-        The error is that of an unknown device. To a network that is linear nearby, shot noise and
-        fixed pattern are alike, independent from sample to sample, so they keep their ratio. What
-        the network gets wrong without any noise is split, too: neither part can be larger than the
-        stated error.
+        The stated error is that of an unknown device. If the network is locally linear, it passes
+        shot noise and fixed pattern alike, because both are independent from sample to sample.
+        Their ratio therefore does not change. The error of the network without any noise is split
+        in the same ratio. Neither part can be larger than the stated error.
         """
         share = fixed_share(taken.planes)
         median = float(np.median(share))
@@ -123,8 +123,8 @@ class ContractModel:
         return share
 
     def _variance_known(self) -> bool:
-        """Return whether the pictures state a variance, and put into the ledger why not, or how
-        well.
+        """Return whether the pictures state a variance. The ledger gets the error of the variance,
+        or the reason why there is none.
         """
         stated = VARIANCE in {port.name for port in self.session.outputs}
         worst = self.contract.worst_ratio()
@@ -150,7 +150,7 @@ class ContractModel:
         return False
 
     def _state_range(self, taken: Shot) -> None:
-        """Put the share of samples above the levels of the training into the ledger."""
+        """State in the ledger the share of samples above the levels of the training."""
         if self.contract.range_e is None:
             return
         top_e = self.contract.range_e[1]

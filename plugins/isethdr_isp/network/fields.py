@@ -13,14 +13,14 @@ from ..readout.shading import read_shading
 
 @dataclass(frozen=True)
 class NetworkFields:
-    """Settings: the model, and the steps from captures to the electrons that it reads."""
+    """Settings: the model, and the steps from captures to its input electrons."""
 
     # ONNX file of the model: docs/how-to/network_isp.md
     model: str = ""
     # rule that combines the captures for a model that takes one mosaic
     rule: Literal["inverse_variance", "average", "poisson_sum", "isetcam"] = "inverse_variance"
-    # light source whose white is displayed as white; the model's XYZ do not depend on it. For a
-    # model in the published layout: light source whose grey is reproduced exactly
+    # light source in which white is displayed as white; the model's XYZ do not depend on it. For a
+    # model in the published layout: light source in which grey is reproduced exactly
     balance: Literal["daylight", "halogen", "led", "sodium", "automatic"] = "daylight"
     # signal-to-noise ratio for which the colour matrix after a model in the published layout is
     # solved; other models need no matrix
@@ -29,11 +29,11 @@ class NetworkFields:
     black: Literal["stated", "optical"] = "stated"
     # pixels in the sensor's map of defects: kept, or interpolated from neighbours
     defects: Literal["kept", "interpolated"] = "kept"
-    # file with measured relative illumination, as `isethdr_isp.readout.shading` writes it; empty
-    # takes what the lens states
+    # file with measured relative illumination, as `isethdr_isp.readout.shading` writes it; empty:
+    # the illumination that the lens states
     shading_csv: str = ""
-    # side of the largest tile: memory grows with it, the picture stays the same. A model of fixed
-    # size has tiles of that size
+    # side of the largest tile; it sets the memory needed, and does not change the picture. Not used
+    # for a model of fixed size, which has tiles of that size
     tile_px: Annotated[int, Range(64, 16_384)] = 1024
 
     def __post_init__(self) -> None:

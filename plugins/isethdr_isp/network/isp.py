@@ -1,4 +1,4 @@
-"""Network isp: a trained model turns captures into a picture."""
+"""Network isp: a trained model develops captures to a picture."""
 
 from __future__ import annotations
 
@@ -21,21 +21,21 @@ from .model_file import needs_model, opened
 
 @dataclass(frozen=True)
 class NetworkIsp(NetworkFields):
-    """Develop the captures by a trained network from an ONNX file: electrons in, absolute XYZ out,
+    """Develop the captures by a trained network from an ONNX file, from electrons to absolute XYZ,
     in overlapping tiles.
     """
 
     THREAD_SAFE: ClassVar[bool] = True
 
     def input_files(self) -> Iterable[str | Path]:
-        """Return the model file and the shading table, if one is named; their content is part of a
-        run's name.
+        """Return the model file, and the shading table if one is set. Their content is part of the
+        name of a run.
         """
         return (needs_model(self.model), *filter(None, [self.shading_csv]))
 
     def check_shot(self, form: ShotForm) -> None:
-        """Raise ConfigError where the model cannot be read or is for another sensor, or the black
-        level is to be measured and cannot.
+        """Raise ConfigError if the model cannot be read or is made for another sensor, or if the
+        black level cannot be measured although `black` is "optical".
         """
         opened(self.model).check_form(form)
         if self.black == "optical" and not form.black_rows:
@@ -45,8 +45,8 @@ class NetworkIsp(NetworkFields):
             )
 
     def __call__(self, captures: xr.Dataset) -> xr.Dataset:
-        """Return the picture; a pixel is valid when all samples less than one cell of the filter
-        array away are unsaturated in some capture.
+        """Return the picture. A pixel is valid if all samples at a distance of less than one cell
+        of the filter array are unsaturated in some capture.
         """
         model = opened(self.model)
         check_captures(captures)

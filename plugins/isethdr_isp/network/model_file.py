@@ -1,4 +1,4 @@
-"""Model file: opens an ONNX file and tells its layout from its inputs and properties."""
+"""Model file: opens an ONNX file and identifies its layout by its inputs and metadata."""
 
 from __future__ import annotations
 
@@ -25,16 +25,16 @@ class PictureModel(Protocol):
     """A model that develops captures."""
 
     def check_form(self, form: ShotForm) -> None:
-        """Raise ConfigError unless the model is for the captures and the filters of a sensor."""
+        """Raise ConfigError unless the model is made for the captures and filters of a sensor."""
 
     def picture(self, captures: xr.Dataset, how: NetworkFields, balance: Illuminant) -> xr.Dataset:
-        """Return the picture of captures whose black level is known.
+        """Return the picture of captures with a known black level.
 
         Parameters
         ----------
-        captures : captures Dataset whose black level is known.
+        captures : captures Dataset with a known black level.
         how : the fields of `isp=network`.
-        balance : light whose white the picture is balanced to.
+        balance : light; views show its white as white.
         """
 
 
@@ -43,7 +43,7 @@ def needs_model(model: str) -> Path:
 
     Raises
     ------
-    ConfigError : none is named.
+    ConfigError : no file is set.
     """
     if not model or "\0" in model:
         raise ConfigError(
@@ -54,12 +54,12 @@ def needs_model(model: str) -> Path:
 
 
 def opened(model: str) -> PictureModel:
-    """Return the model of a file; a file that did not change is opened once.
+    """Return the model of a file. A file that has not changed is opened only once.
 
     Raises
     ------
-    ConfigError : there is no such file, it is damaged, no ONNX model, or of an unknown layout; or
-        onnxruntime is not installed.
+    ConfigError : the file does not exist, is damaged, is no ONNX model, or has an unknown layout;
+        or onnxruntime is not installed.
     """
     path = needs_model(model)
     state = path.stat() if path.is_file() else None
@@ -69,7 +69,7 @@ def opened(model: str) -> PictureModel:
 
 @lru_cache(maxsize=2)
 def _opened(path: Path, changed: tuple[int, int]) -> PictureModel:
-    """Return the model of a file; `changed` are its time and size."""
+    """Return the model of a file. `changed`, its time and size, is part of the key of the cache."""
     session = open_session(path, FEATURE)
     if is_published(session):
         return PublishedModel(session)

@@ -1,11 +1,12 @@
-"""Published layout: a model that takes and returns planes, as those of the ISETHDR paper.
+"""Published layout: a model with planes as input and output, like those of the ISETHDR paper.
 
-One input of 3 planes (R, G, B) or 4 (and W), one output of as many. A plane holds the samples of
-its channel. All other sites hold uniform noise of 0 to 0.001, as the paper fills them. The samples
-are scaled so that the brightest is 0.95, and the output is scaled back (`ipComputeNN.m`). The
-planes that come out are electrons of the channels. The colour matrix of the other isps follows.
+The model has one input of 3 planes (R, G, B) or 4 (and W), and one output with the same number of
+planes. A plane has the samples of its channel. Its other sites are filled with uniform noise of 0
+to 0.001, as in the paper. The samples are scaled so that the brightest is 0.95, and the output is
+scaled back (`ipComputeNN.m`). The output planes are electrons of the channels. The colour matrix of
+the other isps follows.
 
-The file states no unit, filter array or variance. The ledger has what is assumed.
+The file states no unit, filter array or variance. The ledger states the assumptions.
 """
 
 from __future__ import annotations
@@ -31,12 +32,12 @@ from .reach import measured_reach_px
 from .running import Cut, fixed_size, results_of
 from .samples import near_invalid, shot
 
-LETTERS = "RGBW"  # of the planes, in their order
-BRIGHTEST = 0.95  # the largest sample after scaling
-FILL = 0.001  # the largest value of the noise at sites of other channels
-FILL_SEED = 0  # the fill is part of the method: it is the same in every shot
-TILE_PX = 512  # as published; the tiles here overlap
-MULTIPLE_PX = 8
+LETTERS = "RGBW"  # channels of the planes, in their order
+BRIGHTEST = 0.95  # largest sample after scaling
+FILL = 0.001  # largest value of the noise at sites of other channels
+FILL_SEED = 0  # fixed seed, because the noise is part of the method and the same in every shot
+TILE_PX = 512  # side of a tile, as published; unlike the published tiles, tiles overlap here
+MULTIPLE_PX = 8  # rows and columns of a tile are multiples of this number
 
 
 def is_published(session: OnnxSession) -> bool:
@@ -67,7 +68,7 @@ class PublishedModel:
 
     @cached_property
     def reach_px(self) -> float:
-        """How far away an output depends on inputs, measured."""
+        """Largest distance from an output to an input that it depends on, measured, pixels."""
         [port] = self.session.inputs
         rows, columns = fixed_size(self.session) or (TILE_PX // 2, TILE_PX // 2)
         generator = np.random.default_rng(FILL_SEED)
@@ -86,13 +87,13 @@ class PublishedModel:
             )
 
     def picture(self, captures: xr.Dataset, how: NetworkFields, balance: Illuminant) -> xr.Dataset:
-        """Return the picture of captures whose black level is known. It states no variance.
+        """Return the picture of captures with a known black level. It states no variance.
 
         Parameters
         ----------
-        captures : captures Dataset whose black level is known.
+        captures : captures Dataset with a known black level.
         how : the fields of `isp=network`.
-        balance : light whose white the picture is balanced to.
+        balance : light in which grey is reproduced exactly; views show its white as white.
         """
         taken = shot(captures, how, apart=False)
         self.check_form(taken.form())
@@ -126,20 +127,22 @@ class PublishedModel:
     def _planes(
         self, signal_e: np.ndarray, filters: np.ndarray, channels: tuple[str, ...]
     ) -> tuple[np.ndarray, float]:
-        """Return the planes (plane, y, x) of a mosaic of electrons, and their value per e."""
+        """Return the input planes (plane, y, x) of a mosaic of electrons, and the scale: their
+        value per electron.
+        """
         brightest = float(signal_e.max())
         scale = BRIGHTEST / brightest if brightest > 0 else 1.0
         number = np.array([self.channels.index(name) for name in channels])[filters]
         generator = np.random.default_rng(FILL_SEED)
         planes = generator.uniform(0.0, FILL, (len(self.channels), *filters.shape))
-        # volts have no values below 0, and the model was trained on volts
+        # values below 0 become 0, because the model was trained on volts, which are never negative
         volts = np.maximum(signal_e * scale, 0.0)
         own = number == np.arange(len(self.channels))[:, None, None]
         return np.where(own, volts, planes).astype(np.float32), scale
 
 
 def _state_assumptions() -> None:
-    """Put into the ledger what the file does not state."""
+    """State in the ledger the assumptions on what the file does not state."""
     ledger.left_out(
         "variance of isp network",
         "a model in the published layout states none",

@@ -1,4 +1,4 @@
-"""Reach: how far away from a pixel the inputs lie on which the output there depends."""
+"""Reach: the largest distance from an output pixel to an input pixel that it depends on."""
 
 from __future__ import annotations
 
@@ -12,11 +12,12 @@ from isethdr_core.onnx_session import OnnxSession
 from .contract import Contract
 from .running import fixed_size
 
-SIDE_PX = 256  # of the probe's picture: reaches of less than half of it can be told
-LEVEL_E = 100.0
-NOISE_E = 2.0
-FACTORS = (0.0, 4.0)  # of the changed sample: one of them may lie where the network is flat
-MOST_PLACES = 8
+SIDE_PX = 256  # side of the test picture; a reach of less than half of it can be measured
+LEVEL_E = 100.0  # mean of the test picture
+NOISE_E = 2.0  # value of the input `noise`
+# factors on the changed sample; two, because the network may not respond to one of them
+FACTORS = (0.0, 4.0)
+MOST_PLACES = 8  # largest number of changed samples
 
 
 def probe(session: OnnxSession, contract: Contract) -> dict[str, np.ndarray]:
@@ -42,18 +43,18 @@ def probe(session: OnnxSession, contract: Contract) -> dict[str, np.ndarray]:
 def measured_reach_px(
     session: OnnxSession, planes: Mapping[str, np.ndarray], changed: str = "raw", step: int = 8
 ) -> float:
-    """Return the reach of a model, px; inf where one sample changes the output everywhere.
+    """Return the reach of a model, pixels; inf if it is about half of the picture or more.
 
-    One sample in the middle of a noisy picture is changed, at `step` places on the diagonal. The
-    reach is the largest distance of an output that changes. A network that is flat at all of these
-    samples would show less than its reach.
+    One sample near the middle of a noisy picture is changed, in turn for up to `step` neighbouring
+    samples on a diagonal. The reach is the largest distance from the sample to an output that
+    changes. If the network does not respond to any of these changes, the result is too small.
 
     Parameters
     ----------
-    planes : every input (1, plane, y, x) by name.
-    changed : the input of which a sample is changed.
-    step : places, one beside the other: the period of the model's strides.
     session : the open model.
+    planes : every input (1, plane, y, x) by name.
+    changed : name of the input in which a sample is changed.
+    step : number of changed samples, at most `MOST_PLACES`: the period of the model's strides.
     """
     rows, columns = planes[changed].shape[2:]
     usual = session.run(planes)

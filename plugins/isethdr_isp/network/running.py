@@ -1,4 +1,4 @@
-"""Running: a model is applied to all tiles of a picture, and its outputs are checked."""
+"""Running: apply a model to all tiles of a picture, and check its outputs."""
 
 from __future__ import annotations
 
@@ -14,9 +14,10 @@ from isethdr_core.onnx_session import OnnxSession, shape_text
 
 from .tiles import Grid, tiled
 
-# overlap of tiles, for a model of fixed size whose outputs depend on its whole input
+# overlap of tiles for a model of fixed size with a reach beyond the largest overlap
 USUAL_OVERLAP_PX = 32
-MOST_OVERLAP = 0.375  # share of a tile; with more, tiles would compute most outputs in vain
+# largest overlap as a share of a tile; with more, most outputs of a tile would not be used
+MOST_OVERLAP = 0.375
 
 
 @dataclass(frozen=True)
@@ -24,13 +25,15 @@ class Cut:
     """Requirements of a model on its tiles."""
 
     cell: tuple[int, int]  # rows and columns of the filter array
-    multiple_px: int
-    reach_px: float  # largest distance from an output to an input that it depends on; inf: any
-    size: tuple[int, int] | None = None  # of every tile; None: any multiple of `multiple_px`
+    multiple_px: int  # rows and columns of a tile are multiples of this number
+    # largest distance from an output to an input that it depends on; inf: no limit
+    reach_px: float
+    # rows and columns of every tile; None: any multiples of `multiple_px`
+    size: tuple[int, int] | None = None
 
 
 def fixed_size(session: OnnxSession) -> tuple[int, int] | None:
-    """Return rows and columns of a model's inputs; None where the file leaves them free.
+    """Return rows and columns of a model's inputs; None if the file leaves them free.
 
     Raises
     ------
@@ -48,9 +51,7 @@ def fixed_size(session: OnnxSession) -> tuple[int, int] | None:
 
 
 def check_size(session: OnnxSession, multiple_px: int) -> None:
-    """Raise ConfigError where the fixed size of a model is no multiple of its stated
-    `multiple_px`.
-    """
+    """Raise ConfigError if the fixed size of a model is no multiple of its stated `multiple_px`."""
     size = fixed_size(session)
     if size and any(side % multiple_px for side in size):
         raise ConfigError(
@@ -95,8 +96,8 @@ def results_of(
 
 
 def grid_of(cut: Cut, tile_px: int) -> Grid:
-    """Return the tiles of a model. A model of free size whose outputs depend on all inputs gets the
-    picture in one piece.
+    """Return the tiling for a model. A model of free size with infinite reach gets the picture in
+    one piece.
 
     Parameters
     ----------
@@ -106,7 +107,7 @@ def grid_of(cut: Cut, tile_px: int) -> Grid:
     multiple = cut.multiple_px
     size = cut.size
     if size is not None:
-        # seams are possible where the reach exceeds the overlap
+        # seams are possible if the reach exceeds the overlap
         largest = int(min(size) * MOST_OVERLAP)
         wanted = cut.reach_px if cut.reach_px <= largest else USUAL_OVERLAP_PX
         overlap = -(-int(min(wanted, largest)) // multiple) * multiple

@@ -1,4 +1,4 @@
-"""Samples: the captures of a shot as the planes that a network takes."""
+"""Samples: the captures of a shot as the input planes of a network."""
 
 from __future__ import annotations
 
@@ -28,30 +28,34 @@ from .fields import NetworkFields
 if TYPE_CHECKING:
     import xarray as xr
 
-UNIT_LIGHT = "daylight"  # a grey in it has as many electrons in `xyz` as in the unit's channel
-NEAR_PX = 9  # window in which variances of samples are averaged: it holds every filter
-LEAST_NOISE_E = 0.01  # a network may divide by the noise
+# light in which a grey has the same number of electrons in `xyz` as in the unit's channel
+UNIT_LIGHT = "daylight"
+# side of the window in which variances of samples are averaged, pixels; it contains every filter
+NEAR_PX = 9
+LEAST_NOISE_E = 0.01  # smallest noise, because a network may divide by it
 
 
 class Planes(NamedTuple):
-    """What was measured at every pixel, by plane of a model's input."""
+    """Measured samples at every pixel, for each plane of a model's input."""
 
-    signal_e: np.ndarray  # (plane, y, x) of light alone, of the most sensitive capture, on the axis
-    variance_e2: np.ndarray  # (plane, y, x)
+    # (plane, y, x) electrons of light, without dark charge, in electrons of the most sensitive
+    # capture, corrected for the relative illumination of the lens
+    signal_e: np.ndarray
+    variance_e2: np.ndarray  # (plane, y, x) temporal variance
     valid: np.ndarray  # (plane, y, x) bool
     fixed_e2: np.ndarray  # (plane, y, x) variance of the fixed pattern, from device to device
 
 
 @dataclass(frozen=True, eq=False)
 class Shot:
-    """The planes of a shot, and how the most sensitive capture sees light."""
+    """The planes of a shot, and the response of the most sensitive capture."""
 
     planes: Planes
-    filters: np.ndarray  # (y, x) number of the captures' channel
-    channels: tuple[str, ...]  # names of the captures' channels
-    captures: tuple[str, ...]  # their names
-    read: Readout  # of the most sensitive capture
-    dark_var_e2: float  # variance of its best reading in the dark
+    filters: np.ndarray  # (y, x) number of each pixel's channel
+    channels: tuple[str, ...]  # names of the channels
+    captures: tuple[str, ...]  # names of the captures
+    read: Readout  # reading of the most sensitive charge
+    dark_var_e2: float  # variance, in the dark, of the best reading of that charge
 
     def letters(self) -> np.ndarray:
         """Return the letters (row, column) of the filter array, from the first pixel on."""
@@ -63,7 +67,7 @@ class Shot:
         return ShotForm(self.captures, tuple("".join(row) for row in self.letters()))
 
     def invalid(self) -> np.ndarray:
-        """Return the pixels (y, x) that no plane measured."""
+        """Return the pixels (y, x) that are valid in no plane."""
         return ~self.planes.valid.any(axis=0)
 
 
@@ -72,14 +76,14 @@ def shot(captures: xr.Dataset, how: NetworkFields, apart: bool) -> Shot:
 
     Parameters
     ----------
+    captures : captures Dataset with a known black level.
     how : the fields of the isp.
-    apart : one plane per capture, in the order of the shot, each in electrons of the most
-        sensitive one; False merges them to one plane.
-    captures : captures Dataset whose black level is known.
+    apart : if True, there is one plane per capture, in the order of the shot, each in electrons of
+        the most sensitive capture. If False, all captures are merged to one plane.
 
     Raises
     ------
-    UnitError : the filter array holds two exposures, or a filter sees no light.
+    UnitError : the filter array has two exposures, or a filter transmits no light.
     """
     if is_interleaved(captures):
         raise UnitError(
@@ -96,7 +100,7 @@ def shot(captures: xr.Dataset, how: NetworkFields, apart: bool) -> Shot:
         cell = array_period(captures["filter"].values)
         mosaics = [corrected(mosaic, captures[MAP].values, cell) for mosaic in mosaics]
     level = shading(captures, how.shading_csv)
-    lit = level > 0  # elsewhere no light passes the lens
+    lit = level > 0  # other pixels get no light through the lens
     level = np.where(lit, level, 1.0)
     return Shot(
         Planes(
@@ -131,7 +135,7 @@ def _apart(groups: list[list[Readout]], per_light: list[np.ndarray]) -> list[Mer
 
 
 def inputs(taken: Shot, contract: Contract) -> dict[str, np.ndarray]:
-    """Return what a model of the contract may ask for: float32 (plane, y, x) by name."""
+    """Return all possible inputs of a model with the contract: float32 (plane, y, x) by name."""
     number = {letter: k for k, letter in enumerate(contract.channels)}
     mask_of = np.array([number[name] for name in taken.channels])[taken.filters]
     signal, variance, valid, _ = taken.planes
@@ -160,7 +164,7 @@ def unit_e_per_cd_m2(contract: Contract, taken: Shot) -> float:
 
     Raises
     ------
-    UnitError : the channel sees no daylight.
+    UnitError : the channel transmits no daylight.
     """
     unit = float(taken.read.sensitivity[taken.channels.index(contract.unit_channel)])
     if not unit > 0:
@@ -173,12 +177,13 @@ def unit_e_per_cd_m2(contract: Contract, taken: Shot) -> float:
 
 
 def state_unlike_filters(contract: Contract, taken: Shot, wavelength_nm: np.ndarray) -> None:
-    """State how far the sensor's electrons differ from those of the sensor that a model is for, on
-    coloured light; nothing where the model does not state its filters.
+    """State in the ledger how much the sensor's electrons in coloured light differ from those of
+    the sensor for which a model was made. Nothing is stated if the model does not state its
+    filters.
 
     Parameters
     ----------
-    contract : what the model states of the sensor that it is for.
+    contract : contract of the model.
     taken : the planes of a shot, with the sensor's response.
     wavelength_nm : centres of the bands (wavelength,), nm.
 
@@ -194,7 +199,7 @@ def state_unlike_filters(contract: Contract, taken: Shot, wavelength_nm: np.ndar
     order = [taken.channels.index(channel) for channel in contract.channels]
     own = taken.read.response[order]
     curves = np.array([contract.quantum_efficiency[name] for name in contract.channels])
-    # electrons per energy, up to a factor that the unit takes out
+    # electrons per energy, up to a factor that cancels in the ratio to the unit's channel
     trained = photons_per_energy(wavelength_nm) * np.array(
         [np.interp(wavelength_nm, contract.wavelength_nm, curve) for curve in curves]
     )
@@ -217,6 +222,6 @@ def state_unlike_filters(contract: Contract, taken: Shot, wavelength_nm: np.ndar
 
 
 def near_invalid(invalid: np.ndarray, cell: tuple[int, int]) -> np.ndarray:
-    """Return the pixels (y, x) that have an invalid sample less than one cell away."""
+    """Return the pixels (y, x) with an invalid sample at a distance of less than one cell."""
     size = [2 * side - 1 for side in cell]
     return maximum_filter(invalid, size, mode="constant") if invalid.any() else invalid

@@ -1,7 +1,7 @@
 """Tiles: a network over a picture of any size, in overlapping tiles without seams.
 
 The picture is padded to whole tiles. Pixels beyond the border keep the phase of the filter array:
-whole cells are mirrored, and each sample stays at its place within the cell. On a 2 x 2 array this
+whole cells are mirrored, and each sample keeps its position within the cell. On a 2 x 2 array this
 is a mirror about the outermost pixel.
 """
 
@@ -17,63 +17,63 @@ Arrays = Mapping[str, np.ndarray]
 
 
 class Padding(NamedTuple):
-    """Rows, or columns, of a padded picture."""
+    """Padding of a picture along one axis."""
 
-    before: int  # of the padded picture, before the first pixel
-    index: np.ndarray  # pixel of the picture at every place of the padded one
+    before: int  # number of rows or columns added before the first pixel
+    index: np.ndarray  # index of the picture's row or column at each position of the padded picture
 
 
 class Window(NamedTuple):
-    """One tile along an axis: what goes in, and what of the result is kept."""
+    """One tile along an axis: the input range, and the range of results that are kept."""
 
     start: int
-    stop: int
+    stop: int  # exclusive
     keep_from: int
-    keep_to: int
+    keep_to: int  # exclusive
 
 
 @dataclass(frozen=True)
 class Grid:
-    """How a network wants its input cut."""
+    """Rules for dividing the input of a network into tiles."""
 
     cell: tuple[int, int]  # rows and columns of the filter array's period
-    multiple: int  # rows and columns of an input are multiples of it
-    overlap: int  # pixels at a tile's edge whose result is not used
+    multiple: int  # rows and columns of a tile are multiples of this number
+    overlap: int  # number of pixels at an inner edge of a tile with results that are not used
     tile: tuple[int, int]  # rows and columns of the largest tile, multiples of `multiple`
     fixed: bool = False  # whether every tile has exactly this size
 
 
 def padding(count: int, phase: int, period: int, target: int) -> Padding:
-    """Return how an axis is padded to `target` places.
+    """Return the padding of an axis to the length `target`.
 
     Parameters
     ----------
-    count : pixels of the picture along the axis.
-    phase : place within the cell of the first pixel; so many pixels are put before it.
-    period : of the filter array.
-    target : places of the padded axis, `phase` + `count` or more.
+    count : number of pixels of the picture along the axis.
+    phase : position of the first pixel within the cell; this number of pixels is added before it.
+    period : period of the filter array.
+    target : length of the padded axis, at least `phase` + `count`.
     """
     place = np.arange(-phase, target - phase)
     last = count - 1
-    while np.any((place < 0) | (place > last)):  # again for a picture of few cells
+    while np.any((place < 0) | (place > last)):  # more than once for a picture of few cells
         cells_before = -(np.minimum(place, 0) // period)
         place = np.where(place < 0, place % period + period * (cells_before - 1), place)
         cells_after = -(-np.maximum(place - last, 0) // period)
         inside = place - period * cells_after
         place = np.where(place > last, inside - period * (cells_after - 1), place)
-        if count < period:  # there is no pixel of every phase
+        if count < period:  # some phases have no pixel
             place = np.clip(place, 0, last)
     return Padding(phase, place)
 
 
 def windows(size: int, tile: int, overlap: int) -> list[Window]:
-    """Return the tiles along an axis of `size` places, which the kept parts cover once.
+    """Return the tiles along an axis. Their kept parts cover each position once.
 
     Parameters
     ----------
-    tile : places of a tile, more than twice `overlap`; one tile holds all where it is not smaller.
-    overlap : at an edge inside the picture, so many results are not kept.
-    size : places along the axis.
+    size : length of the axis.
+    tile : length of a tile, more than twice `overlap`. If it is at least `size`, there is one tile.
+    overlap : number of results at an edge inside the picture that are not kept.
     """
     if size <= tile:
         return [Window(0, size, 0, size)]
@@ -91,9 +91,9 @@ def even_tile(size: int, grid: Grid, axis: int) -> int:
 
     Parameters
     ----------
-    size : places along the axis.
+    size : length of the axis.
     grid : the largest tile, its overlap and multiples.
-    axis : 0 of rows, 1 of columns.
+    axis : 0 for rows, 1 for columns.
     """
     largest = grid.tile[axis]
     if size <= largest or grid.fixed:
@@ -111,10 +111,10 @@ def tiled(
 
     Parameters
     ----------
-    network : takes and returns arrays (1, plane, y, x) by name.
+    network : function from arrays (1, plane, y, x) by name to such arrays by name.
     planes : (plane, y, x) by name.
     phase : row and column of the cell at the first pixel.
-    grid : how the network wants its input cut.
+    grid : rules for dividing the input into tiles.
     """
     height, width = next(iter(planes.values())).shape[1:]
     whole = [
@@ -152,13 +152,13 @@ def _tiles(size: list[int], grid: Grid) -> Iterator[tuple[Window, Window]]:
 
 
 def _whole(count: int, multiple: int, tile: int, fixed: bool) -> int:
-    """Return the padded size of an axis."""
+    """Return the padded length of an axis."""
     size = -(-count // multiple) * multiple
     return max(size, tile) if fixed else size
 
 
 def _kept(window: Window, before: int, count: int) -> tuple[slice, slice]:
-    """Return the pixels of the picture that a tile gives, and their places in the tile."""
+    """Return the slice of the picture that a tile fills, and the slice of the tile's results."""
     first = max(window.keep_from - before, 0)
     last = max(min(window.keep_to - before, count), first)
     shift = before - window.start

@@ -1,13 +1,13 @@
-"""Readout: from DN back to electrons, several captures into one, and the noise of both.
+"""Readout: from DN to electrons, several captures merged to one mosaic, and the noise of both.
 
 | module               | content                                                               |
 |----------------------|-----------------------------------------------------------------------|
 | `black_level`        | black level, stated or measured on optical black rows                 |
-| `captures_check`     | variables, attributes and values that later steps rely on             |
+| `captures_check`     | check of variables, attributes and values that later steps need       |
 | `combine`            | captures of one shot merged into one mosaic of electrons              |
-| `defects`            | pixels of the sensor's map of defects, taken from their neighbours    |
-| `electrons`          | DN back to electrons with their variance, and their light             |
-| `fixed_pattern`      | how far another device of the same model would differ                 |
+| `defects`            | pixels of the sensor's map of defects, interpolated from neighbours   |
+| `electrons`          | from DN to electrons with their variance, and the light per electron  |
+| `fixed_pattern`      | differences between devices of the same model                         |
 | `interleaved`        | one capture with two exposures or sensitivities in the filter array   |
 | `merge_rules`        | published rules to merge a shot, for comparison                       |
 | `noise_propagation`  | variance of a picture that is a linear map of the mosaic              |

@@ -18,7 +18,7 @@ BLACK = "optical_black"  # variable of the captures, (capture, black_row, x) DN
 
 
 def with_black_level(captures: xr.Dataset, source: str) -> xr.Dataset:
-    """Return captures with the `black_dn` of the black level that `source` names.
+    """Return captures with `black_dn` from the given source.
 
     The mean linear DN of a capture's optical black pixels is the sum of black level and mean dark
     charge. The dark charge that the sensor states (`dark_e`) is subtracted. The ledger gets the
@@ -31,7 +31,7 @@ def with_black_level(captures: xr.Dataset, source: str) -> xr.Dataset:
 
     Raises
     ------
-    UnitError : `source` is "optical", and the captures hold no optical black pixels.
+    UnitError : `source` is "optical", and the captures have no optical black pixels.
     """
     if source == "stated":
         return captures

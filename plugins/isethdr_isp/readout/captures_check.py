@@ -1,4 +1,4 @@
-"""Check of captures: variables, attributes, dimensions and values that later steps rely on."""
+"""Check of captures: variables, attributes, dimensions and values that later steps need."""
 
 from __future__ import annotations
 
@@ -24,8 +24,8 @@ FALLOFFS = ("cos4", "none", "table")
 
 
 def check_captures(captures: xr.Dataset) -> None:
-    """Raise UnitError unless `captures` holds all that docs/reference/contracts.md lists, with sane
-    values.
+    """Raise UnitError unless `captures` has everything that docs/reference/contracts.md lists, with
+    valid values.
     """
     _check_contents(captures)
     _check_optics(captures)
@@ -60,7 +60,7 @@ def _check_contents(captures: xr.Dataset) -> None:
 
 
 def _check_optics(captures: xr.Dataset) -> None:
-    """Refuse a lens from whose values no radiance follows."""
+    """Refuse attributes of the lens from which radiance cannot be computed."""
     falloff = captures.attrs["falloff"]
     if falloff not in FALLOFFS:
         raise UnitError(f"falloff {falloff!r} is unknown{did_you_mean(falloff, FALLOFFS)}")
@@ -73,7 +73,7 @@ def _check_optics(captures: xr.Dataset) -> None:
 
 
 def _check_codes(captures: xr.Dataset) -> None:
-    """Refuse codes that are no numbers, and a top that is not above the black level."""
+    """Refuse codes that are not finite, and a top that is not above the black level."""
     black_dn = captures["black_dn"].values
     top_dn = captures["top_dn"].values
     if not np.all(np.isfinite(black_dn)):
@@ -119,7 +119,7 @@ def _check_channels(captures: xr.Dataset) -> None:
 
 
 def _check_companding(captures: xr.Dataset) -> None:
-    """Refuse a table that cannot be inverted: half of one, too short, or not rising."""
+    """Refuse a table that cannot be inverted: incomplete, too short, or not increasing."""
     present = [name for name in ("companding_dn", "companding_linear_dn") if name in captures]
     if not present:
         return

@@ -1,18 +1,17 @@
 """Combine: merge any number of captures of one shot into one mosaic of electrons, without bias.
 
-Weights must follow the noisy data, and such weights usually bias the result. For a charge t = N + n
-with N Poisson(m) and n normal(0, v), and any smooth G,
+Weights must depend on the noisy data, and such weights usually bias the result. For a charge
+t = N + n with N Poisson(m) and n normal(0, v), and any smooth function G (Chen 1975; Stein 1981),
 
-    E[t G(t)] = m E[G(t + 1)] + v E[G'(t)]                                    (Chen 1975; Stein
-    1981)
+    E[t G(t)] = m E[G(t + 1)] + v E[G'(t)]
 
-so that, with z an independent estimate of the signal m - d and d the known dark charge,
+Let d be the known dark charge, and z an independent estimate of the signal m - d. Then
 
     x = t G(t) - v G'(t) - d G(t + 1) + z (1 - G(t + 1))
 
-has exactly the mean of the signal for every G. Here G is the weight of inverse variances, times a
-ramp that ends just below saturation and is one standard deviation of the shot noise wide. Several
-reads of one charge are averaged first, with constant weights. The weights follow the temporal noise
+has exactly the mean m - d for every G. Here G is the weight by inverse variances, times a ramp that
+ends just below saturation and is one standard deviation of the shot noise wide. Several readings of
+one charge are averaged first, with constant weights. The weights depend on the temporal noise
 alone; the fixed pattern is propagated with them.
 """
 
@@ -29,17 +28,17 @@ from .noise_propagation import Alike, NoisePart, SampleNoise
 
 @dataclass(frozen=True, eq=False)
 class Merged:
-    """One mosaic of electrons, without dark charge, of the most sensitive charge."""
+    """One mosaic in electrons of the most sensitive charge, without dark charge."""
 
     signal_e: np.ndarray  # (y, x)
-    variance_e2: np.ndarray  # (y, x)
+    variance_e2: np.ndarray  # (y, x) temporal variance
     valid: np.ndarray  # (y, x) bool, unsaturated in some capture
-    source: np.ndarray  # (y, x) uint8, the capture that weighs most
+    source: np.ndarray  # (y, x) uint8, number of the capture with the largest weight
     fixed: SampleNoise = field(default_factory=SampleNoise)  # fixed-pattern variance, e^2
 
 
 def joined_rows(blocks: list[Merged]) -> Merged:
-    """Return the mosaic of these blocks of rows, one below the other."""
+    """Return the mosaic of blocks of rows, joined one below the other."""
     if len(blocks) == 1:
         return blocks[0]
     signal = np.concatenate([block.signal_e for block in blocks])
@@ -50,7 +49,7 @@ def joined_rows(blocks: list[Merged]) -> Merged:
     parts: dict[tuple[Alike, Alike], NoisePart] = {}
     for block, start, end in zip(blocks, ends[:-1], ends[1:], strict=True):
         for part in block.fixed.parts:
-            # a block without this cause of noise has none of it
+            # a block without this cause of noise keeps the variance 0
             joined = parts.setdefault(
                 (part.rows, part.columns), part._replace(variance_e2=np.zeros(signal.shape))
             )
@@ -60,7 +59,7 @@ def joined_rows(blocks: list[Merged]) -> Merged:
 
 
 def single_capture(read: Readout) -> Merged:
-    """Return one reading as a mosaic, without a margin below its top."""
+    """Return one reading as a mosaic. All samples that are not saturated are valid."""
     signal = read.charge_e - read.dark_e
     variance = read.variance_e2()
     source = np.full(signal.shape, read.capture, np.uint8)
@@ -75,24 +74,30 @@ def single_capture(read: Readout) -> Merged:
 
 @dataclass(frozen=True, eq=False)
 class Charge:
-    """One charge as best read: its estimate and the variance of the read, per pixel."""
+    """The best estimate of one charge from all its readings, for each pixel."""
 
-    t_e: np.ndarray  # (y, x) dark charge included
-    read_var_e2: np.ndarray  # (y, x)
-    dark_e: float
-    top_e: float  # less the margin for clipped charge
+    t_e: np.ndarray  # (y, x) estimate, dark charge included
+    read_var_e2: np.ndarray  # (y, x) variance of the estimate without shot noise
+    dark_e: float  # mean dark charge
+    top_e: float  # largest charge still measured, minus the margin for clipped charge
     good: np.ndarray  # (y, x) bool, not saturated
-    # (y, x) electrons per cd/m2 of the white, each pixel through its own filter
+    # (y, x) electrons per cd/m2 of the white, for the filter of each pixel
     per_light: np.ndarray
-    source: np.ndarray  # (y, x) uint8, the capture whose read weighs most
-    reads: tuple[WeightedRead, ...] = ()  # the readings and their shares of `t_e`
+    source: np.ndarray  # (y, x) uint8, number of the capture of the reading with the largest weight
+    reads: tuple[WeightedRead, ...] = ()  # the readings and their weights in `t_e`
 
 
 def read_charge(reads: list[Readout], per_light: np.ndarray) -> Charge:
-    """Return one charge from all reads of it: those below their top, weighted by 1 / read variance.
+    """Return one charge from its readings. Readings below their top are weighted by 1 / read
+    variance.
 
-    The weights do not depend on the light, so there is no bias. Shot noise that the reads share is
-    counted once.
+    These weights do not depend on the light, so there is no bias. The readings share their shot
+    noise, which counts once.
+
+    Parameters
+    ----------
+    reads : all readings of the charge.
+    per_light : (y, x) electrons per cd/m2 of the white.
     """
     widest = max(reads, key=lambda r: r.top_e)
     total = np.zeros(widest.charge_e.shape)
@@ -102,9 +107,9 @@ def read_charge(reads: list[Readout], per_light: np.ndarray) -> Charge:
     usable = np.zeros(total.shape, bool)
     inverses = []
     for read in reads:
-        # a full well reads as saturated though its read noise may lie below the top
+        # a full well is marked as saturated, although read noise may take it below the top
         use = (read.charge_e < read.clear_top_e) & ~read.saturated
-        # a noiseless read simply outweighs the others
+        # a reading without noise gets a very large weight
         inverse = np.where(use, 1 / np.maximum(read.read_var_e2, 1e-12), 0.0)
         inverses.append(inverse)
         total += inverse * read.charge_e
@@ -119,7 +124,7 @@ def read_charge(reads: list[Readout], per_light: np.ndarray) -> Charge:
         np.where(usable, inverse / safe, float(read is widest)) if len(reads) > 1 else 1.0
         for read, inverse in zip(reads, inverses)
     ]
-    # the shares add to 1, so PRNU and dark spread, which the readings have in common, count once
+    # The shares sum to 1. PRNU and dark spread, which the readings have in common, count once.
     weighted = [WeightedRead(read.spread.of_offsets(), share) for read, share in zip(reads, shares)]
     weighted.append(WeightedRead(widest.spread.of_silicon(), 1.0))
     return Charge(
@@ -128,8 +133,8 @@ def read_charge(reads: list[Readout], per_light: np.ndarray) -> Charge:
 
 
 def fold(charges: list[Charge]) -> Merged:
-    """Return the mosaic in electrons of the last charge; `charges` runs from least to most
-    sensitive.
+    """Return the mosaic merged from `charges`, from the least to the most sensitive, in electrons
+    of the last one.
     """
     short = charges[0]
     z = short.t_e - short.dark_e
@@ -167,7 +172,7 @@ def fold(charges: list[Charge]) -> Merged:
 
 
 def _relative(per_light: np.ndarray, reference: np.ndarray) -> np.ndarray:
-    """Return the sensitivity of a charge over that of another, 1 where both are 0."""
+    """Return the sensitivity of a charge relative to that of another; 1 where the latter is 0."""
     sensitive = np.asarray(reference) > 0
     return np.divide(per_light, reference, out=np.ones(np.shape(sensitive)), where=sensitive)
 
@@ -175,26 +180,26 @@ def _relative(per_light: np.ndarray, reference: np.ndarray) -> np.ndarray:
 def weight(
     t: np.ndarray, charge: Charge, short: Charge, ratio: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return the weight G of the more sensitive charge, and its derivative.
+    """Return the weight G (y, x) of the more sensitive charge, and its derivative (y, x), 1/e.
 
     Parameters
     ----------
-    t : electrons (y, x) of the more sensitive charge, at which G is taken.
+    t : electrons (y, x) of the more sensitive charge, the argument of G.
     charge : the more sensitive charge.
     short : the less sensitive charge.
     ratio : electrons of `short` per electron of `charge`, a number or (y, x).
     """
     mean = np.maximum(t, 0.0)
     variance_long = mean + charge.read_var_e2
-    # what the shorter capture's variance would be at this light, in electrons of the longer one
+    # variance of the less sensitive charge at this light, in electrons of the more sensitive one
     variance_short = mean / ratio + (short.dark_e + short.read_var_e2) / ratio**2
     total = variance_long + variance_short
-    dark = total <= 0  # no light, no read noise: the limit of the same formula
+    dark = total <= 0  # without light and read noise, use the limit of the formula
     total = np.where(dark, 1.0, total)
     share = np.where(dark, 1 / (1 + ratio), variance_short / total)
     slope = np.where(t > 0, (variance_long / ratio - variance_short) / total**2, 0.0)
     width = np.sqrt(max(charge.top_e, 1.0))
-    # a sensor without a well has an infinite top: always below the ramp
+    # with an infinite top, all charges are below the ramp
     s = np.clip((charge.top_e - t) / width, 0.0, 1.0) if np.isfinite(width) else np.ones_like(t)
     ramp = s * s * (3 - 2 * s)
     ramp_slope = -6 * s * (1 - s) / width

@@ -1,4 +1,6 @@
-"""Defects: pixels that the sensor's own map names become the mean of neighbours of one filter."""
+"""Defects: pixels of the sensor's map of defects become the mean of neighbours with the same
+filter.
+"""
 
 from __future__ import annotations
 
@@ -15,14 +17,15 @@ def corrected(merged: Merged, defect: np.ndarray, cell_shape: tuple[int, int]) -
     """Return the mosaic with every defect replaced by the mean of opposite neighbours.
 
     There are two pairs of neighbours at the period of the filter array: above and below, left and
-    right. The pair is used whose values differ less relative to their noise, if both pixels are
-    sound. Without such a pair, the mean of all sound neighbours is used. Either pair keeps a linear
-    ramp. A defect without a sound neighbour is not valid.
+    right. Of the pairs with two valid pixels that are no defects, the one with the smaller
+    difference relative to its noise is used. Without such a pair, the mean of all valid neighbours
+    that are no defects is used. The mean of a pair is exact for a linear ramp. A defect without
+    such a neighbour is not valid.
 
     Parameters
     ----------
     merged : electrons and variance (y, x).
-    defect : (y, x) bool.
+    defect : (y, x) bool, the map of defects.
     cell_shape : rows and columns of the filter array's period.
     """
     y, x = np.nonzero(defect)

@@ -1,4 +1,4 @@
-"""Electrons: from DN back to electrons with their variance, and the light that corresponds to one
+"""Electrons: from DN to electrons with their variance, and the light that corresponds to one
 electron of a capture.
 """
 
@@ -30,8 +30,11 @@ PER_CAPTURE = (
     "area_m2",
     "charge",
 )
-MARGIN = 5.0  # read noises: a sample this close below the top may be clipped charge
-VARIANCE_FLOOR = 0.1  # of the read variance: a variance estimated from one pixel must stay above 0
+# margin below the top, in standard deviations of read noise, in which charge may be clipped
+MARGIN = 5.0
+# smallest estimated variance as a share of the read variance; a variance estimated from one pixel
+# must be above 0
+VARIANCE_FLOOR = 0.1
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,15 +43,16 @@ class Readout:
 
     charge_e: np.ndarray  # (y, x)
     saturated: np.ndarray  # (y, x) bool
-    # read noise and quantisation; (y, x) where the steps grow with the light or the pixel bends
+    # variance of read noise and quantisation; (y, x) if the steps of the code depend on the light
+    # or the pixel is nonlinear
     read_var_e2: float
-    dark_e: float
+    dark_e: float  # mean dark charge
     top_e: float  # largest charge still measured
-    clear_top_e: float  # the same less the margin within which clipped charge may hide
-    sensitivity: np.ndarray  # (channel,) electrons per (cd/m2 of light `white`) on the axis
+    clear_top_e: float  # the same minus a margin in which charge may be clipped
+    sensitivity: np.ndarray  # (channel,) electrons per cd/m2 of the white on the axis
     response: np.ndarray  # (channel, wavelength) electrons per band mean radiance on the axis
-    capture: int = 0  # place of this capture in the shot
-    # how far another device would differ
+    capture: int = 0  # number of this capture in the shot
+    # differences between devices of the same model
     spread: DeviceSpread = field(default_factory=DeviceSpread)
 
     def of_rows(self, rows: slice) -> Readout:
@@ -70,8 +74,13 @@ class Readout:
 
 
 def charge_variance(charge_e: np.ndarray, read_var_e2: float | np.ndarray) -> np.ndarray:
-    """Return the estimated variance, e^2, of one read of a Poisson charge; kept above 0 where noise
-    made it negative.
+    """Return the estimated variance, e^2, of one reading of a Poisson charge. It is limited to
+    positive values, because noise may make `charge_e` negative.
+
+    Parameters
+    ----------
+    charge_e : (y, x) reading, electrons.
+    read_var_e2 : variance of the reading without shot noise, e^2.
     """
     return np.maximum(charge_e + read_var_e2, VARIANCE_FLOOR * read_var_e2)
 
@@ -87,7 +96,7 @@ def readouts(captures: xr.Dataset, white_radiance: np.ndarray) -> list[Readout]:
 
     Notes
     -----
-    If the captures hold a response table (`response_dn`), the electrons are those that arrived at
+    If the captures have a response table (`response_dn`), the electrons are those that arrived at
     the pixel, and a pixel is saturated only at the end of the table.
     """
     per_photon = captures["quantum_efficiency"].values.astype(float)
@@ -140,8 +149,8 @@ def readouts(captures: xr.Dataset, white_radiance: np.ndarray) -> list[Readout]:
 
 
 def decompanded(captures: xr.Dataset, i: int) -> tuple[np.ndarray, float | np.ndarray, float]:
-    """Return linear DN (y, x) of capture `i`, linear DN per code there (y, x), and at the top; 1
-    without companding.
+    """Return the linear DN (y, x) of capture `i`, and the linear DN per code at each pixel (y, x)
+    and at the top. The latter two are 1 without companding.
     """
     return linear_dn(captures, i, captures["raw"].values[i].astype(float))
 
@@ -149,12 +158,12 @@ def decompanded(captures: xr.Dataset, i: int) -> tuple[np.ndarray, float | np.nd
 def linear_dn(
     captures: xr.Dataset, i: int, raw: np.ndarray
 ) -> tuple[np.ndarray, float | np.ndarray, float]:
-    """Return linear DN of codes `raw` of capture `i`, linear DN per code there, and at the top; 1
-    without companding.
+    """Return the linear DN of codes `raw` of capture `i`, and the linear DN per code at these codes
+    and at the top. The latter two are 1 without companding.
 
-    The table `companding_dn` -> `companding_linear_dn` of the sensor is interpolated linearly;
-    padding with NaN is left out. Black level, gain, top and quantisation are those of the linear
-    scale.
+    The sensor's table from `companding_dn` to `companding_linear_dn` is interpolated linearly;
+    entries of NaN, which pad it, are left out. Black level, gain, top and quantisation of captures
+    refer to linear DN.
 
     Parameters
     ----------
@@ -190,8 +199,8 @@ def falloff(captures: xr.Dataset) -> np.ndarray:
 
 
 def chosen(captures: xr.Dataset, name: str) -> xr.Dataset:
-    """Return the captures Dataset with only the capture called `name`; the first one when the name
-    is empty.
+    """Return the captures Dataset with only the capture called `name`, or with the first one if the
+    name is empty.
     """
     names = [str(c) for c in captures["capture"].values]
     if name and name not in names:

@@ -1,9 +1,8 @@
-"""Fixed pattern: how far the samples of another device of the same model would differ from those of
-this one.
+"""Fixed pattern: the differences between the samples of devices of the same model.
 
 PRNU scales the signal, the dark spread scales the dark charge, offsets add to a reading. PRNU and
-dark spread belong to the silicon of a photodiode. Readings of one photodiode have the same
-deviation, so their weights add before they are squared.
+dark spread belong to the silicon of a photodiode. All readings of one photodiode have the same
+deviation, so their weights are added before they are squared.
 """
 
 from __future__ import annotations
@@ -22,21 +21,21 @@ if TYPE_CHECKING:
 
 TERMS = ("prnu", "dark_spread_e", "dsnu_e", "column_e", "row_e")  # optional variables of captures
 SILICON = "silicon"
-# which samples share the deviation of a pixel, of a column and of a row: rows, columns
+# For each cause (pixel, column, row), the samples that share one deviation: (rows, columns)
 CAUSES: tuple[tuple[Alike, Alike], ...] = (("same", "same"), ("any", "same"), ("same", "any"))
 
 
 @dataclass(frozen=True, eq=False)
 class DeviceSpread:
-    """The differences between devices that the captures state, for one capture; all rms."""
+    """The differences between devices that the captures state, for one capture."""
 
-    prnu: float = 0.0  # over pixels / mean of the light's electrons
-    dark_spread_e: float = 0.0  # over pixels, of the dark charge of the exposure
-    dsnu_e: float = 0.0  # over pixels, of the offset of the reading
-    column_e: float = 0.0  # over columns, of the offset
-    row_e: float = 0.0  # over rows, of the offset
-    silicon: int = 0  # readings with the same number share the photodiode's silicon
-    # electrons that have to arrive per electron of offset; 1 where the pixel is linear
+    prnu: float = 0.0  # rms over pixels of the response / mean
+    dark_spread_e: float = 0.0  # rms over pixels of the dark charge of the exposure
+    dsnu_e: float = 0.0  # rms over pixels of the offset of the reading
+    column_e: float = 0.0  # rms over columns of the offset
+    row_e: float = 0.0  # rms over rows of the offset
+    silicon: int = 0  # readings with the same number share the silicon of a photodiode
+    # arriving electrons that correspond to one electron of offset; 1 for a linear pixel
     offset_gain: np.ndarray | float = 1.0
 
     def of_silicon(self) -> DeviceSpread:
@@ -44,7 +43,7 @@ class DeviceSpread:
         return replace(self, dsnu_e=0.0, column_e=0.0, row_e=0.0)
 
     def of_offsets(self) -> DeviceSpread:
-        """Return the terms that a reading has alone."""
+        """Return the terms that belong to one reading."""
         return replace(self, prnu=0.0, dark_spread_e=0.0)
 
     def any(self) -> bool:
@@ -66,7 +65,7 @@ def device_spread(
 ) -> DeviceSpread:
     """Return the spread between devices that one capture states.
 
-    A term that the captures lack is 0; without `silicon`, `charge` takes its place.
+    A term that the captures lack is 0. Without `silicon`, `charge` is used in its place.
 
     Parameters
     ----------
@@ -99,18 +98,19 @@ def check_device_spread(captures: xr.Dataset) -> None:
 def fixed_pattern(
     reads: list[WeightedRead], signal_e: np.ndarray, variance_e2: np.ndarray
 ) -> SampleNoise:
-    """Return the fixed-pattern variance of a merged mosaic: the mean over an ensemble of devices.
+    """Return the fixed-pattern variance of a merged mosaic over an ensemble of devices.
 
     Parameters
     ----------
     reads : every reading with its weight in the mosaic.
-    signal_e, variance_e2 : (y, x) the mosaic without dark charge, and its temporal variance.
+    signal_e, variance_e2 : (y, x) the mosaic without dark charge, electrons, and its temporal
+        variance, e^2.
 
     Notes
     -----
-    PRNU is proportional to the square of the mean signal, which is estimated without bias as
-    signal^2 - variance. A pixel in the dark may therefore state a value below 0. The sum with the
-    temporal variance stays above 0.
+    The variance by PRNU is proportional to the square of the mean signal, which is estimated
+    without bias as signal^2 - variance. It may therefore be negative for a pixel in the dark. The
+    sum with the temporal variance is positive.
     """
     reads = [read for read in reads if read.spread.any()]
     if not reads:

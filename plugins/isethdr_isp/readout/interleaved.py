@@ -1,10 +1,10 @@
-"""Interleaved: one capture in which some pixels of the filter array collect less, merged with the
-interpolation.
+"""Interleaved: one capture in which some pixels of the filter array collect less light. Its two
+kinds of pixels are merged and interpolated in one step.
 
-Every colour has a long sample t at its upper case pixels and a short one at its lower case pixels,
-never both at one place. With the weight G of `combine`, A = t G(t) - v G'(t) - d G(t + 1), B = 1 -
-G(t + 1), and the linear interpolations U from the upper case pixels and L from the lower case ones,
-L taking z to z' at every pixel,
+Every colour has a long sample t at its upper case pixels and a short sample z at its lower case
+pixels, never both at one pixel. Let G be the weight of `combine`, A = t G(t) - v G'(t) - d G(t + 1)
+and B = 1 - G(t + 1). Let U be the linear interpolation from the upper case pixels, and z' the
+linear interpolation of z from the lower case pixels to every pixel. Then
 
     x = U[A + z' B] + U[B] (z' - U[z'])
 
@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 
 
 def is_interleaved(captures: xr.Dataset) -> bool:
-    """Return whether some colour is sampled both by upper and by lower case pixels."""
+    """Return whether some colour is sampled by both upper and lower case pixels."""
     names = {str(name) for name in captures["channel"].values}
     return any(name.islower() and name.upper() in names for name in names)
 
@@ -42,8 +42,8 @@ class Interleaved(NamedTuple):
     """A merged capture of two exposures."""
 
     planes: np.ndarray  # (channel, y, x) electrons
-    variances: np.ndarray  # same shape, from shot to shot, e^2
-    fixed: np.ndarray  # same shape, from device to device, e^2
+    variances: np.ndarray  # (channel, y, x) temporal variance, e^2
+    fixed: np.ndarray  # (channel, y, x) variance of the fixed pattern, e^2
     valid: np.ndarray  # (y, x) bool
     response: np.ndarray  # (channel, wavelength) electrons per band mean radiance
     read: Readout
@@ -52,21 +52,21 @@ class Interleaved(NamedTuple):
 def merge_interleaved(
     captures: xr.Dataset, balance: Illuminant, shading_csv: str = ""
 ) -> Interleaved:
-    """Return the capture as electrons of upper case pixels, one channel per colour.
+    """Return the capture in electrons of upper case pixels, with one channel per colour.
 
-    A colour with letters of one case only keeps its channel. Dark charge is subtracted, and
+    A colour with letters of only one case keeps its channel. Dark charge is subtracted, and
     electrons are divided by the relative illumination of the lens.
 
     Parameters
     ----------
     captures : a captures Dataset with one capture.
-    balance : light whose grey is reproduced exactly.
+    balance : light in which grey is reproduced exactly.
     shading_csv : file with measured relative illumination; empty: the illumination that the lens
         states.
 
     Raises
     ------
-    UnitError : several captures, or a filter that transmits nothing of `balance`.
+    UnitError : there are several captures, or a filter transmits no light of `balance`.
     """
     if captures.sizes["capture"] != 1:
         raise UnitError(
@@ -96,7 +96,7 @@ def merge_interleaved(
     long_here = np.isin(filters, list(pairs))
     charge = read_charge([read], read.sensitivity[filters])
 
-    # every sample by itself, short ones in electrons of long ones
+    # each sample alone; short samples are converted to electrons of long samples
     scale = np.where(long_here, 1.0, ratio) * level
     single = (charge.t_e - charge.dark_e) / scale
     single_var = charge_variance(charge.t_e, charge.read_var_e2) / scale**2
@@ -104,7 +104,8 @@ def merge_interleaved(
     g_next, _ = weight(charge.t_e + 1, charge, charge, ratio)
     part = (charge.t_e * g - charge.read_var_e2 * slope - charge.dark_e * g_next) / level
 
-    # each sample has its own silicon; deviations shared by columns or rows count as independent
+    # each sample has its own silicon; deviations that columns or rows share are treated as
+    # independent
     pattern = fixed_pattern(list(charge.reads), single * scale, single_var * scale**2).scaled(
         1 / scale
     )

@@ -1,10 +1,11 @@
-"""Merge rules: the default and published rules for merging a shot, with one signature, for
-comparison.
+"""Merge rules: the default rule and published rules for merging a shot, for comparison. All have
+the same signature.
 
-A rule takes the reads of every charge, least sensitive charge first, and the electrons per unit of
-light of each charge's pixels. It returns `Merged` in absolute electrons of the most sensitive
-charge. A read counts while it is below 95 % of its top, ISETCam's saturated fraction. Each rule
-states its own variance; reads of one charge share their shot noise.
+The arguments of a rule are the readings of every charge, least sensitive charge first, and for each
+charge the electrons per cd/m2 of its pixels (y, x). A rule returns `Merged` in absolute electrons
+of the most sensitive charge. In the published rules, a reading counts as good below 95 % of its
+top, ISETCam's saturated fraction. Each rule states its own variance. Readings of one charge share
+their shot noise.
 """
 
 from __future__ import annotations
@@ -15,15 +16,15 @@ from .combine import Merged, fold, joined_rows, read_charge
 from .electrons import Readout, charge_variance
 from .fixed_pattern import WeightedRead, fixed_pattern
 
-AT_ONCE = 1 << 14  # pixels that are merged at a time
-SHARE = 0.95  # of the top (sensorComputeArray.m)
+AT_ONCE = 1 << 14  # number of pixels merged at a time
+SHARE = 0.95  # share of the top below which a reading is good (sensorComputeArray.m)
 
 
 def inverse_variance(groups: list[list[Readout]], per_light: list[np.ndarray]) -> Merged:
-    """Return the merge by inverse variance without bias: the default.
+    """Return the merge by inverse variance without bias, the default rule.
 
-    It works on blocks of rows, so that intermediate results stay in the processor's cache. The
-    block size does not change the result.
+    It is computed in blocks of rows, so that intermediate results stay in the processor's cache.
+    The block size does not change the result.
     """
     height, width = per_light[0].shape
     step = max(1, AT_ONCE // width)
@@ -42,8 +43,9 @@ def _inverse_variance(
 
 
 def isetcam(groups: list[list[Readout]], per_light: list[np.ndarray]) -> Merged:
-    """Return ISETCam's rule 'saturated' (sensorComputeArray.m): the widest read of the most
-    sensitive charge that is good.
+    """Return the merge by ISETCam's rule 'saturated' (sensorComputeArray.m): for each charge, only
+    the reading with the widest range counts, and the most sensitive charge with a good reading is
+    used.
 
     Higher gains of one charge are never used. ISETCam does not test the saturation of the least
     sensitive charge; here it sets `valid`.
@@ -52,15 +54,15 @@ def isetcam(groups: list[list[Readout]], per_light: list[np.ndarray]) -> Merged:
 
 
 def average(groups: list[list[Readout]], per_light: list[np.ndarray]) -> Merged:
-    """Return the paper's rule: the plain mean of the good reads of the most sensitive charge that
-    has one.
+    """Return the merge by the rule of the ISETHDR paper: the mean of the good readings of the most
+    sensitive charge that has one.
     """
     return _descend(groups, per_light)
 
 
 def poisson_sum(groups: list[list[Readout]], per_light: list[np.ndarray]) -> Merged:
-    """Return the sum of charge over the sum of sensitivity of all good reads (Hanji et al. 2020,
-    Poisson estimator).
+    """Return the sum of the charges of all good readings divided by the sum of their sensitivities
+    (Hanji et al. 2020, Poisson estimator).
     """
     least = _descend(groups[:1], per_light[:1])
     electrons, light, variance = (np.zeros(least.signal_e.shape) for _ in range(3))
@@ -97,13 +99,13 @@ def _good(read: Readout) -> np.ndarray:
 
 
 def _descend(groups: list[list[Readout]], per_light: list[np.ndarray]) -> Merged:
-    """Return the mean of the good reads of the most sensitive charge that has one; else the widest
-    read of the least sensitive charge.
+    """Return the mean of the good readings of the most sensitive charge that has one. If there is
+    none, return the reading of the least sensitive charge with the widest range.
     """
     merged = None
     chosen = []
     parts = []
-    for reads, light in zip(groups, per_light):  # least sensitive first, later ones overwrite
+    for reads, light in zip(groups, per_light):  # later, more sensitive charges replace earlier
         usable = np.array([_good(read) for read in reads])
         use = usable | (
             ~usable.any(0)

@@ -1,7 +1,7 @@
 """Noise propagation: the variance of a picture that is a linear map of the mosaic.
 
 Every value of a picture is a weighted sum of samples of the mosaic. Colour matrix and demosaic are
-composed to one kernel per position of the filter array, so the result includes the covariance
+combined to one kernel per position of the filter array, so the result includes the covariance
 between interpolated channels.
 """
 
@@ -12,7 +12,8 @@ from typing import Literal, NamedTuple, Protocol
 
 import numpy as np
 
-AT_ONCE = 1 << 14  # pixels whose samples are gathered at a time: they stay in the processor's cache
+# number of pixels computed at a time, so that their samples stay in the processor's cache
+AT_ONCE = 1 << 14
 
 Alike = Literal["same", "any"]
 
@@ -20,8 +21,9 @@ Alike = Literal["same", "any"]
 class NoisePart(NamedTuple):
     """One cause of noise: its variance in every sample, and the samples that share one deviation.
 
-    `rows` and `columns` define these samples: "same" means only samples of one row or column, "any"
-    means all. Their deviation is one normal number times the square root of the variance.
+    `rows` and `columns` define these samples. "same" means that only samples of the same row or
+    column share a deviation, "any" that samples of all rows or columns do. The shared deviation is
+    one normal number times the square root of the variance.
     """
 
     variance_e2: np.ndarray  # (y, x)
@@ -33,9 +35,9 @@ class NoisePart(NamedTuple):
         return self.rows == "same" and self.columns == "same"
 
     def samples(self) -> float | np.ndarray:
-        """Return the noise (y, x) in the form that `weighted` takes: standard deviations where
-        samples share a deviation, else variances. One standard deviation, where it is the same for
-        all samples.
+        """Return the noise (y, x) in the form that `weighted` needs: standard deviations if samples
+        share a deviation, otherwise variances. If all samples have the same variance, return one
+        standard deviation instead.
         """
         if self.variance_e2.min() == self.variance_e2.max() >= 0:
             return np.sqrt(self.variance_e2.flat[0])
@@ -56,7 +58,7 @@ class NoisePart(NamedTuple):
 
         Parameters
         ----------
-        weights : (out, sample).
+        weights : (out, sample) weights of the samples.
         groups : numbers of the samples that share a deviation, as `groups` returns them.
         near : noise (sample, pixel) of the samples of each pixel, as `samples` returns it.
         """
@@ -65,13 +67,15 @@ class NoisePart(NamedTuple):
         return sum((weights[:, group] @ near[group]) ** 2 for group in groups)
 
     def gain(self, weights: np.ndarray, groups: list[list[int]]) -> np.ndarray:
-        """Return the variance (out,) of `weights` (out, sample) times samples of variance 1."""
+        """Return the variance (out,) of sums of samples of variance 1, weighted by `weights` (out,
+        sample). `groups` is as in `weighted`.
+        """
         return sum(weights[:, group].sum(axis=1) ** 2 for group in groups)
 
 
 @dataclass(frozen=True, eq=False)
 class SampleNoise:
-    """The noise of the samples of a mosaic: independent causes, whose variances add."""
+    """The noise of the samples of a mosaic: independent causes with variances that add."""
 
     parts: tuple[NoisePart, ...] = ()
 
@@ -102,12 +106,10 @@ class NoiseMap(Protocol):
 
 
 class Kernel(NamedTuple):
-    """The weights that make every channel of the pixels at `rows` x `columns`; both are regular
-    index arrays.
-    """
+    """The weights from which every channel of a regular group of pixels is computed."""
 
-    rows: np.ndarray
-    columns: np.ndarray
+    rows: np.ndarray  # rows of the pixels, at a regular distance
+    columns: np.ndarray  # columns of the pixels, at a regular distance
     offsets: list[tuple[int, int]]  # (dy, dx) of each sample from the pixel
     weights: np.ndarray  # (channel, sample)
 
@@ -129,7 +131,7 @@ class Kernel(NamedTuple):
 
 
 def _slice(index: np.ndarray) -> slice:
-    """Return a regular index array as a slice: a view instead of a copy."""
+    """Return a regular index array as a slice, which gives a view instead of a copy."""
     step = int(index[1] - index[0]) if len(index) > 1 else 1
     return slice(int(index[0]), int(index[-1]) + 1, step)
 
@@ -142,13 +144,14 @@ class Kernels:
     shape: tuple[int, int]  # rows and columns of the mosaic
 
     def variance(self, matrix: np.ndarray, noise: SampleNoise) -> np.ndarray:
-        """Return the variance (out, y, x) of `matrix` (out, channel) times the channels that the
-        kernels make.
+        """Return the variance (out, y, x) of `matrix` (out, channel) times the interpolated
+        channels.
 
         Notes
         -----
-        With the composed weight k of a sample, the variance is the sum of k^2 Var over the samples.
-        Of samples that share a deviation, the sum of k sd is squared. The result is exact.
+        Let k be the combined weight of a sample. The variance is the sum of k^2 Var over the
+        samples. For samples that share a deviation, the sum of k sd is squared. The result is
+        exact.
         """
         variance = np.zeros((len(matrix), *self.shape))
         for part in noise.parts:

@@ -1,6 +1,4 @@
-"""Nonlinear response: the table from linear DN to electrons, for captures of a pixel that is not
-linear.
-"""
+"""Nonlinear response: the table from linear DN to electrons, for captures of nonlinear pixels."""
 
 from __future__ import annotations
 
@@ -19,13 +17,11 @@ NAMES = ("response_dn", "response_e", "response_variance_e2")
 
 @dataclass(frozen=True, eq=False)
 class BentResponse:
-    """Rising linear DN, the electrons that have to arrive for them and the variance of one reading,
-    all (entry,).
-    """
+    """The table from linear DN to electrons; all arrays are (entry,)."""
 
-    dn: np.ndarray
-    electrons: np.ndarray  # dark charge included
-    variance_e2: np.ndarray  # of one reading, the shot noise of the light included
+    dn: np.ndarray  # linear DN, increasing
+    electrons: np.ndarray  # arriving electrons, dark charge included
+    variance_e2: np.ndarray  # variance of one reading, shot noise included
 
     def electrons_at(self, dn: float | np.ndarray) -> np.ndarray:
         """Return the electrons that have to arrive for `dn`. Below the first entry the first
@@ -43,13 +39,15 @@ class BentResponse:
         return slopes[np.clip(segment, 0, len(slopes) - 1)]
 
     def read_variance_e2(self, dn: np.ndarray) -> np.ndarray:
-        """Return the variance of a reading less the Poisson noise of the light, e^2, 0 or above."""
+        """Return the variance of a reading minus the Poisson variance of the electrons, e^2, 0 or
+        above.
+        """
         poisson = np.maximum(np.interp(dn, self.dn, self.electrons), 0.0)
         return np.maximum(np.interp(dn, self.dn, self.variance_e2) - poisson, 0.0)
 
 
 def bent_response(captures: xr.Dataset, i: int) -> BentResponse | None:
-    """Return the table of capture `i` without its padding; None where the capture is linear."""
+    """Return the table of capture `i` without its padding; None if the capture is linear."""
     if NAMES[0] not in captures:
         return None
     columns = np.array([captures[name].values[i] for name in NAMES], float)
@@ -58,7 +56,7 @@ def bent_response(captures: xr.Dataset, i: int) -> BentResponse | None:
 
 
 def check_responses(captures: xr.Dataset) -> None:
-    """Refuse a table that cannot be used: incomplete, too short, not rising, without a variance."""
+    """Refuse a table that is incomplete, too short or not increasing, or has negative variances."""
     present = [name for name in NAMES if name in captures]
     if not present:
         return

@@ -1,8 +1,8 @@
 """Shading: the relative illumination of the lens, by which every sample is divided.
 
-The lens states it, or a flat field shows it. A measured table holds `radius_mm`, the distance from
-the axis on the sensor, and the illumination relative to the axis. Four even powers of the radius
-fit any lens without sharp vignetting.
+The lens states it, or it is measured on a flat field. A measured table has `radius_mm`, the
+distance from the axis on the sensor, and the illumination relative to the axis. Four even powers of
+the radius fit any lens without sharp vignetting.
 """
 
 from __future__ import annotations
@@ -23,8 +23,8 @@ if TYPE_CHECKING:
     import xarray as xr
     from numpy.typing import ArrayLike
 
-POWERS = (0, 2, 4, 6, 8)
-ENTRIES = 65
+POWERS = (0, 2, 4, 6, 8)  # powers of the radius in the fit
+ENTRIES = 65  # number of rows of a measured table
 COLUMNS = ("radius_mm", "relative_illumination")
 
 
@@ -34,12 +34,12 @@ def shading(captures: xr.Dataset, path: str = "") -> np.ndarray:
     Parameters
     ----------
     captures : the captures Dataset.
-    path : file with a measured table; empty takes what the lens states.
+    path : file with a measured table; empty: the illumination that the lens states.
 
     Raises
     ------
-    ConfigError : the file is no table of two columns with rising radii and values above 0.
-    UnitError : the pixels reach beyond the table.
+    ConfigError : the file is no table of two columns with increasing radii and values above 0.
+    UnitError : some pixels lie beyond the table.
     """
     if not path:
         return falloff(captures)
@@ -62,11 +62,12 @@ def radii_mm(captures: xr.Dataset) -> np.ndarray:
 def measured_shading(
     captures: xr.Dataset, capture: str = ""
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return (radius_mm, relative, standard_error) of a lens, from captures of a flat field.
+    """Return (radius_mm, relative, standard_error) of a lens, each (entry,), from captures of a
+    flat field.
 
     An even polynomial of the radius is fitted to each channel. All samples have the same weight, so
-    that noise causes no bias. Each fit is divided by its value on the axis; the result is their
-    mean over the channels, weighted by their electrons.
+    that noise causes no bias. Each fit is divided by its value on the axis. The result is the mean
+    of these curves over the channels, weighted by the electrons of the channels.
 
     Parameters
     ----------
@@ -75,8 +76,8 @@ def measured_shading(
 
     Raises
     ------
-    UnitError : samples are saturated, or the standard error at the border exceeds 2 %: the field is
-        too dark.
+    UnitError : samples are saturated, or the field is too dark: a channel has no light on the axis,
+        or the standard error at the border exceeds 2 %.
     """
     check_captures(captures)
     single = chosen(captures, capture)
