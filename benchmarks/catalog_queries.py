@@ -1,14 +1,14 @@
 """Queries of the catalog over 20,000 and one million records, against DuckDB on a plain file.
 
-The records are synthetic: 150 properties, eight scores of the picture, four of objects, and three
-objects each, 5 kB as JSON. The 20,000 are stores on disk, so the whole way is measured: the check
-that no store is new, and the query. The million are made inside the index from the 20,000, with
-other names, seeds and scores; there are no such stores.
+The records are synthetic. Each has 150 properties, eight scores of the picture, four of objects,
+and three objects, 5 kB as JSON. The 20,000 records are stores on disk, so a query includes the
+check that no store is new. The million records are made from them inside the index, with other
+names, seeds and scores; they have no stores.
 
-For each query: the worst of five, by wall and CPU time (of all threads), of the library call; the
-worst of two of the same question to DuckDB over a Parquet file of the records (properties as
-JSON); and the wall time of the command, which includes the start of Python. Targets: 50 ms for
-20,000, 200 ms for a million, for the CPU time of the library call. Run:
+For each query the table states the wall and CPU time (of all threads) of the library call, worst of
+five; the times of the same query by DuckDB over a Parquet file of the records (properties as JSON),
+worst of two; and the wall time of the command, which includes the start of Python. The targets are
+for the CPU time of the library call: 50 ms for 20,000 records, 200 ms for a million. Run:
 
     python benchmarks/catalog_queries.py            # 20,000
     python benchmarks/catalog_queries.py million    # and a million, 2 GB of disk
@@ -31,7 +31,7 @@ import duckdb
 from isethdr_catalog import index, index_file, query
 
 REPEATS = 5
-REPEATS_PLAIN = 2  # of the plain file, which takes most of the time
+REPEATS_PLAIN = 2  # repeats of the plain file, which takes most of the time
 RECORDS = 20_000
 COPIES = 50
 SENSORS = ("bayer", "rgbw", "split_pixel")
@@ -39,11 +39,11 @@ LIGHTINGS = ("night_rural", "night_urban", "dusk", "day")
 METRICS = ("valid_share", "saturated_share", "ssim", "ciede2000", "log_luminance_error")
 MORE_METRICS = ("contrast_detection", "ssim_white", "ciede2000_white")
 OF_OBJECTS = ("person", "car", "deer", "cyclist")
-SETTINGS = 130  # further properties of a record
+SETTINGS = 130  # number of further properties of a record
 
 
 class Query(NamedTuple):
-    """One question: to the catalog, and to a plain file."""
+    """One query: as a call of the catalog, as SQL over a plain file, and as a command."""
 
     title: str
     ask: Callable[[Path], object]
@@ -52,7 +52,7 @@ class Query(NamedTuple):
 
 
 def by_find(title: str, plain: str, *typed: str) -> Query:
-    """Return a question that `find` answers."""
+    """Return a query that `find` answers."""
     conditions = dict(text.split("=", 1) for text in typed)
 
     def ask(home: Path) -> object:
@@ -63,7 +63,7 @@ def by_find(title: str, plain: str, *typed: str) -> Query:
 
 
 def by_sql(title: str, plain: str, text: str) -> Query:
-    """Return a question that `sql` answers."""
+    """Return a query that `sql` answers."""
     return Query(title, lambda home: query.sql(home, text), plain, ("sql", text))
 
 
@@ -124,7 +124,7 @@ QUERIES = (
 
 
 def attributes(k: int) -> dict[str, object]:
-    """Return the root attributes of record `k`: each tenth is a scene, the others are runs."""
+    """Return the root attributes of record `k`: every tenth is a scene, the others are runs."""
     draw = random.Random(k)
     objects = [
         {
@@ -177,7 +177,7 @@ def attributes(k: int) -> dict[str, object]:
 
 
 def make(home: Path) -> None:
-    """Make the stores of nothing but root attributes."""
+    """Make the stores, which hold root attributes only."""
     for k in range(RECORDS):
         found = attributes(k)
         part = home / ("runs" if found["kind"] == "run" else "scenes")
@@ -191,7 +191,7 @@ def make(home: Path) -> None:
 
 
 def multiply(home: Path) -> None:
-    """Make a million records of the 20,000 inside the index, with other names, seeds and scores."""
+    """Make a million records from the 20,000 inside the index, with new names, seeds and scores."""
     path = home / index.INDEX
     with duckdb.connect() as base:
         base.execute(f"ATTACH '{path}' AS idx")
@@ -229,14 +229,14 @@ def plain_file(home: Path) -> Path:
 
 
 class Spent(NamedTuple):
-    """The worst of several calls, in ms."""
+    """The worst times of several calls, ms."""
 
     wall: float
     cpu: float
 
 
 def worst(call: Callable[[], object], repeats: int = REPEATS) -> Spent:
-    """Return the worst times of several calls after a first one."""
+    """Return the worst times of several calls after a first call that is not timed."""
     call()
     spent = []
     for _ in range(repeats):
@@ -255,7 +255,7 @@ def of_plain(records: Path, text: str) -> Spent:
 
 
 def of_command(home: Path, words: tuple[str, ...]) -> float:
-    """Return the seconds of the command, the least of three: the start of Python is most of it."""
+    """Return the wall seconds of the command, least of three; most is the start of Python."""
     environment = os.environ | {"ISETHDR_HOME": str(home)}
     call = [sys.executable, "-c", "from isethdr_core.cli.commands import main; main()"]
     spent = []
@@ -269,7 +269,7 @@ def of_command(home: Path, words: tuple[str, ...]) -> float:
 
 
 def report(home: Path, records: str, target_ms: float, commands: bool) -> bool:
-    """Print one line for each query, and whether all targets were met."""
+    """Print one line for each query; return whether all targets were met."""
     plain = plain_file(home)
     size = (home / index.INDEX).stat().st_size / 1e6
     print(f"{records} records, index of {size:.0f} MB")
@@ -289,11 +289,11 @@ def report(home: Path, records: str, target_ms: float, commands: bool) -> bool:
 
 
 def main() -> int:
-    """Measure; exit code 1 where a target is missed."""
+    """Measure all queries; return 1 if a target is missed."""
     with tempfile.TemporaryDirectory() as folder:
         home = Path(folder)
         make(home)
-        time.sleep(index.SETTLED_S + 1)  # as a home is some seconds after its last change
+        time.sleep(index.SETTLED_S + 1)  # until changes of the home count as settled
         start = time.process_time()
         query.find(home, kind="run", limit=1)
         print(f"first query, which reads all stores: {time.process_time() - start:.1f} CPU s")
@@ -301,7 +301,7 @@ def main() -> int:
         print(f"query after a change of a folder: {changed.cpu:.0f} CPU ms\n")
         met = report(home, f"{RECORDS:,}", 50.0, commands=True)
         if sys.argv[1:] == ["million"]:
-            query._KEPT.clear()  # which holds the file open
+            query._KEPT.clear()  # closes the connection that holds the file open
             multiply(home)
             met &= report(home, f"{RECORDS * COPIES:,}", 200.0, commands=True)
     return 0 if met else 1

@@ -1,13 +1,14 @@
-"""Error against run time of ways to integrate an overflowing pixel, from sub-threshold light to 1e6
+"""Error against run time of integrators of an overflowing pixel, from sub-threshold light to 1e6
 times saturation.
 
-dQ/dt = light(t) - overflow(Q) over 16 ms, knee 20 000 e, 530 e for a factor e, from an empty well;
-constant light, and light with 100 Hz ripple (1 +- 0.5). References: 60 digits (closed form) and
-mpmath's quadrature with 25 digits. Times are CPU nanoseconds per pixel in a frame of 45 000 pixels,
-one thread; step methods are timed per step and multiplied. The baseline of all ratios is the
-classical Runge-Kutta method of order 4 with the fewest steps that reach a relative error of 1e-6;
-where it would need more steps than are run here, the count is its limit of stability, current T /
-(2.8 thermal). Run:
+The equation is dQ/dt = light(t) - overflow(Q) over 16 ms from an empty well, with a knee at
+20 000 e and a factor e of overflow per 530 e. The light is constant, or has a ripple of 100 Hz
+(1 +- 0.5). The reference is the closed form with 60 digits for constant light, and mpmath's
+quadrature with 25 digits for ripple. Times are CPU nanoseconds per pixel in a frame of 45 000
+pixels with one thread. Step methods are timed per step, and the time is multiplied by the number of
+steps. The baseline of all ratios is the classical Runge-Kutta method of order 4 with the fewest
+steps that reach a relative error of 1e-6. If it needs more steps than are run here, its number of
+steps is taken from its limit of stability: current T / (2.8 thermal). Run:
 
     python benchmarks/charge_dynamics.py
 """
@@ -84,8 +85,8 @@ def light_of(levels, depth):
 
 
 def reference(level, depth):
-    """Return the charge with mpmath: the closed form for constant light, quadrature of the memory
-    else.
+    """Return the charge computed with mpmath: the closed form for constant light, else with a
+    quadrature of the memory integral.
     """
     a = mp.mpf(level) / WELL.thermal_e
     f = 200 * mp.pi
@@ -148,8 +149,8 @@ def shown(error):
 
 
 def fewest(errors):
-    """Return per level the fewest steps from which on every tried count stays within `WANTED`;
-    infinite where none does.
+    """Return for each level the fewest steps from which on all tried numbers of steps have an error
+    within `WANTED`; infinite if there is none.
     """
     good = np.array([errors[n] <= WANTED for n in STEPS])
     held = np.logical_and.accumulate(good[::-1])[::-1]

@@ -65,7 +65,7 @@ def main(path):
     matplotlib.use("Agg")
     from matplotlib import pyplot as plt
 
-    warnings.simplefilter("ignore")  # explicit methods overflow: that is what is shown
+    warnings.simplefilter("ignore")  # explicit methods overflow, which the picture shows
     costs = step_costs()
     wanted = [reference(level, DEPTH) for level in LEVELS]
     errors = {

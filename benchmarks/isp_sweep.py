@@ -1,11 +1,12 @@
-"""A sweep over isp settings against what only they need: CPU seconds of the isp and of the metrics.
+"""CPU seconds of a sweep over isp settings, against those of the isp and the metrics alone.
 
-The main job with its radiance stored, and no result kept for reuse. The runs of the sweep are whole
-runs: three cameras, four noise realisations, intervals of scores, a store each, no report. Within
-the same runs the CPU seconds inside the isp and the metrics are counted: those of the noise
-realisations, and those of the changed scenes from which intervals know the renderer's noise.
-Everything else, light and captures of the first run included, is what the sweep costs beside.
-Target: at most 1.5 times what the settings need. Run:
+The job is the main job with its radiance stored, and without intermediate results from earlier
+runs. The runs of the sweep are whole runs: three cameras, four noise realisations, intervals of
+scores, a store each, no report. In the same runs the CPU seconds inside the isp and the metrics are
+counted, which every setting needs: those of the noise realisations, and those of the changed scenes
+by which intervals include renderer noise. All other seconds, also those for light and captures in
+the first run, are overhead. Target: the whole sweep takes at most 1.5 times the needed seconds.
+Run:
 
     python benchmarks/isp_sweep.py                  # 20 settings, the main job's frame
     python benchmarks/isp_sweep.py --settings 6 --width 192 --height 108 --samples 16
@@ -22,14 +23,14 @@ from collections import Counter
 from contextlib import contextmanager
 
 LARGEST_RATIO = 1.5
-FIELDS = {  # every setting makes other pictures
+FIELDS = {  # every combination makes other pictures
     "rule": ("inverse_variance", "average", "poisson_sum", "isetcam"),
     "design_snr": (5.0, 10.0, 20.0, 40.0, 80.0),
 }
 
 
 class Clock:
-    """CPU seconds inside the isp and the metrics, by what they are for."""
+    """CPU seconds inside the isp and the metrics, by purpose."""
 
     def __init__(self) -> None:
         self.spent_s: Counter[str] = Counter()
@@ -37,7 +38,7 @@ class Clock:
         self.depth = 0
 
     def timed(self, cls: type) -> None:
-        """Count the seconds of a component's calls; one that calls another counts once."""
+        """Count the seconds of a component's calls; nested calls count once."""
         call = cls.__call__
 
         def counted(component, *arguments, **named):
@@ -54,7 +55,7 @@ class Clock:
 
     @contextmanager
     def on(self, purpose: str):
-        """Count what is called within as another purpose."""
+        """Count the calls inside the context for another purpose."""
         before = self.purpose
         self.purpose = purpose
         try:
@@ -80,7 +81,7 @@ def frame(chosen_height) -> list[str]:
 
 
 def render(overrides: list[str]) -> None:
-    """Store the radiance of the job, unless it is stored."""
+    """Store the radiance of the job, unless it is stored already."""
     import isethdr_core as hdr
     from isethdr_core.pipeline.chain import chain, plan
     from isethdr_core.runs.radiance_cache import scene_radiance
@@ -113,7 +114,7 @@ def watched(overrides: list[str]) -> Clock:
 
 
 def main() -> None:
-    """Run the sweep and print what it costs."""
+    """Run the sweep and print its CPU seconds."""
     reading = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     for name, default in (("settings", 20), ("width", 0), ("height", 0), ("samples", 0)):
         reading.add_argument(f"--{name}", type=int, default=default)

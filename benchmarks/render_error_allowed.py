@@ -1,16 +1,18 @@
-"""The renderer's own word for its noise, and the price of it: against long renderings, and against
-paths picked by hand.
+"""Stated noise and cost of the renderer's stopping rule `error_allowed`, against long renderings
+and against numbers of paths chosen by hand.
 
-Three scenes at 96 x 54 tiles. The renderer stops by itself when each light group's noise is what is
-allowed. The judge follows at least 10 times as many paths, with other random numbers; what noise it
-has itself makes errors look up to 5 % larger. Errors are luminance-weighted medians over tiles
-above 1 % of a group's mean; that of the renderer is |light / judge - 1|, whose median is 0.67 of a
-standard error where noise is normal. Paths picked by hand: the least number of paths for all groups
-at once, in steps of a fifth, that brings every group's error to what is allowed times 0.67, so that
-both ways are asked for the same; and group by group, each with the least number of its own, which
-nobody knows beforehand. What is seen of lamps directly has no noise, is the same in all, and is
-left out. CPU seconds of this process; kernels are compiled in the renderer's first call, never in
-those by hand. Run:
+Three scenes are rendered at 96 x 54 tiles. The renderer stops when the noise of each light group
+reaches the allowed error. The reference rendering ("judge") follows at least 10 times as many paths
+with other random numbers; its own noise makes errors look up to 5 % larger. Errors are
+luminance-weighted medians of |light / judge - 1| over tiles above 1 % of a group's mean. For normal
+noise this median is 0.67 standard errors, so the rule is compared with an error of 0.67 times the
+allowed one.
+
+Two numbers of paths are chosen by hand: the least number for all groups together, in steps of a
+fifth, that brings the error of every group to this goal; and the least number for each group, which
+nobody knows beforehand. Directly visible lamps have no noise, are equal in all renderings, and are
+left out. Times are CPU seconds of this process. Kernels are compiled in the renderer's first call,
+never in the renderings by hand. Run:
 
     python benchmarks/render_error_allowed.py
 """
@@ -26,15 +28,13 @@ from dataclasses import replace
 import numpy as np
 from render_light_groups import tests_scenes
 
-LEAST = 10  # times the paths of the finest rendering: those of the judge
+LEAST = 10  # least number of paths of the judge over those of the finest rendering
 NORMAL = 0.6745  # median |error| of a normal distribution, in standard deviations
-STEP = 1.2  # between numbers of paths picked by hand
+STEP = 1.2  # ratio of successive numbers of paths chosen by hand
 
 
 def scenes():
-    """Yield name, maker of the description and errors allowed of scenes that no other table
-    shows.
-    """
+    """Yield name, maker of the description, and allowed errors of the scenes."""
     import isethdr_core as hdr
 
     yield "street, 20 boxes, seed 8", lambda: tests_scenes().street(20, seed=8), (0.3, 0.1)
@@ -43,8 +43,8 @@ def scenes():
 
 
 def passes_of(scene, settings):
-    """Return the function of one pass over all light groups of a scene, their names, the bands and
-    the grid's shape.
+    """Return the function of one pass over all light groups of a scene, the names of the groups,
+    the bands, and the shape of the grid.
     """
     from isethdr_mitsuba.frame import Built, Cube, even_passes, follower
     from isethdr_mitsuba.lamps.placed_lamps import placed_lamps
@@ -83,8 +83,9 @@ def luminance_of(radiance, bands):
 
 
 def median_error(rendering, judge):
-    """Return the luminance-weighted median of |found / judge - 1| of one group, over tiles above 1
-    % of its mean that do not look into the sky.
+    """Return the luminance-weighted median of |rendering / judge - 1| of one group.
+
+    Tiles above 1 % of its mean count, without those that are equal up to rounding, such as the sky.
     """
     from isethdr_mitsuba.paths.passes import ROUNDING, weighted_median
 
@@ -107,8 +108,8 @@ def main():
 
 
 def table(name, scene, errors):
-    """Print what each allowed error of one scene took, what it came to, and what paths picked by
-    hand take.
+    """Print for each allowed error of one scene the true error, the CPU seconds, and the CPU
+    seconds with numbers of paths chosen by hand.
     """
     from isethdr_mitsuba.paths.passes import Frame, estimate
     from isethdr_mitsuba.renderer import MitsubaRenderer
@@ -151,8 +152,8 @@ def table(name, scene, errors):
                 f" {error[g] / allowed:.2f}  by hand {picked[g]}",
                 flush=True,
             )
-        # what is picked for the renderer's own true error in the groups that had to go on: paths go
-        # as 1 / error^2; where none had to, what is asked
+        # seconds by hand for the true error of the renderer, in the groups that needed more than
+        # the first paths: paths are proportional to 1 / error^2; without such groups, `hand`
         went_on = found.samples > settings.samples
         same = (
             hand * max((picked * (goal / np.maximum(error, 1e-9)) ** 2)[went_on]) / picked.max()
@@ -169,8 +170,8 @@ def table(name, scene, errors):
 
 
 def judged(one_pass, samples, bands):
-    """Return the luminance (group, tile) of `LEAST` times `samples` (group,) paths with random
-    numbers of their own.
+    """Return the luminance (group, tile) of `LEAST` times `samples` (group,) paths with their own
+    random numbers.
     """
     out = []
     for g, least in enumerate(samples):
@@ -185,8 +186,8 @@ def judged(one_pass, samples, bands):
 
 
 def by_hand(one_pass, groups, bands, judge, goal, most):
-    """Return the least number of paths (group,), in steps, that brings each group's error to
-    `goal`.
+    """Return the least number of paths (group,), in steps of `STEP`, that brings each group's error
+    to `goal`.
     """
     total = 0.0
     done = 0
@@ -209,9 +210,7 @@ def by_hand(one_pass, groups, bands, judge, goal, most):
 
 
 def group_by_group(one_pass, samples):
-    """Follow `samples` (group,) paths per tile, in as few passes as can be; their light is not
-    kept.
-    """
+    """Follow `samples` (group,) paths per tile in as few passes as possible; drop their light."""
     done = 0
     for target in sorted(set(map(int, samples))):
         while done < target:

@@ -1,13 +1,13 @@
 """All light groups in one pass against Mitsuba's own `path`: CPU seconds to an equal error.
 
-The opponent is the best use of Mitsuba alone that is known here: its integrator `path`, once for
-each of the four groups with the other lamps black, with eight films of four bands each. Four bands
-of equal width get one wavelength each of every path, so there is no colour noise. Its points are
-spread evenly (`multijitter`), as ours are. Both run in this process on the same scene (the tests'
-street of 50 boxes), warm, with the same number of paths per tile.
+The opponent is the best known use of Mitsuba alone: its integrator `path`, once for each of the
+four groups with the other lamps black, with eight films of four bands each. Four bands of equal
+width get one wavelength each from every path, so there is no colour noise. Its sample points are
+stratified (`multijitter`), as in isethdr. Both run in this process on the same scene (the tests'
+street of 50 boxes), with kernels already compiled, and with the same number of paths per tile.
 
-The error of a rendering is the median over tiles and bands of the difference between two
-renderings with other random numbers, over the square root of 2 and the mean of all renderings.
+The error of a rendering is the median over tiles and bands of the difference between two renderings
+with different random numbers, divided by the square root of 2 and by the mean of all renderings.
 Tiles above 1 % of the group's mean count. The cost to equal error is CPU seconds x error^2. Run:
 
     python benchmarks/render_light_groups.py
@@ -31,12 +31,12 @@ from isethdr_mitsuba.renderer import MitsubaRenderer
 WIDTH = 256
 HEIGHT = 144
 SAMPLES = 64  # paths per tile of a rendering
-REPEATS = 3  # renderings of either way; the first compiles, and its time does not count
-BLOCK = 16  # tiles across and down whose sums are compared
+REPEATS = 3  # renderings by each method; the first one compiles, and its time does not count
+BLOCK = 16  # side of the blocks of tiles whose sums are compared
 
 
 class Way(NamedTuple):
-    """Renderings of one way: radiance (repeat, group, band, y, x), and CPU s of one of them."""
+    """Renderings by one method: radiance (repeat, group, band, y, x), and CPU s of one of them."""
 
     radiance: np.ndarray
     seconds: float
@@ -52,7 +52,7 @@ def tests_scenes():
 
 
 def ways(make, scene, settings):
-    """Return the functions (seed) -> radiance (group, band, y, x) of our way and of `path`."""
+    """Return the functions (seed) -> radiance (group, band, y, x) of isethdr and of `path`."""
     from isethdr_mitsuba.frame import Built, Cube, follower
     from isethdr_mitsuba.lamps.placed_lamps import placed_lamps
     from isethdr_mitsuba.world.geometry import build_world
@@ -83,7 +83,7 @@ def ways(make, scene, settings):
 
 
 def rendered(render: Callable[[int], np.ndarray]) -> Way:
-    """Return the renderings of one way, with the CPU s of one of them once it is compiled."""
+    """Return the renderings by one method, with the CPU s of one of them after compilation."""
     first = render(1)
     start = time.process_time()
     others = [render(seed) for seed in range(2, 1 + REPEATS)]
@@ -104,10 +104,10 @@ def median_error(renderings: np.ndarray, reference: np.ndarray) -> float:
 
 
 def agreement(ours: np.ndarray, path: np.ndarray) -> tuple[float, float]:
-    """Return the ratio of the light of both ways, and its standard error from repeats.
+    """Return the ratio of the light of both methods, and its standard error from repeats.
 
-    `ours`, `path` : (repeat, band, y, x) of a light group. Each block of tiles has the same weight,
-    so that a few tiles beside a lamp do not decide.
+    `ours` and `path` are (repeat, band, y, x) of a light group. Each block of tiles has the same
+    weight, so that a few bright tiles next to a lamp do not decide.
     """
     rows, columns = (n // BLOCK for n in ours.shape[-2:])
     blocks = lambda light: (

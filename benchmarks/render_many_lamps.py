@@ -2,10 +2,10 @@
 
     python benchmarks/render_many_lamps.py [tiles across: 64]
 
-Lamps hang in rows above a street of boxes, facing down. Noise of a tile is the standard deviation
-between repetitions over their mean. Time to equal noise is CPU seconds of a pass times the square
-of the noise: of the median tile, and of the 99th percentile. The set-up of the lamps' tables is
-timed apart.
+Lamps hang in rows above a street of boxes and face down. The noise of a tile is the standard
+deviation over repetitions divided by their mean. Time to equal noise is CPU seconds of a pass times
+the square of the noise, for the median tile and for the 99th percentile. The set-up of the lamps'
+tables is timed separately.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ from isethdr_core.scene import (
     flat,
 )
 
-# of all lamps
+# total flux and area of all lamps
 FLUX_LM = 1e5
 AREA_M2 = 1.0
 REPEATS = 8
@@ -62,9 +62,9 @@ def at(x, y, z):
 
 
 def street(count: int) -> SceneDescription:
-    """Return a street with so many lamps."""
+    """Return a street with `count` lamps."""
     half = np.sqrt(AREA_M2 / count) / 2
-    # a Lambertian lamp has pi times its candela of flux
+    # the flux of a Lambertian lamp, lm, is pi times its intensity, cd
     lamp = Lamp("street", "streetlights", FLUX_LM / count / np.pi, flat(1.0), (0.0, 0.0, -1.0))
     corners = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)], float)
     models = {
@@ -109,7 +109,7 @@ def measure(count: int, width: int) -> dict[str, float]:
     weights = xyz_weights(BANDS_NM)[1]
     pictures = []
     seconds = []
-    for seed in range(REPEATS + 1):  # the first compiles
+    for seed in range(REPEATS + 1):  # the first pass compiles
         start = time.process_time()
         estimate = paths.even_pass(seed, SAMPLES)
         seconds.append(time.process_time() - start)

@@ -1,9 +1,10 @@
-"""The noise that single renderings state, tile by tile and per light group, against the spread of
-many.
+"""The noise that single renderings state per tile and per light group, against the spread of many
+renderings.
 
-Two scenes at 48 x 27 tiles and 4 bands. Every rendering is four passes, of 4 or 16 paths a tile;
-the truth is the spread of all passes of that size, RENDERINGS times as many, and their mean. Tiles
-above 1 % of a group's mean, without the sky, whose noise is below a thousandth. Run:
+Two scenes are rendered at 48 x 27 tiles and 4 bands. A rendering is four passes of 4 or 16 paths
+per tile. The true noise follows from the spread of the passes of all renderings, of which there are
+`RENDERINGS`; the true light is their mean. Tiles above 1 % of a group's mean count. The sky is left
+out, because its noise is below a thousandth. Run:
 
     python benchmarks/render_noise.py
 """
@@ -16,7 +17,7 @@ from dataclasses import replace
 import numpy as np
 from render_error_allowed import NORMAL, luminance_of, passes_of
 
-RENDERINGS = {4: 200, 16: 50}  # of four passes of so many paths
+RENDERINGS = {4: 200, 16: 50}  # number of renderings by the number of paths of a pass
 
 
 def main():
@@ -43,7 +44,7 @@ def main():
 
 
 def rows(name, one_pass, frame, settings, paths, count):
-    """Print the rows of one scene and one number of paths a pass."""
+    """Print the rows of one scene and one number of paths per pass."""
     from isethdr_mitsuba.paths.passes import estimate, weighted_median
 
     groups = frame.groups
@@ -66,14 +67,14 @@ def rows(name, one_pass, frame, settings, paths, count):
         for _ in range(count)
     ]
     for g, group in enumerate(groups):
-        if group == "sky":  # which has no noise to speak of
+        if group == "sky":  # its noise is below a thousandth
             continue
         used = mean[g] > 0.01 * mean[g].mean()
         stated = np.stack([f.xyz_noise[g, 1].ravel()[used] for f in estimates])
         off = np.abs(light[:, g, used].reshape(count, 4, -1).mean(1) - mean[g, used])
         ratio = true[g, used] / np.maximum(stated, 1e-300)
-        # as `error_allowed` is judged: the median tile's error, which is 0.6745 of the noise where
-        # that is normal
+        # as in `render_error_allowed`: the error of the median tile, which is 0.6745 of the noise
+        # if that is normal
         whole = (
             np.median([weighted_median(one / mean[g, used], mean[g, used]) for one in off]) / NORMAL
         )

@@ -1,11 +1,12 @@
 """Stated errors of scores from one rendering, against the actual errors of repeats with other
 random numbers.
 
-A street (48 x 27 tiles, a tile per pixel, 16 and 96 paths, 32 renderings against one of 4096 paths)
-and a night drive (192 x 108 tiles, 24 paths, 2 x 2 pixels per tile, 10 renderings against one of
-512 paths), both through an ideal lens and a colour filter array. For each score: the measured rms
-error, its mean shift, and the rms of the errors stated by single renderings divided by it, from
-changes of the whole picture and of parts of it. Run:
+The scenes are a street (48 x 27 tiles, one pixel per tile, 16 and 96 paths, 32 renderings against
+one of 4096 paths) and a night drive (192 x 108 tiles, 24 paths, 2 x 2 pixels per tile, 10
+renderings against one of 512 paths), both through an ideal lens and a colour filter array. For each
+score the tables state the actual rms error, its mean, and the rms of the errors stated by single
+renderings over the actual rms error. Stated errors come from changes of the whole picture, or of
+parts of it. Run:
 
     python benchmarks/score_errors.py
 """
@@ -31,19 +32,19 @@ METRICS = (
     "log_luminance_error",
     "contrast_detection",
 )
-WHOLE = 10**6  # pixels: no picture is cut into parts
+WHOLE = 10**6  # block size, pixels, for which no picture is cut into parts
 
 
 def camera_of(scene, weights, tiles_wide, pitch_um):
-    """Return a shot of a scene whose tiles are 3 um wide on the sensor, and the metrics: as
-    `score_errors.of_scores` takes them.
+    """Return a shot of a scene with tiles 3 um wide on the sensor, and the metrics, as arguments of
+    `score_errors.of_scores`.
 
     Parameters
     ----------
     scene : scene radiance.
-    weights : of light groups; 1 for those that it lacks.
-    tiles_wide : tiles across the field.
-    pitch_um : pixel pitch.
+    weights : weights of light groups; 1 for groups that are not named.
+    tiles_wide : number of tiles across the field.
+    pitch_um : pixel pitch, um.
     """
     import isethdr_core as hdr
     from isethdr_core.truth import truth
@@ -71,13 +72,13 @@ def camera_of(scene, weights, tiles_wide, pitch_um):
 
 
 def stated(shot, metrics, block: int, count: int) -> dict[str, float]:
-    """Return the error that is stated of each score.
+    """Return the stated error of each score.
 
     Parameters
     ----------
-    shot, metrics : as `camera_of` returns them.
-    block : side of a block of pixels, of which parts are made.
-    count : changes of the scene.
+    shot, metrics : results of `camera_of`.
+    block : side of the blocks of pixels that make up the parts of a picture, pixels.
+    count : number of changes of the scene.
     """
     from isethdr_core.uncertainty import changed_scenes, score_errors
 
@@ -91,18 +92,18 @@ class Case:
 
     title: str
     description: SceneDescription
-    weights: dict[str, float]  # of light groups; 1 for those that are not named
+    weights: dict[str, float]  # weights of light groups; 1 for groups that are not named
     tiles: tuple[int, int]  # (width, height)
-    pitch_um: float  # of pixels; tiles are 3 um wide
+    pitch_um: float  # pixel pitch; tiles are 3 um wide
 
 
 @dataclass(frozen=True)
 class Effort:
-    """Paths per tile and renderings."""
+    """Paths per tile and number of renderings."""
 
-    samples: int  # of a rendering whose errors are stated
-    seeds: int  # such renderings
-    judge: int  # paths of the rendering that they are compared with
+    samples: int  # paths per tile of a rendering that states its errors
+    seeds: int  # number of such renderings
+    judge: int  # paths per tile of the reference rendering
 
 
 def compare(case: Case, effort: Effort, ways: dict[str, tuple[int, int]]) -> None:

@@ -1,14 +1,14 @@
-"""The share of 95 % intervals that contain the score without renderer noise, with the renderer
-reseeded 40 times.
+"""The share of 95 % intervals that contain the score without renderer noise, over 40 seeds of the
+renderer.
 
 Three scenes of 48 x 27 tiles are captured by three cameras of about 96 x 54 pixels: a night drive,
 a tunnel and a country road without street lamps. Each rendering has 256 samples per tile and its
 own random numbers, and so has its sensor noise. A run of four shots gives each score an interval.
 The interval should contain the mean score of 48 shots of two renderings with 4096 samples per tile.
-That mean has noise too, about a fifth of that of one rendering with 256. A rare path, such as a
-mirror image of a lamp that covers a thousandth of a tile, may be in one of the two long renderings
-alone; the column "apart" is half of their difference, and the shares count only where it is small
-beside the intervals. Run:
+That mean has noise too, about a fifth of the noise of one rendering with 256 samples. A rare path,
+such as a mirror image of a lamp that covers a thousandth of a tile, may be in only one of the two
+long renderings. The column "apart" is half of their difference; a share is meaningful only if it is
+small compared with the intervals. Run:
 
     python benchmarks/score_intervals.py [--first-seed 3000] [night_drive tunnel rural]
 
@@ -41,13 +41,13 @@ TRUE_SEEDS = (9001, 9002)
 
 @dataclass(frozen=True)
 class Setting:
-    """Size of a check. Pictures of 288 pixels and more along both axes are asked in parts."""
+    """Size of a check. Pictures of 288 pixels and more along both axes are evaluated in parts."""
 
-    tiles: int = 48  # across the field
-    pixels: int = 96  # across the camera
-    first_seed: int = 2000  # of the renderer
+    tiles: int = 48  # number of tiles across the field
+    pixels: int = 96  # number of pixels across the picture
+    first_seed: int = 2000  # first seed of the renderer
     renderings: int = 40
-    samples: int = 256  # per tile
+    samples: int = 256  # samples per tile
     true_samples: int = 4096
     true_shots: int = 48
 
@@ -69,8 +69,8 @@ def rendered(case: str, setting: Setting, samples: int, seed: int):
     ----------
     case : name of the case.
     setting : size of the check.
-    samples : per tile.
-    seed : of the renderer.
+    samples : samples per tile.
+    seed : seed of the renderer.
     """
     from isethdr_core.ledger import Ledger
     from isethdr_core.pipeline.chain import plan
@@ -84,15 +84,15 @@ def rendered(case: str, setting: Setting, samples: int, seed: int):
 
 
 def scores_of(case: str, setting: Setting, scene, noise: str, shots: int = 4) -> list:
-    """Return the scores of a camera that looks at a rendering.
+    """Return the scores of a camera's pictures of a rendering.
 
     Parameters
     ----------
     case : name of the case.
     setting : size of the check.
     scene : scene radiance.
-    noise : names the sensor's noise realisations.
-    shots : how many of these there are.
+    noise : name from which the sensor's noise realisations are seeded.
+    shots : number of noise realisations.
     """
     import isethdr_core as hdr
     from isethdr_core.ledger import Ledger
@@ -124,7 +124,7 @@ def true_scores(case: str, setting: Setting) -> dict[str, TrueScore]:
     """Return the scores of long renderings."""
     scores: dict[str, list[float]] = {}
     for seed in TRUE_SEEDS:
-        # without half buffers no renderer noise is looked for
+        # without half buffers no renderer noise is estimated
         scene = rendered(case, setting, setting.true_samples, seed).drop_vars("half_difference")
         for score in scores_of(case, setting, scene, f"{case} {seed}", setting.true_shots):
             scores.setdefault(score.metric, []).append(score.value)
@@ -135,7 +135,7 @@ def true_scores(case: str, setting: Setting) -> dict[str, TrueScore]:
 
 
 def intervals(case: str, setting: Setting) -> dict[str, np.ndarray]:
-    """Return an array (value, low, high) per rendering, of each score."""
+    """Return for each score an array (rendering, 3) of value, low and high."""
     interval_rows: dict[str, list] = {}
     for seed in range(setting.first_seed, setting.first_seed + setting.renderings):
         scene = rendered(case, setting, setting.samples, seed)
@@ -145,7 +145,7 @@ def intervals(case: str, setting: Setting) -> dict[str, np.ndarray]:
 
 
 def compare(case: str, setting: Setting) -> list[bool]:
-    """Print the table of one case; return which intervals hold their score."""
+    """Print the table of one case; return for each interval whether it contains its score."""
     true = true_scores(case, setting)
     stated = intervals(case, setting)
     print(f"\n{case}: {setting}")
@@ -159,7 +159,7 @@ def compare(case: str, setting: Setting) -> list[bool]:
         at, apart = true.get(name, TrueScore(np.nan, np.nan))
         if not (np.isfinite(at) and len(value)):
             continue
-        # a score that no noise moves is equal but for rounding
+        # a score without any noise differs by rounding only
         rounding = 1e-6 * abs(at)
         inside = (low - rounding <= at) & (at <= high + rounding)
         every.extend(map(bool, inside))

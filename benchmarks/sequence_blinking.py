@@ -1,10 +1,11 @@
-"""Frames in which only lamps change: the other light groups are not rendered again.
+"""Cost of frames in which only lamps change: the other light groups are not rendered again.
 
-A night drive stands still, and the tail lamps of its vehicles become brake lamps and back, those on
-the left and on the right of the camera by turns: four frames with four states. They are rendered
+The vehicles of a night drive stand still. Their tail lamps switch to brake lamps and back, on the
+left and on the right of the camera in turn: four frames with four states. The frames are rendered
 twice in this process: one after the other into one folder of results, as the frames of a sequence,
-and each anew into a folder of its own. The CPU seconds are those of building the scene, rendering
-and storing it; the first rendering compiles, and is not counted. Overrides may be given. Run:
+and each anew into its own folder. The CPU seconds are those of building, rendering and storing the
+scene. The first rendering compiles kernels and is not counted. The command line may override the
+config. Run:
 
     python benchmarks/sequence_blinking.py renderer.samples=16
     python benchmarks/sequence_blinking.py                     # samples by the cameras' need
@@ -31,7 +32,7 @@ from isethdr_core.runs.radiance_cache import scene_radiance
 from isethdr_core.uncertainty.ledger import Ledger
 
 STATES = ((False, False), (True, False), (False, True), (True, True))  # left, right
-BRAKE = 10.0  # times as bright as a tail lamp
+BRAKE = 10.0  # intensity of a brake lamp over that of a tail lamp
 SCENE = [
     "scene=night_drive",
     "lighting=night_city",
@@ -43,14 +44,14 @@ SCENE = [
 
 @dataclass(frozen=True)
 class Braking:
-    """A scene whose tail lamps are brake lamps on either side of the camera."""
+    """A scene with brake lamps in place of tail lamps on the left or right of the camera."""
 
     scene: Any
     left: bool
     right: bool
 
     def __call__(self) -> SceneDescription:
-        """Return the description; each object has a model of its own."""
+        """Return the description; each object with tail lamps has a model of its own."""
         made = self.scene()
         models = {}
         objects = []
@@ -74,14 +75,14 @@ def _switched(part: Part, brakes: bool) -> Part:
 
 
 class Frame(NamedTuple):
-    """One frame as it was rendered."""
+    """One rendered frame."""
 
     light: xr.Dataset
     seconds: float  # CPU s
 
 
 def frame(home: Path, config: DictConfig, state: tuple[bool, bool]) -> Frame:
-    """Return a frame rendered with the stores of `home` at hand."""
+    """Return a frame rendered with `home` as home folder, whose stores may be reused."""
     os.environ["ISETHDR_HOME"] = str(home)
     built = chain(config)
     built = replace(built, scene=Braking(built.scene, *state), exposures={})
@@ -92,7 +93,7 @@ def frame(home: Path, config: DictConfig, state: tuple[bool, bool]) -> Frame:
 
 
 def main() -> None:
-    """Print CPU seconds of each frame in both ways, and their ratio."""
+    """Print CPU seconds of each frame, as part of a sequence and anew, and their ratio."""
     config = hdr.compose([*SCENE, *sys.argv[1:]])
     with tempfile.TemporaryDirectory() as folder:
         frame(Path(folder) / "compiled", config, STATES[0])

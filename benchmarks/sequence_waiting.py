@@ -1,11 +1,11 @@
-"""Frames of a car that waits: what does not change is not rendered again.
+"""Cost of the frames of a waiting car: light groups that do not change are not rendered again.
 
-The frames are those of a street whose camera's car has stopped at a red light. They are rendered
-twice in this process: one after the other into one folder of results, as `isethdr sequence` does,
-and each anew into a folder of its own. The CPU seconds are those of building the scene, rendering
-and storing it; the first rendering compiles, and is not counted. `equal` says whether the radiance
-of both ways is equal bit by bit; otherwise the largest difference of a tile's luminance is stated
-in standard errors of the difference. Overrides of all frames may be given. Run:
+The camera's car in a street has stopped at a red light. The frames are rendered twice in this
+process: one after the other into one folder of results, as by `isethdr sequence`, and each anew
+into its own folder. The CPU seconds are those of building, rendering and storing the scene. The
+first rendering compiles kernels and is not counted. The last column states whether the radiance of
+both renderings is equal bit by bit, or else the largest difference of a tile's luminance in
+standard errors of the difference. The command line may override the config of all frames. Run:
 
     python benchmarks/sequence_waiting.py                          # an empty road
     python benchmarks/sequence_waiting.py scene.vehicles_per_km=15 # with traffic
@@ -30,7 +30,7 @@ from isethdr_core.storage.join import join_scenes
 
 FRAMES = 4
 FRAMES_PER_SECOND = 10
-START_S = 9.0  # the car of this seed stands from 8.2 s on
+START_S = 9.0  # with this seed the car stands from 8.2 s on
 EMPTY = [
     f"scene.{things}=0"
     for things in ("vehicles_per_km", "people_per_km", "riders_per_km", "animals_per_km")
@@ -48,7 +48,7 @@ SCENE = [
 
 
 class Frame(NamedTuple):
-    """One frame as it was rendered."""
+    """One rendered frame."""
 
     light: xr.Dataset
     seconds: float  # CPU s
@@ -56,7 +56,7 @@ class Frame(NamedTuple):
 
 
 def frame(home: Path, time_s: float, overrides: list[str]) -> Frame:
-    """Return a frame rendered with the stores of `home` at hand."""
+    """Return a frame rendered with `home` as home folder, whose stores may be reused."""
     os.environ["ISETHDR_HOME"] = str(home)
     settings = [f"scene.time_s={time_s!r}", f"scene.frames_per_s={FRAMES_PER_SECOND}", *overrides]
     config = hdr.compose([*SCENE, *settings])
@@ -67,7 +67,7 @@ def frame(home: Path, time_s: float, overrides: list[str]) -> Frame:
 
 
 def difference(one: xr.Dataset, other: xr.Dataset) -> str:
-    """Return in words by how much two renderings of a frame differ."""
+    """Return in words the difference between two renderings of a frame."""
     groups = [str(g) for g in one.light_group.values]
     places = [[str(g) for g in other.light_group.values].index(g) for g in groups]
     first = one.radiance.values
@@ -84,7 +84,7 @@ def difference(one: xr.Dataset, other: xr.Dataset) -> str:
 
 
 def main() -> None:
-    """Print CPU seconds of each frame in both ways, and their ratio."""
+    """Print CPU seconds of each frame, as part of a sequence and anew, and their ratio."""
     overrides = EMPTY + sys.argv[1:]
     times_s = [START_S + k / FRAMES_PER_SECOND for k in range(FRAMES)]
     with tempfile.TemporaryDirectory() as folder:

@@ -1,10 +1,11 @@
-"""One shot of 1080 x 1920 pixels in three captures with all noise, against what it cannot do
-without.
+"""Cost of one shot of 1080 x 1920 pixels in three captures with all noise, against its least
+possible work.
 
-The measure: three NumPy Poisson draws of that size at a mean of 1000 electrons, plus the projection
-of 31 bands onto three filters by one matrix product. Target: at most 2 times their CPU seconds,
-below 600 MB with the input, and the same bits for any blocks of rows and any number of processes.
-Persistent maps of the device are made once and timed apart. One thread. Run:
+The least work is three NumPy Poisson draws of that size at a mean of 1000 electrons, plus the
+projection of 31 bands onto three filters by one matrix product. Targets: at most 2 times their CPU
+seconds, below 600 MB with the input, and the same bits for any blocks of rows and any number of
+processes. Persistent maps of the device are made once and timed separately. One thread is used.
+Run:
 
     python benchmarks/shot.py
 """
@@ -32,8 +33,8 @@ LARGEST_MB = 600.0
 
 
 def light():
-    """Return irradiance float32 (wavelength, y, x) of a scene from 0.1 to 3e5 electrons, one tile
-    per pixel, made in place.
+    """Return irradiance float32 (wavelength, y, x) that makes 0.1 to 3e5 electrons, with one tile
+    per pixel; it is made without a copy.
     """
     from isethdr_core.quantities import IRRADIANCE, centres, plane
 
@@ -56,7 +57,7 @@ def light():
 
 
 def cpu_seconds(call, repeats: int = 3) -> float:
-    """Return the least CPU seconds of a few calls."""
+    """Return the least CPU seconds of `repeats` calls."""
     spent = []
     for _ in range(repeats):
         start = time.process_time()
@@ -88,15 +89,14 @@ def digest(rows: int) -> str:
 
 
 def peak_mb() -> float:
-    """Return the largest memory this process held, MB."""
-    # getrusage would also count what the process held that started this one: its maximum outlives
-    # the exec
+    """Return the peak memory of this process, MB."""
+    # getrusage would also count the memory of the parent process: its peak survives the exec
     with open("/proc/self/status") as status:
         return next(int(line.split()[1]) / 1024 for line in status if line.startswith("VmHWM:"))
 
 
 def main() -> int:
-    """Print the figures; return 1 where a target is missed."""
+    """Print the figures; return 1 if a target is missed."""
     from isethdr_core.plugins.registry import build
     from isethdr_core.seeds import generator
 

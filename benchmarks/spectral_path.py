@@ -1,18 +1,20 @@
-"""A night through a dusty hexagon at f/4 on 3 um pixels, against a program of twenty lines that
-keeps its transfer functions, and against the rule that image simulators share.
+"""Cost of imaging a night scene through a dusty hexagonal stop at f/4 onto 3 um pixels, against two
+other programs.
 
-The program: a linear float64 convolution per band by SciPy, with kernels and their transforms made
-before, rows without light skipped. The rule: per band a point spread function by FFT on the frame
-padded by an eighth, then a circular float64 convolution by FFT. Ours is linear over the full frame:
-irradiance of every band, or photocurrent of the sensor's channels. All run in processes forked from
-this one, in turns, on the same scene, with the allocator as it is. Each figure is the worst of all
-turns; ratios are those within one turn. What is kept is clocked at its best of three per turn.
+"The program" has twenty lines: a linear float64 convolution per band by SciPy, with kernels and
+their transforms made beforehand; rows without light are skipped. "The rule" is what image
+simulators share: per band a point spread function by FFT on the frame padded by an eighth, then a
+circular float64 convolution by FFT. isethdr convolves linearly over the full frame, to irradiance
+of every band or to photocurrent of the sensor's channels. All run in turn on the same scene, in
+processes forked from this one, with the default allocator. Each figure is the worst of all turns;
+ratios are between figures of one turn. Images with kept kernels or transforms are timed as the best
+of three per turn.
 
     OMP_NUM_THREADS=2 python benchmarks/spectral_path.py [--rows 1080 --columns 1920 --bands 31]
     OMP_NUM_THREADS=2 python benchmarks/spectral_path.py --table [--largest 540]
 
-`--table`: cost against frame size and bands, one turn of each, with SciPy's transforms and, where
-it is installed, with those of ducc0; frames of more than `--largest` rows are left out.
+`--table` prints the cost against frame size and bands, one turn of each, with SciPy's transforms
+and, if ducc0 is installed, with its transforms. Frames of more than `--largest` rows are left out.
 """
 
 from __future__ import annotations
@@ -36,27 +38,28 @@ LAST_NM = 700.0
 PITCH_UM = 3.0
 FOCAL_MM = 6.0
 F_NUMBER = 4.0
-LEVEL = 2.5e-4  # W m-2 sr-1 nm-1 of the background: some hundred electrons in green
+LEVEL = 2.5e-4  # radiance of the background, W m-2 sr-1 nm-1: some hundred electrons in green
 WORKERS = int(os.environ.get("OMP_NUM_THREADS") or os.cpu_count())
-# the table: frames (rows, columns), bands, and the memory that a row may take
+# of the table: frames (rows, columns), numbers of bands, and largest memory of a row
 FRAMES = ((270, 480), (540, 960), (1080, 1920), (2160, 3840))
 BANDS = (8, 31, 61)
 MOST_BYTES = 8e9
-# bytes per tile and band of the light in memory: scene, half a kernel of four times the tiles, and
-# irradiance, float32
+# bytes per tile and band in memory, float32: scene, half a kernel of four times as many tiles, and
+# irradiance
 CUBES_BYTES = 4 + 8 + 4
-GROUP_BYTES = 2.1e9  # of these at most at a time; more bands are imaged in groups
-GROUP_CACHE_BYTES = 1 << 30  # of their kernels that are kept in memory
-TABLE_LAMP = 1e6  # times the background: beside 1e8 small frames are imaged band by band
-# targets at 1080 x 1920 x 31: irradiance from nothing, scene included
+GROUP_BYTES = 2.1e9  # largest size of these cubes at a time; more bands are imaged in groups
+GROUP_CACHE_BYTES = 1 << 30  # size of the kernels of groups that are kept in memory
+# brightest lamp of the table over the background; with 1e8 small frames are imaged band by band
+TABLE_LAMP = 1e6
+# targets at 1080 x 1920 x 31: irradiance without stored kernels, memory with the scene
 COLD_S = 11.0
 COLD_CPU_S = 16.0
 COLD_BYTES = 1.4e9
-WITH_PHASE = 3.0  # times that, with a wavefront
-# CPU seconds of the program's: irradiance, photocurrent
+WITH_PHASE = 3.0  # factor on the targets of time with a wavefront
+# CPU seconds over those of the program: irradiance, photocurrent
 SHARE = 0.65
 STRAIGHT_SHARE = 0.25
-NOISE_SHARE = 0.1, 0.2  # error of photocurrent, below full well and above
+NOISE_SHARE = 0.1, 0.2  # error of photocurrent over the noise, below full well and above
 FULL_WELL_E = 1e5
 
 
@@ -76,11 +79,11 @@ class Case:
 
     @property
     def values(self) -> int:
-        """Tiles times bands."""
+        """Number of tiles times bands."""
         return self.rows * self.columns * self.bands
 
     def groups(self) -> list[slice]:
-        """Return the bands that are imaged together."""
+        """Return the groups of bands that are imaged together."""
         count = int(np.ceil(CUBES_BYTES * self.values / GROUP_BYTES))
         borders = np.linspace(0, self.bands, count + 1).round().astype(int)
         return [slice(first, last) for first, last in zip(borders, borders[1:])]
@@ -192,7 +195,7 @@ def optics(aberrated=False):
 
 
 def camera():
-    """Return the sensor, and its response as it puts it into the demand."""
+    """Return the sensor, and the response that it adds to the demand."""
     from isethdr_core.demand import Demand
     from isethdr_core.plugins.registry import build
 
@@ -210,7 +213,7 @@ def aperture(samples=1024):
 
 
 def shared_rule(radiance, bands_nm, pupil):
-    """Return irradiance as image simulators compute it."""
+    """Return irradiance by the rule of image simulators."""
     count, ny, nx = radiance.shape
     n = max(ny + 2 * round(ny / 8), nx + 2 * round(nx / 8))
     oy = (n - ny) // 2
@@ -218,7 +221,7 @@ def shared_rule(radiance, bands_nm, pupil):
     out = np.empty((count, ny, nx))
     padded = np.zeros((n, n))
     for band, wave in enumerate(bands_nm):
-        # of the pupil, so that a sample of the image is a pixel
+        # spacing in the pupil for which a sample of the image is a pixel
         spacing_mm = wave * 1e-3 * FOCAL_MM / (n * PITCH_UM)
         size = min(n, round(FOCAL_MM / F_NUMBER / spacing_mm))
         at = np.arange(size) * len(pupil) // size
@@ -236,16 +239,16 @@ def shared_rule(radiance, bands_nm, pupil):
 
 
 def private_bytes() -> int:
-    """Return the memory of this process alone; mapped files belong to the system's cache."""
+    """Return the private memory of this process, bytes, without mapped files, which are cache."""
     with open("/proc/self/status") as status:
         return next(int(line.split()[1]) * 1024 for line in status if line.startswith("RssAnon"))
 
 
 def clocked(call):
-    """Return wall seconds, CPU seconds, and the peak of private bytes: above what was held before,
-    and in all.
+    """Return wall seconds, CPU seconds, and the peak of private bytes: above those before the call,
+    and in total.
     """
-    # what earlier calls freed goes back, so that it is counted when it is taken again
+    # return the memory that earlier calls freed, so that it counts when it is allocated again
     ctypes.CDLL(None).malloc_trim(0)
     before = private_bytes()
     peak = [0]
@@ -268,7 +271,7 @@ def clocked(call):
 
 
 def in_child(function, *args):
-    """Return what a function gives in a forked process, which inherits the scene."""
+    """Return the result of a function in a forked process, which inherits the scene."""
     context = multiprocessing.get_context("fork")
     queue = context.Queue()
     child = context.Process(target=lambda: queue.put(function(*args)))
@@ -279,7 +282,7 @@ def in_child(function, *args):
 
 
 def program_row(scene, case: Case):
-    """Return the clocking of the program, the best of three; kernels and transforms are there."""
+    """Return the clocking of the program, best of three; kernels and transforms exist already."""
     from isethdr_optics.psf.kernels import KernelRequest, kernels
 
     lens, flares = optics(case.aberrated)
@@ -308,14 +311,14 @@ def transfer_function(kernel, size):
 
 
 def program_bytes(case: Case) -> float:
-    """Return the memory that the program takes with its transfer functions and the scene."""
+    """Return the memory of the program with its transfer functions and the scene, bytes."""
     rows, columns = transform_size(case)
     return case.bands * (16.0 * rows * (columns // 2 + 1) + 12.0 * case.rows * case.columns)
 
 
 def program_of_any_kernel(scene, case: Case):
-    """Return the clocking of the program, the best of two; a transform takes as long for any
-    kernel, here the third power of the distance.
+    """Return the clocking of the program, best of two, with a kernel that falls with the third
+    power of the distance. The time does not depend on the kernel.
     """
     y, x = np.mgrid[1 - case.rows : case.rows, 1 - case.columns : case.columns]
     kernel = (1 + np.hypot(y, x)) ** -3.0
@@ -327,7 +330,7 @@ def program_of_any_kernel(scene, case: Case):
 
 
 def program(radiance, transfer, size):
-    """Return irradiance by a plain convolution with transfer functions that are kept."""
+    """Return irradiance by a plain convolution with given transfer functions."""
     _, ny, nx = radiance.shape
     out = np.empty(radiance.shape)
     for band, light in enumerate(radiance):
@@ -346,8 +349,8 @@ def rule_row(scene, case: Case):
 
 
 def our_rows(scene, case: Case, repeats=3):
-    """Return the clockings of the first image of a process and of the best of `repeats` more, of
-    irradiance and of photocurrent; nothing is on the disk.
+    """Return the clockings of irradiance and of photocurrent: of the first image of a process, and
+    of the best of `repeats` more. No kernels are stored on disk.
     """
     lens, flares = optics(case.aberrated)
     _, response = camera()
@@ -374,8 +377,8 @@ def our_rows(scene, case: Case, repeats=3):
 
 
 def our_rows_by(library: str, scene, case: Case):
-    """Return `our_rows` with the transforms of one library; the second image of a process makes the
-    transforms of the kernels, the third one finds them.
+    """Return `our_rows` with the transforms of one library. The second image of a process makes the
+    transforms of the kernels, and the third one reuses them.
     """
     from isethdr_optics.psf.kernels import lookup
 
@@ -389,8 +392,8 @@ def our_rows_by(library: str, scene, case: Case):
 
 
 def errors(scene, aberrated):
-    """Return how far photocurrent is from irradiance by the same kernels, in standard deviations of
-    the noise: largest below full well, above it.
+    """Return the largest differences between photocurrent computed directly and from irradiance by
+    the same kernels, in standard deviations of the noise: below full well, and above it.
     """
     lens, flares = optics(aberrated)
     sensor, response = camera()
@@ -406,7 +409,7 @@ def errors(scene, aberrated):
 
 
 def show(name, rows, base=None):
-    """Print the worst clocking of all turns, and the worst share of another's CPU seconds."""
+    """Print the worst clocking of all turns, and the worst ratio to the CPU seconds of `base`."""
     wall, cpu, held = (max(row[k] for row in rows) for k in range(3))
     share = f"  {worst_share(rows, base):.2f} of its CPU" if base else ""
     print(
@@ -442,7 +445,7 @@ def table(largest: int) -> None:
             if rows > largest:
                 continue
             scene = night(case, TABLE_LAMP)
-            # digests of the code: taken once, for all processes
+            # compute the digests of the code once, for all forked processes
             kernel_store.name(KernelRequest(*optics(), case.bands_nm, (1.0, 1.0), (1, 1)))
             name = f"{rows} x {columns} x {bands}"
             if program_bytes(case) > MOST_BYTES:
@@ -471,13 +474,13 @@ def print_row(name: str, what: str, row) -> None:
 
 
 def compare(case: Case, turns=3) -> int:
-    """Print the figures; return 1 where a target is missed."""
+    """Print the figures; return 1 if a target is missed."""
     from isethdr_optics.psf import kernel_store
     from isethdr_optics.psf.kernels import KernelRequest
 
     aberrated = case.aberrated
     scene = night(case)
-    # digests of the code: taken once, for all processes
+    # compute the digests of the code once, for all forked processes
     kernel_store.name(KernelRequest(*optics(aberrated), case.bands_nm, (1.0, 1.0), (1, 1)))
     programs = []
     rules = []
@@ -534,7 +537,7 @@ def compare(case: Case, turns=3) -> int:
 
 
 def main() -> int:
-    """Run what the command line says."""
+    """Run the comparison or the table that the command line selects."""
     parser = argparse.ArgumentParser(description="Speed of the lens over many bands.")
     parser.add_argument("--rows", type=int, default=1080, help="tiles along y")
     parser.add_argument("--columns", type=int, default=1920, help="tiles along x")

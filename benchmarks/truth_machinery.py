@@ -1,12 +1,12 @@
-"""The share of the truth machinery in a run: CPU seconds of noise realisations, score intervals and
-picture statements over those of everything after the radiance.
+"""The share of error estimates in a run: CPU seconds of noise realisations, score intervals and
+picture errors over those of everything after the radiance.
 
-The machinery is what a run would not spend with one noise realisation, without intervals of scores
-and without the statement of how wrong a picture is: the ledger rows `draws`, `scores` and
-`picture`. The first realisation, its scores and the reference pictures belong to the run itself.
+The error estimates ("machinery") are the ledger rows `draws`, `scores` and `picture`. A run with
+one noise realisation, without intervals of scores and without stated errors of pictures would not
+need them. The first realisation, its scores and the reference pictures belong to the run itself.
 
-The radiance is read from its store, or rendered first. Kernels of the lens are those found on disk,
-or made. The noise has a new seed, so that nothing after the radiance is found in a store. Run:
+The radiance is read from its store, or rendered first. Kernels of the lens are read from disk, or
+made. The noise has a new seed, so that no later result is found in a store. Run:
 
     python benchmarks/truth_machinery.py [overrides of the config]
 """
@@ -26,7 +26,9 @@ BEFORE = ("plan", "scene", "renderer", "store", "radiance")
 
 
 class Clock:
-    """CPU seconds of this process, per kind of ledger row, and when the radiance was there."""
+    """CPU seconds of this process per kind of ledger row, and those at which the radiance and the
+    store were complete.
+    """
 
     def __init__(self) -> None:
         self.seconds: dict[str, float] = {}
@@ -57,7 +59,7 @@ class Clock:
             self.radiance_s = time.process_time()
 
     def stored(self, write_store):
-        """Return `write_store` with the time noted at which it ends."""
+        """Return `write_store` with its end recorded in `stored_s`."""
 
         def timed(*args, **options):
             path = write_store(*args, **options)
@@ -74,7 +76,7 @@ def main() -> None:
     from isethdr_core.uncertainty import ledger
 
     clock = Clock()
-    # The module is imported by its full path: `isethdr_core.run` is the function of that name.
+    # the module needs its full path, because `isethdr_core.run` is a function
     import_module("isethdr_core.runs.run")
     config = hdr.compose([f"seed={random.SystemRandom().randrange(2**31)}", *sys.argv[1:]])
     with (
