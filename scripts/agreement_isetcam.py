@@ -30,10 +30,10 @@ class Row:
     Parameters
     ----------
     recorded : name of the property that the test records.
-    quantity : what is compared, for people.
+    quantity : text of the compared quantity.
     test : file below `tests`, and the name of the test.
-    limit : what keeps the difference from being smaller.
-    unit : of the difference.
+    limit : reason why the difference is not smaller.
+    unit : unit of the difference.
     """
 
     recorded: str
@@ -139,7 +139,7 @@ def recorded(report: Path) -> dict[str, float]:
 
 
 def importance(value: float) -> float:
-    """Return a key that sorts nan behind all numbers; `max` alone may pass over nan."""
+    """Return a key that sorts NaN after all numbers; `max` without a key may ignore NaN."""
     return math.inf if math.isnan(value) else value
 
 

@@ -12,7 +12,7 @@ import sys
 from html.parser import HTMLParser
 from pathlib import Path
 
-# tag: attribute with an address that a browser loads by itself
+# tag: attribute with an address that a browser loads without a click
 LOADED = {
     "audio": "src",
     "embed": "src",
@@ -26,18 +26,18 @@ LOADED = {
 }
 OUTSIDE = re.compile(r"(?:https?:)?//")
 IN_STYLES = re.compile(r"(?:url\(\s*['\"]?|@import\s+['\"])((?:https?:)?//[^'\")\s]+)")
-HARMLESS_LINKS = {"canonical", "next", "prev", "edit", "alternate"}  # read by nobody but crawlers
+HARMLESS_LINKS = {"canonical", "next", "prev", "edit", "alternate"}  # browsers do not load these
 
 
 class Loads(HTMLParser):
-    """Collects the addresses beyond the site that a page loads."""
+    """Parser that collects the addresses outside the site that a page loads."""
 
     def __init__(self) -> None:
         super().__init__()
         self.found: list[str] = []
 
     def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
-        """Look at one tag."""
+        """Collect the addresses that one tag loads."""
         values = {name: value or "" for name, value in attrs}
         if tag == "link" and values.get("rel") in HARMLESS_LINKS:
             return
@@ -48,7 +48,7 @@ class Loads(HTMLParser):
 
 
 def loads(site: Path) -> list[str]:
-    """Return `file: address` for all that the pages and styles of a site load from elsewhere."""
+    """Return `file: address` for each address outside the site that its pages and styles load."""
     found = []
     for path in sorted(site.rglob("*.html")):
         page = Loads()
@@ -63,7 +63,7 @@ def loads(site: Path) -> list[str]:
 
 
 def main(arguments: list[str]) -> int:
-    """Print what the site in the folder of the first argument loads from elsewhere."""
+    """Print the outside addresses that a site loads; the first argument is the site's folder."""
     site = Path(arguments[0])
     if not (site / "index.html").is_file():
         print(f"{site} holds no site; make one with: make docs", file=sys.stderr)

@@ -21,8 +21,8 @@ from pathlib import Path
 PHONE_PX = 390
 PROGRAMS = ("chromium", "chromium-browser", "google-chrome")
 TIMEOUT_S = 600
-# One page after the other is loaded into a frame of the phone's width. Each frame is created before
-# the last one has finished, so that Chromium waits for all of them.
+# Pages are loaded one after another into frames of the phone's width. Each frame is created before
+# the previous one is removed, so that Chromium waits for all of them.
 MEASURE = """<!doctype html><body><pre></pre><script>
 const pages = PAGES, found = document.querySelector("pre");
 function measure(k) {
@@ -43,7 +43,7 @@ measure(0);
 
 
 def chromium() -> str | None:
-    """Return the path of Chromium; None where it is not installed."""
+    """Return the path of Chromium; None if it is not installed."""
     return next(filter(None, map(shutil.which, PROGRAMS)), None)
 
 

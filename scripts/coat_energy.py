@@ -1,10 +1,11 @@
-"""White furnace of coated and metallic surfaces: print `world/coat_energy.csv` of isethdr_mitsuba.
+"""White-furnace test of coated and metallic surfaces: print `world/coat_energy.csv` of
+isethdr_mitsuba.
 
     python scripts/coat_energy.py
 
-For each roughness and index, the table holds the factor by which the base of a coat must be
+For each roughness and index, the table holds the factor by which the base below a coat must be
 brighter so that the surface loses no light at its best angle, and the resulting reflectance at its
-worst angle, from 0 to 85 degrees. About 90 CPU s.
+worst angle. Angles are from 0 to 85 degrees. It takes about 90 CPU s.
 """
 
 from __future__ import annotations
@@ -19,7 +20,7 @@ import numpy as np
 ANGLES_DEG = (0.0, 15.0, 30.0, 45.0, 60.0, 70.0, 75.0, 80.0, 85.0)
 ROUGHNESS = (0.0, 0.02, 0.05, *np.round(np.arange(0.1, 1.01, 0.1), 2))
 INDICES = (1.2, 1.35, 1.5, 1.65, 1.8, 2.0)
-SIDE = 256  # points of a grid of 256 x 256, with a third number that picks a lobe
+SIDE = 256  # side of the square grid of sample points; a third number of a point selects a lobe
 
 
 def albedo(bsdf: Callable[..., Any], angle_deg: float) -> float:

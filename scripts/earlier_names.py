@@ -1,15 +1,15 @@
-"""Write `earlier_names.json`: under which names results of earlier commits may be stored.
+"""Write `earlier_names.json`: the names under which results of earlier commits may be stored.
 
     python scripts/earlier_names.py [--measure] [COMMIT ...]
 
-For every commit, whose names were made of package bytes, the file states the old parts of names,
-and the digest that each component has there under the rules of `code_digest`. A component with the
-same digest in this checkout is unchanged: its syntax trees and data are the same.
+Names of the earlier commits were made of package bytes. For each commit the file states the parts
+of these names, and the digest of each component under the rules of `code_digest`. A component with
+the same digest in this checkout is unchanged: its syntax trees and data are the same.
 
 A component with another digest is claimed to be unchanged only with `--measure`, and only for
-values of its fields with which runs agree in both checkouts: raw values bit by bit, radiance,
-pictures and scores to `AGREES`. The runs take every registered name, every preset, and every other
-choice of a field of few values. The reason in the file states how many runs agree, and the largest
+values of its fields with which runs agree in both checkouts: raw values bit by bit; radiance,
+pictures and scores within `AGREES`. The runs cover every registered name, every preset, and every
+choice of fields with few values. The reason in the file states how many runs agree, and the largest
 difference. Everything else is listed under `not_claimed`, and its results have no earlier name.
 """
 
@@ -30,7 +30,7 @@ from typing import Any, NamedTuple
 
 ROOT = Path(__file__).parents[1]
 COMMITS = ("841e2ee", "32bac9b")
-AGREES = 1e-6  # relative, of radiance, pictures and scores: numbers that are not to change
+AGREES = 1e-6  # largest relative difference of radiance, pictures and scores that agree
 PACKAGES = (
     "isethdr_core",
     "isethdr_scenes",
@@ -72,7 +72,7 @@ BASE = (
     *(f"~metric.{name}" for name in DEFAULT_METRICS),
 )
 RENDERED = ("renderer.width=32", "renderer.height=18", "renderer.samples=4", "renderer.step_nm=100")
-CHARTS = {  # name: what makes it fit into the small field
+CHARTS = {  # name: overrides that make it fit into the small field
     "uniform": (),
     "ideal": (),
     "macbeth": (),
@@ -83,7 +83,7 @@ CHARTS = {  # name: what makes it fit into the small field
 MAIN = tuple(f"cameras.{name}.noise=false" for name in ("bayer", "split_pixel", "rgbw"))
 
 
-# in a checkout
+# --- functions that run in one checkout ---
 
 
 def use_checkout(root: Path) -> None:
@@ -110,7 +110,7 @@ def folders(root: Path) -> list[Path]:
 
 
 def describe() -> dict:
-    """Return what the names of this checkout are made of beside digests."""
+    """Return the class and the fields of each component, which names contain besides digests."""
     import dataclasses
 
     from isethdr_core import components
@@ -127,12 +127,12 @@ def describe() -> dict:
 
 
 def cases(changed: set[str]) -> dict[str, list[str]]:
-    """Return the runs that are compared, by name.
+    """Return the overrides of the runs that are compared, by name.
 
     Parameters
     ----------
-    changed : components whose code is another, of which every choice is run. Of a kind without
-        such a component nothing is run.
+    changed : components with changed code. Every choice of their fields is run; kinds without such
+        a component are not run.
     """
     from isethdr_core import components
 
@@ -169,7 +169,7 @@ def cases(changed: set[str]) -> dict[str, list[str]]:
 
 
 def choices_of(offered: Any, wanted: bool) -> list[str]:
-    """Return `field=value` for every value of a field of few values but its default."""
+    """Return `field=value` for every value except the default of each field with few values."""
     import dataclasses
     from typing import Literal, get_args, get_origin, get_type_hints
 
@@ -243,12 +243,12 @@ def measure(out: Path, changed: set[str], match: str) -> None:
 
 
 def watch(checked: dict[tuple[str, str], Any]) -> None:
-    """Put captures and pictures as stages return them, before any rounding, into `checked`."""
+    """Collect in `checked` the captures and pictures that stages return, before any rounding."""
     from isethdr_core import hookimpl
 
     try:
         from isethdr_core.plugins.registry import plugin_manager
-    except ImportError:  # a checkout of before the folders
+    except ImportError:  # an old checkout, without the folder `plugins` of the core
         from isethdr_core.registry import plugin_manager
 
     class Watch:
@@ -282,7 +282,7 @@ def _parts(override: str) -> tuple[str, str, str]:
 
 
 def _classes(component: Any) -> dict[str, list[str]]:
-    """Return which class of values each field holds; nothing in a checkout without such classes."""
+    """Return the class of values of each field; nothing in a checkout without such classes."""
     import dataclasses
 
     try:
@@ -332,7 +332,7 @@ def _add(values_of: dict[str, list[str]], more: dict[str, list[str]]) -> None:
         values_of[key] = sorted({*values_of.get(key, ()), *values})
 
 
-# beside each other
+# --- functions that compare two checkouts ---
 
 
 def write(commits: list[str], match: str) -> None:
@@ -340,7 +340,8 @@ def write(commits: list[str], match: str) -> None:
 
     Parameters
     ----------
-    match : pattern of the names of runs to compare where code differs; empty: none.
+    commits : earlier commits.
+    match : pattern of the names of runs to compare if code differs; empty compares none.
     """
     from isethdr_core.identity import earlier_names
     from isethdr_core.identity.code_digest import CodeReader
@@ -391,18 +392,19 @@ def write(commits: list[str], match: str) -> None:
 
 
 class Compared(NamedTuple):
-    """One run in both checkouts, and how its components were set."""
+    """One run in both checkouts, and the settings of its components."""
 
     name: str
-    difference: float  # largest, relative; infinite where raw values differ at all
+    difference: float  # largest relative difference; infinite if any raw value differs
     uses: dict[str, dict[str, list[str]]]  # classes of values, by component and field
 
 
 def claimed(changed: set[str], runs: list[Compared]) -> dict[str, dict[str, list[str]]]:
-    """Return, by component, the classes of values with which results are the same.
+    """Return by component the classes of values with which results are the same.
 
-    Runs that agree speak for all their components. A run that differs must have a component that
-    no run speaks for; otherwise nothing is claimed of those of its components whose code changed.
+    A run that agrees supports a claim for all its components. A run that differs is explained if
+    one of its changed components has values without such a claim. Otherwise the claims of all its
+    changed components are dropped.
     """
     claims: dict[str, dict[str, list[str]]] = {}
     for run in runs:
@@ -424,7 +426,7 @@ def _covers(claim: dict[str, list[str]] | None, classes: dict[str, list[str]]) -
 
 
 def reason(name: str, runs: list[Compared]) -> str:
-    """Return what the runs that use a component showed."""
+    """Return the result of the runs that use a component, in words."""
     own = [run for run in runs if name in run.uses]
     if not own:
         return "its code is another; no run was compared"
@@ -436,7 +438,7 @@ def reason(name: str, runs: list[Compared]) -> str:
 
 
 def edition_of(commit: str, root: Path, reader: Any) -> dict:
-    """Return what names of a commit were made of."""
+    """Return the parts of which the names of a commit were made."""
     from isethdr_core.identity import earlier_names
 
     bytes_of = {name: earlier_names.folder_digest([package(root, name)]) for name in PACKAGES}
@@ -466,7 +468,7 @@ def package(root: Path, name: str) -> Path:
 
 
 def settings_of(root: Path) -> dict:
-    """Return what the default config of a checkout holds beside components."""
+    """Return the settings in the default config of a checkout, without components."""
     import yaml
 
     [path] = (root / "isethdr_core").rglob("conf/config.yaml")
@@ -505,7 +507,7 @@ def worker(root: Path, task: str, out: Path | None = None, more: Iterable[str] =
 
 
 def differences(root: Path, scratch: Path, changed: set[str], match: str) -> list[Compared]:
-    """Return every run that both checkouts can make, compared."""
+    """Return the comparison of every run that both checkouts can make."""
     import numpy as np
 
     outs = []
@@ -527,7 +529,7 @@ def differences(root: Path, scratch: Path, changed: set[str], match: str) -> lis
         for key in (k for k in arrays[0].files if k.startswith(f"{name}|")):
             difference = relative(arrays[0][key], arrays[1][key])
             values.append(math.inf if key.endswith("|raw") and difference else difference)
-        if values:  # none where the same run had another name before
+        if values:  # empty if the earlier checkout has no values under this name
             rows.append(Compared(name, max(values), run["uses"]))
     return rows
 
@@ -548,7 +550,7 @@ def relative(before: Any, now: Any) -> float:
 
 
 def main() -> None:
-    """Read the command line."""
+    """Run the task that the command line selects."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("commits", nargs="*", default=COMMITS)
     parser.add_argument("--measure", action="store_true", help="compare runs where code differs")

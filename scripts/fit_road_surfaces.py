@@ -2,11 +2,11 @@
 
     python scripts/fit_road_surfaces.py FOLDER
 
-FOLDER holds the r-tables R1.txt ... C2W4.txt: 29 rows of 20 numbers, 10^4 r, lines that begin with
-# left out. The tables of the CIE are not part of this project. About 30 CPU s.
+FOLDER holds the r-tables R1.txt ... C2W4.txt: 29 rows of 20 numbers, 10^4 r. Lines that begin with
+# are ignored. The tables of the CIE are not part of this project. It takes about 30 CPU s.
 
-Least squares of r, cells weighed as Q0 weighs them, with Q0, S1, S2 and R_L as terms of their own.
-R_L of asphalt is a wish, no measurement: see `WANTED_R_L`.
+The fit minimises squared errors of r, with the weights of Q0 for cells, and with additional terms
+for Q0, S1, S2 and R_L. R_L of asphalt is an assumed value, not a measurement: see `WANTED_R_L`.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from isethdr_scenes.road_photometry import Q0_WEIGHTS, figures, r_table, retro_l
 from isethdr_scenes.road_surfaces import FIELDS
 from scipy.optimize import least_squares
 
-# mcd m-2 lx-1; 5 to 20 is what is said of dry asphalt, about 1 of wet one
+# assumed R_L, mcd m-2 lx-1; 5 to 20 is stated for dry asphalt, about 1 for wet asphalt
 WANTED_R_L = {
     "r1": 12.0,
     "r2": 10.0,
@@ -35,8 +35,8 @@ WANTED_R_L = {
     "c2w3": 1.5,
     "c2w4": 1.0,
 }
-# share of C2W3 in a mixture with C2, which stands for tables that were not found: W1 and W2 so meet
-# the published Q0 of their class, and nearly its S1; damp lies half-way from C2 to W1
+# share of C2W3 in a mixture with C2 that replaces tables that were not found. With these shares W1
+# and W2 have the published Q0 of their class, and nearly its S1; damp is half-way from C2 to W1
 MIXTURES = {"damp": 0.16, "w1": 0.32, "w2": 0.60}
 LOW = [0.02, 0.01, 0, 0, 0, 0.08, 1.25, 0.05, 1.25]
 HIGH = [0.95, 0.80, 1, 1, 1, 1, 2.5, 1, 2.5]
@@ -82,7 +82,7 @@ def facets(
 def grains(
     light: np.ndarray, observer: np.ndarray, roughness: float, flatness: float
 ) -> np.ndarray:
-    """Return the diffuse BSDF of Mitsuba's `principled` of base colour 1 (Burley 2012, 2015)."""
+    """Return the diffuse BSDF of Mitsuba's `principled` with base colour 1 (Burley 2012, 2015)."""
     ci = light[..., 2]
     co = observer[..., 2]
     half = light + observer
@@ -97,7 +97,13 @@ def grains(
 
 
 def model(x: np.ndarray, kind: str) -> Callable[..., Any]:
-    """Return the BSDF of the nine fitted numbers and the distribution of the narrow facets."""
+    """Return the BSDF of a road surface.
+
+    Parameters
+    ----------
+    x : the nine fitted numbers.
+    kind : distribution of the narrow facets: "ggx" or "beckmann".
+    """
     gloss, reflectance, roughness, flatness, narrow, alpha, index, alpha2, index2 = x
 
     def bsdf(light: np.ndarray, observer: np.ndarray) -> np.ndarray:
@@ -111,7 +117,7 @@ def model(x: np.ndarray, kind: str) -> Callable[..., Any]:
 
 
 def fit(name: str, table: Any, kind: str) -> np.ndarray:
-    """Return the best of the fits from all starts."""
+    """Return the best fit of all start values."""
     known = table > 0
     weight = np.sqrt(Q0_WEIGHTS / Q0_WEIGHTS.max())
     high = [HIGH[0] if "w" in name else MOST_GLOSS_DRY, *HIGH[1:]]

@@ -1,6 +1,7 @@
 #!/bin/sh
-# Provide libLLVM 19, which the renderer's vectorised variant compiles with; go on without it where it cannot be had.
-# With root: apt-get install. Without: the same packages unpacked below $VENV/lib/llvm, where the renderer looks.
+# Install libLLVM 19, with which the renderer's vectorised variant compiles its kernels. If it
+# cannot be installed, print a note and succeed. Root uses apt-get install; other users unpack the
+# same packages below $VENV/lib/llvm, where the renderer searches.
 set -u
 VENV=${VENV:-.venv}
 PACKAGES="libllvm19 libz3-4 libedit2 libbsd0 libmd0 libxml2 libicu72"

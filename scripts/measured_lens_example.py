@@ -1,4 +1,4 @@
-"""Make the bundled example of a measured lens: the Cooke triplet of 4 mm at f/5.6, traced.
+"""Make the bundled example of a measured lens by ray tracing of a Cooke triplet, 4 mm at f/5.6.
 
 python scripts/measured_lens_example.py
 """

@@ -1,4 +1,4 @@
-"""Texts of the pages of docs/measured: titles, commands, what rows mean, how columns are shown."""
+"""Texts of the pages of docs/measured: titles, commands, meaning of rows, format of columns."""
 
 from __future__ import annotations
 
@@ -8,13 +8,14 @@ from dataclasses import dataclass, field
 
 @dataclass(frozen=True)
 class Column:
-    """How a page shows one column of the rows.
+    """Format of one column of the rows on a page.
 
     Parameters
     ----------
     heading : heading on the page, with the unit; "" keeps the name of the column.
     digits : significant digits of its numbers.
-    error : column with their standard error. A number has no digit below the second of its error.
+    error : name of the column with their standard error. Numbers are rounded to the second digit of
+        the error.
     """
 
     heading: str = ""
@@ -24,19 +25,20 @@ class Column:
 
 @dataclass(frozen=True)
 class Page:
-    """One page: its title, the commands that are run for it, and what their rows mean.
+    """One page: its title, the commands that are run for it, and the meaning of their rows.
 
     Parameters
     ----------
     title : heading of the page.
-    about : first paragraph: what the rows mean.
-    commands : that are run for the page.
-    takes : how long they take, in words, from the last time they were run.
+    about : first paragraph: the meaning of the rows.
+    commands : commands that are run for the page.
+    takes : duration of the commands in words, from their last run.
     notes : paragraphs after the tables; an image or a table is a paragraph of its own.
     below : paragraphs below the table of one command, by command.
     is_stored : whether the page is made from stored rows, because its commands take hours.
-    makes : file of the home that the command makes and that is the page; "" where the rows are.
-    columns : how columns are shown, by their name in the rows; others keep name and four digits.
+    makes : file in the home that the command makes and that becomes the page; "" for a page of
+        rows.
+    columns : formats of columns by their name in the rows; others keep name and four digits.
     """
 
     title: str
@@ -50,7 +52,7 @@ class Page:
     columns: Mapping[str, Column] = field(default_factory=dict)
 
 
-# commands of the figures of the paper, and what stands below the table of each
+# commands of the figures of the paper, and the paragraphs below the table of each
 PAPER_FIGURES = {
     "isethdr study paper_fig1 store=d669601b picture=docs/images/paper_fig1.jpg": (
         "Figure 1: light groups, and their sums by night and by day.",

@@ -9,7 +9,7 @@ stays unchanged. Some pages take hours; the list shows how long each command too
 
 The rows of commands that take hours are stored in scripts/stored_measurements, one file per page.
 Such a page is made from these rows, and says when each command was run. `--measure WORD` first runs
-the commands that contain a word, and stores their rows. What each page says is in
+the commands that contain a word, and stores their rows. The texts of the pages are in
 `measured_page_texts.py`.
 """
 
@@ -37,10 +37,10 @@ from measured_page_texts import PAGES, Column, Page
 ROOT = Path(__file__).resolve().parent.parent
 MEASURED = ROOT / "docs" / "measured"
 STORED = ROOT / "scripts" / "stored_measurements"
-# folders of an absolute path: they belong to one machine
+# the folders of an absolute path, which are removed because they belong to one machine
 FOLDERS = re.compile(r"(?<![\w.:/])/(?:[\w.-]+/)+")
 LIBRARIES = ("numpy", "scipy", "mitsuba")
-# the command of this environment, which need not be the active one
+# the command `isethdr` of this environment, which may not be the active one
 ISETHDR = str(Path(sys.executable).with_name("isethdr"))
 
 
@@ -50,8 +50,8 @@ class Measurement:
 
     Parameters
     ----------
-    command : that was run.
-    measured : when, and on which machine, as the page says it.
+    command : command that was run.
+    measured : text of the page about date and machine.
     rows : CSV with a header.
     """
 
@@ -66,7 +66,7 @@ class Measurement:
 
 
 def main(arguments: list[str]) -> int:
-    """Write the pages that are named, or list all of them."""
+    """Write the named pages, or list all pages."""
     parser = argparse.ArgumentParser(description="write pages of docs/measured")
     parser.add_argument("names", nargs="*", help="pages; none lists all of them")
     parser.add_argument("--measure", default="", help="run the stored commands with this word")
@@ -117,8 +117,8 @@ def page_text(name: str, page: Page) -> str:
 
 
 def filled(paragraph: str) -> str:
-    """Return a paragraph in lines of at most 100 columns; an image, a table or a heading as it
-    is.
+    """Return a paragraph in lines of at most 100 columns; an image, a table or a heading stays as
+    it is.
     """
     return paragraph if paragraph.startswith(("![", "|", "#")) else textwrap.fill(paragraph, 100)
 
@@ -128,8 +128,8 @@ def section_of(measurement: Measurement, columns: Mapping[str, Column]) -> list[
 
     Parameters
     ----------
-    measurement : with its rows.
-    columns : how columns are shown, by name.
+    measurement : measurement with its rows.
+    columns : formats of columns, by name.
     """
     rows = list(csv.DictReader(measurement.rows.strip().splitlines()))
     when = textwrap.fill(f"Measured {measurement.measured}.", 100)
@@ -150,8 +150,8 @@ def measure(name: str, commands: Sequence[str]) -> None:
 
     Parameters
     ----------
-    name : of the page.
-    commands : to run, with `isethdr study` or `python -m isethdr_measured` in front.
+    name : name of the page.
+    commands : commands that begin with `isethdr study` or `python -m isethdr_measured`.
 
     Raises
     ------
@@ -167,7 +167,7 @@ def measure(name: str, commands: Sequence[str]) -> None:
 
 
 def made_file(page: Page) -> str:
-    """Return the text of the file that a page's command makes in the user's own home.
+    """Run the command of a page, and return the text of the file that it makes in the user's home.
 
     Raises
     ------
@@ -180,7 +180,7 @@ def made_file(page: Page) -> str:
 
 
 def machine() -> str:
-    """Return the processor and the versions of the libraries that do the work."""
+    """Return the processor, its load, and the versions of the main libraries."""
     model = platform.processor() or platform.machine()
     info = Path("/proc/cpuinfo")
     if info.exists():
@@ -193,14 +193,15 @@ def machine() -> str:
 
 
 def result_of(command: str, columns: Mapping[str, Column]) -> str:
-    """Return what a command prints: a table of a study, a code block of anything else.
+    """Return the output of a command: a table for a study, a code block for other commands.
 
-    A script that prints a table in Markdown prints nothing else.
+    A table in Markdown that a script prints is returned unchanged; such a script prints nothing
+    else.
 
     Parameters
     ----------
-    command : to run.
-    columns : how columns of a study are shown, by name.
+    command : command to run.
+    columns : formats of the columns of a study, by name.
     """
     words = command.split()
     if study_words(words):
@@ -208,14 +209,14 @@ def result_of(command: str, columns: Mapping[str, Column]) -> str:
             rows = csv_of(command, os.environ | {"ISETHDR_HOME": folder})
         return markdown(list(csv.DictReader(rows.splitlines())), columns)
     done = subprocess.run([sys.executable, *words[1:]], cwd=ROOT, capture_output=True, text=True)
-    if done.returncode > 1:  # 1: a target is missed, which the text says
+    if done.returncode > 1:  # 1 means that a target is missed, which the output states
         done.check_returncode()
     text = done.stdout.rstrip()
     return text if text.startswith("|") else f"```text\n{text}\n```"
 
 
 def study_words(words: Sequence[str]) -> list[str]:
-    """Return the words that run a study in this environment; none for another command."""
+    """Return the words that run a study in this environment; an empty list for other commands."""
     if words[:2] == ["isethdr", "study"]:
         return [ISETHDR, *words[1:]]
     if words[:3] == ["python", "-m", "isethdr_measured"]:
@@ -228,8 +229,8 @@ def csv_of(command: str, environment: Mapping[str, str]) -> str:
 
     Parameters
     ----------
-    command : of the study.
-    environment : variables of the process, among them the home.
+    command : command of the study.
+    environment : variables of the process, including the home.
 
     Raises
     ------
@@ -247,8 +248,8 @@ def markdown(rows: list[dict[str, str]], shown: Mapping[str, Column]) -> str:
 
     Parameters
     ----------
-    rows : of one command, all with the same columns.
-    shown : how columns are shown, by name.
+    rows : rows of one command, all with the same columns.
+    shown : formats of columns, by name.
     """
     headings = [shown.get(name, Column()).heading or name for name in rows[0]]
     lines = [f"| {' | '.join(headings)} |", "|" + "---|" * len(headings)]
@@ -260,14 +261,13 @@ def markdown(rows: list[dict[str, str]], shown: Mapping[str, Column]) -> str:
 
 
 def short(row: Mapping[str, str], name: str, column: Column) -> str:
-    """Return one value of a row: a number with the digits of its column, any other text as it
-    is.
+    """Return one value of a row: a number with the digits of its column, other text unchanged.
 
     Parameters
     ----------
     row : values by the name of their column.
-    name : of the column.
-    column : how it is shown.
+    name : name of the column.
+    column : format of the column.
     """
     text = row[name]
     try:

@@ -4,9 +4,9 @@
     python scripts/reference_pages.py --check    # list the pages that are not current, exit code 1
 
 Pages: `components/<kind>.md`, one for each kind, and `config.md`. A component's description is the
-docstring of its class. The meaning of a field is the comment beside or above the field; unit,
-default and range are those of its name and annotation. A preset's description is the comment in its
-YAML file.
+docstring of its class. The meaning of a field is the comment behind it or above it; unit, default
+and range are those of its name and annotation. A preset's description is the comment in its YAML
+file.
 """
 
 from __future__ import annotations
@@ -29,11 +29,11 @@ MADE_BY = (
     "Made by `python scripts/reference_pages.py` from docstrings and annotations; do not edit."
 )
 COLUMNS = 100
-SHARED_BY = 3  # a field of as many components with one row each moves to a table of its own
+SHARED_BY = 3  # a field with the same row in this many components moves to a shared table
 
 
 def main(arguments: list[str]) -> int:
-    """Write the pages, or with `--check` say which are not current."""
+    """Print the paths of pages that are not current; without `--check` also write them."""
     stale = [
         path for path, text in pages().items() if not path.exists() or path.read_text() != text
     ]
@@ -84,12 +84,12 @@ def component_page(kind: str) -> str:
 
 
 def choice(kind: str) -> str:
-    """Return how a component of a kind is chosen on the command line."""
+    """Return the text that chooses a component of a kind on the command line."""
     return f"+{kind}@{kind}.<key>=<name>" if kind in KEYED else f"{kind}=<name>"
 
 
 def field_path(kind: str) -> str:
-    """Return how a field is set on the command line."""
+    """Return the text that sets a field on the command line."""
     return f"{kind}.<key>.<field>=<value>" if kind in KEYED else f"{kind}.<field>=<value>"
 
 
@@ -103,7 +103,7 @@ def rows_of(cls: type) -> list[FieldRow]:
 
     Raises
     ------
-    ValueError : a field without a comment.
+    ValueError : a field has no comment.
     """
     rows = field_rows(cls)
     for row in rows:
@@ -129,7 +129,7 @@ def table(rows: list[FieldRow]) -> str:
 
 
 def presets_of(kind: str) -> list[str]:
-    """Return the section with the presets of a kind, [] where there are none."""
+    """Return the parts of the section with the presets of a kind; [] without presets."""
     files = sorted(file for folder in CONFIGS for file in ROOT.glob(f"{folder}/{kind}/*.yaml"))
     if not files:
         return []

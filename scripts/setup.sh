@@ -29,8 +29,8 @@ if [ ! -x "$VENV/bin/python" ]; then
 fi
 "$VENV/bin/python" -m pip install --quiet --disable-pip-version-check --no-compile \
     -c constraints.txt -e '.[all,test]'
-# pip would compile the modules one by one, a quarter of them tests of libraries; what cannot be
-# compiled is no module of ours
+# pip would compile the modules one by one, and a quarter of them are tests of libraries; errors are
+# ignored, because files that do not compile are not modules of isethdr
 "$VENV/bin/python" -m compileall -qq -j 0 -x '/tests?/' "$VENV"/lib/python*/site-packages || :
 VENV=$VENV sh scripts/llvm.sh
 "$VENV/bin/isethdr" doctor

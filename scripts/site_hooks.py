@@ -1,8 +1,8 @@
-"""Changes that the site needs beside the pages of docs: called by MkDocs (mkdocs.yml).
+"""Hooks that MkDocs calls (mkdocs.yml) to change the pages of docs for the site.
 
 - README, changelog and guide for contributors of the repository become pages.
 - A link from a page to one of them leads to that page.
-- The examples show their files, so that nobody has to open them.
+- The pages of examples show the example files.
 """
 
 from __future__ import annotations
