@@ -1,5 +1,5 @@
-"""Ghosts of a night drive: headlights reflected between the surfaces of a lens, bare and coated,
-through a six-bladed iris.
+"""Ghosts of a night drive: headlights reflected between the surfaces of an uncoated and a coated
+lens with a six-bladed iris.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
     from isethdr_core.plugins.protocols import Lens
 
-# and the white of its ghosts alone, cd/m2
+# {coating: luminance shown as white in the picture of its ghosts alone, cd/m2}
 COATINGS = {
     "none": 1.0,
     "mgf2": 0.05,
@@ -27,7 +27,7 @@ COATINGS = {
 }
 LENS = {"f_number": 4.0, "focal_length_mm": 4.0}
 PRESCRIPTION = "double_gauss"
-WHITE_CD_M2 = 20.0
+WHITE_CD_M2 = 20.0  # luminance shown as white in the pictures with image and ghosts
 
 
 def ghosts_night(
@@ -37,23 +37,30 @@ def ghosts_night(
 
     Parameters
     ----------
-    picture : file for the pictures (png or jpg): with the ghosts of each coating, and the ghosts
-        alone; empty writes none.
-    experiment, renderer : whose rendering is used; stored radiance serves.
+    picture : file for the pictures (png or jpg), which show the image with the ghosts of each
+        coating, and the ghosts alone; empty writes none.
+    experiment, renderer : experiment and preset of the renderer; stored radiance is reused.
 
     Returns
     -------
-    rows with coating, pairs (traced), strongest_pair (largest share of a lamp's light in the ghosts
-    of one pair of surfaces, by matrices, in the band where the coating is worst), added (light of
-    all ghosts on the sensor over that of the image), opposite (share of ghost light across the axis
-    from the brightest lamp), red_over_blue (of the ghosts over that of the image).
+    rows with coating, pairs (number of traced pairs of surfaces), pairs_left_out, strongest_pair
+    (largest share of a lamp's light in the ghost of one pair, by first-order matrices, in the band
+    where the coating is worst), added (light of all ghosts on the sensor over that of the image),
+    opposite (share of ghost light on the other side of the axis than the brightest lamp),
+    red_over_blue (ratio of red to blue in the ghosts over that in the image).
     """
     night_chain, radiance = rendered(f"experiment={experiment}", f"renderer={renderer}")
     return study(night_chain.lighting(radiance), picture)
 
 
 def study(mixed: xr.DataArray, picture: str = "") -> list[dict]:
-    """Return the rows of `ghosts_night` for mixed radiance, and write the pictures."""
+    """Return the rows of `ghosts_night` for mixed radiance, and write the pictures.
+
+    Parameters
+    ----------
+    mixed : (wavelength, y, x) mixed radiance, W m-2 sr-1 nm-1.
+    picture : file for the pictures; empty writes none.
+    """
     lens = build("lens", "diffraction_limited", **LENS)
     clean = lens(mixed)
     rows = []
@@ -93,8 +100,7 @@ def study(mixed: xr.DataArray, picture: str = "") -> list[dict]:
 
 
 def figures(clean: Any, added: Any, traced: Any, left_out: Any) -> dict:
-    """Return the figures of one coating from the image's irradiance, that of its ghosts, and the
-    pairs of surfaces.
+    """Return the figures of one coating.
 
     Parameters
     ----------
@@ -123,7 +129,8 @@ def figures(clean: Any, added: Any, traced: Any, left_out: Any) -> dict:
 
 
 def luminance_seen(light: xr.DataArray, lens: Lens, white_cd_m2: float) -> np.ndarray:
-    """Return sRGB bytes of irradiance, shown as the radiance of a scene that would make it.
+    """Return sRGB bytes (y, x, 3) of irradiance, shown as the radiance of a scene that would cause
+    it.
 
     Parameters
     ----------

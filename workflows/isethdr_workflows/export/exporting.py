@@ -20,29 +20,29 @@ from .formats import FORMATS
 from .job import Item, Job, sha256
 from .output_folder import MANIFEST, MARK, check_target, replaced
 
-LAYOUT = 1  # of the folder and its manifest
+LAYOUT = 1  # version of the layout of the folder and its manifest
 
 
 class Writer(Protocol):
     """The module of a format."""
 
     def check(self, job: Job) -> None:
-        """Refuse pictures that the format cannot hold; reads no arrays."""
+        """Refuse pictures that the format cannot hold, without reading arrays."""
 
     def write(self, job: Job) -> None:
         """Write the files of all pictures of the job."""
 
 
 def chosen(to: Sequence[str]) -> list[str]:
-    """Return the names of formats in the order in which they are written.
+    """Return the names of the chosen formats in the order in which they are written.
 
     Parameters
     ----------
-    to : texts of names, separated by commas.
+    to : names as typed; each text has one or more names, separated by commas.
 
     Raises
     ------
-    ConfigError : an unknown format, or none.
+    ConfigError : a format is unknown, or none is named.
     """
     named = [name.strip() for text in to for name in text.split(",") if name.strip()]
     for name in named:
@@ -58,21 +58,21 @@ def chosen(to: Sequence[str]) -> list[str]:
 def exported(
     what: Sequence[str], folder: Path, to: Sequence[str], force: bool = False, **cards: str
 ) -> Job:
-    """Write stored pictures as files of other programs; return what was written.
+    """Write stored pictures as files of other programs; return the finished export.
 
     Parameters
     ----------
-    what : runs, sweeps or conditions, as `isethdr_catalog.selection.select` takes them.
+    what : runs, sweeps or conditions, as for `isethdr_catalog.selection.select`.
     folder : to make.
-    to : names of formats.
-    force : replace the folder of an earlier export.
+    to : names of formats, as typed.
+    force : whether the folder of an earlier export is replaced.
     cards : `title` and `licence` of the data set, for its records.
 
     Raises
     ------
-    ConfigError : an unknown format.
-    CatalogError : nothing is selected, a run lacks what a format writes, or the folder cannot be
-        made.
+    ConfigError : a format is unknown.
+    CatalogError : nothing is selected, a run lacks data that a format writes, or the folder cannot
+        be made.
     UnitError : a format cannot hold the values.
     """
     names = chosen(to)
@@ -109,7 +109,7 @@ def _writer(name: str) -> Writer:
 
 
 def _write_manifest(job: Job, what: Sequence[str]) -> None:
-    """Write the list of all files but itself, with sizes and digests."""
+    """Write the manifest: the list of all other files, with sizes and digests."""
     rows = []
     for written in track(job.files, "manifest"):
         path = job.folder / written.path
@@ -129,13 +129,13 @@ def _write_manifest(job: Job, what: Sequence[str]) -> None:
 
 
 def run(what: Sequence[str], to: Sequence[str], force: bool, licence: str, title: str) -> None:
-    """Export, and print how many files of each format there are.
+    """Export, and print the number of files of each format.
 
     Parameters
     ----------
     what : runs, sweeps or conditions; the folder comes last.
-    to : texts of names of formats, separated by commas.
-    force : replace the folder of an earlier export.
+    to : names of formats, as typed.
+    force : whether the folder of an earlier export is replaced.
     licence : licence of the files: an SPDX name or an address; "" states none.
     title : title of the data set; "" takes the folder's name.
     """

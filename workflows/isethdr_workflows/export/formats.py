@@ -1,4 +1,4 @@
-"""The formats of `isethdr export`. Imports nothing that takes time: `--help` lists them."""
+"""The formats of `isethdr export`. There are no slow imports, because `--help` lists formats."""
 
 from __future__ import annotations
 
@@ -10,8 +10,8 @@ class Format:
     """A format: its module in this package, with the functions `check(job)` and `write(job)`."""
 
     module: str
-    writes: str  # for people
-    of_scenes: bool = False  # whether it takes a selection of scenes too
+    writes: str  # what it writes, as text for the help
+    of_scenes: bool = False  # whether stored scenes can be exported, too
 
 
 FORMATS = {

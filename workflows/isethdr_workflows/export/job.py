@@ -51,29 +51,31 @@ class Item:
 
     @property
     def png(self) -> str:
-        """The path of its PNG in the folder; the labels and cards name it."""
+        """The path of its PNG in the folder, which labels and cards mention."""
         return f"{PNG_FOLDER}/{self.name}.png"
 
     @property
     def attributes(self) -> dict[str, Any]:
-        """All that is recorded about the run."""
+        """All recorded attributes of the run."""
         return self.run.attributes
 
     def picture(self) -> xr.Dataset:
-        """Return the picture, read on use."""
+        """Return the picture. Its arrays are read when they are used."""
         return self.run.open(f"picture/{self.camera}")
 
     def truth(self) -> xr.Dataset:
-        """Return the reference picture with the labels of its pixels, read on use."""
+        """Return the reference picture with the labels of its pixels. Arrays are read when they are
+        used.
+        """
         return self.run.open(f"truth/{self.camera}")
 
     def captures(self) -> xr.Dataset:
-        """Return the raw captures, read on use."""
+        """Return the raw captures. Their arrays are read when they are used."""
         return self.run.open(f"captures/{self.camera}")
 
     @cached_property
     def size(self) -> tuple[int, int]:
-        """Rows and columns of the picture."""
+        """The number of rows and of columns of the picture."""
         picture = self.picture()
         return picture.sizes["y"], picture.sizes["x"]
 
@@ -82,10 +84,10 @@ class Item:
 class Written:
     """One file of an export."""
 
-    path: str  # below the folder, with /
+    path: str  # path below the folder, with /
     format: str
     media_type: str
-    run: str = ""  # key; "" where the file holds several
+    run: str = ""  # key of the run; "" if the file is about several runs
     camera: str = ""
 
 
@@ -94,26 +96,26 @@ class Job:
     """One export: its pictures, its folder, and its files so far."""
 
     items: Sequence[Item]
-    scenes: Sequence[Path]  # stores of radiance, where a query asked for scenes
-    folder: Path  # temporary, renamed when the export is complete
+    scenes: Sequence[Path]  # stores of radiance, if a query selected scenes
+    folder: Path  # a temporary folder, which is renamed when the export is complete
     title: str
-    licence: str  # "" where none is stated
-    created: str  # ISO 8601
+    licence: str  # "" if none is stated
+    created: str  # time of the export, ISO 8601
     files: list[Written] = field(default_factory=list)
-    format: str = ""  # that is being written
+    format: str = ""  # name of the format that is being written
 
     def each(self) -> Iterator[Item]:
-        """Yield the pictures, with progress on a terminal."""
+        """Yield the pictures, and show the progress on a terminal."""
         return track(self.items, self.format)
 
     def new_file(self, path: str, media_type: str, item: Item | None = None) -> Path:
-        """Return where to write a file, in a folder that exists, and add it to the list.
+        """Return the full path of a new file, make its folder, and add it to the list of files.
 
         Parameters
         ----------
-        path : below the folder, with /.
+        path : path below the folder of the export, with /.
         media_type : media type of its content.
-        item : the picture that it belongs to; None: several or none.
+        item : the picture that the file belongs to; None: several pictures or none.
         """
         of_item = {} if item is None else {"run": item.key, "camera": item.camera}
         self.files.append(Written(path, self.format, media_type, **of_item))
@@ -122,12 +124,12 @@ class Job:
         return full
 
     def write_json(self, path: str, content: Mapping[str, Any], media_type: str = "") -> None:
-        """Write a JSON file with UTF-8 text; NaN is no JSON, and an error.
+        """Write a JSON file with UTF-8 text. NaN is not allowed in JSON and raises ValueError.
 
         Parameters
         ----------
-        path : below the folder, with /.
-        content : what JSON can hold.
+        path : path below the folder of the export, with /.
+        content : content that JSON can hold.
         media_type : media type of its content; "" is application/json.
         """
         text = json.dumps(content, ensure_ascii=False, allow_nan=False, separators=(",", ":"))

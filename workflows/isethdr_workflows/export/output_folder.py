@@ -1,7 +1,8 @@
-"""A folder that is the old one or the new one, never a part of both.
+"""A folder that is replaced completely or not at all.
 
-The files are written into a hidden folder beside it. The last step is one call of the operating
-system: a rename, or an exchange of two names (renameat2 of Linux, renamex_np of macOS).
+The files are written into a hidden folder in the same parent folder. The last step is one call of
+the operating system: a rename, or an exchange of two names (renameat2 of Linux, renamex_np of
+macOS).
 """
 
 from __future__ import annotations
@@ -21,18 +22,23 @@ from isethdr_core.storage.atomic_write import remove_leftovers, temporary_path
 
 MANIFEST = "manifest.json"
 MARK = "isethdr_export"  # key of the manifest: the version of its layout
-# of renameat2; macOS calls the second RENAME_SWAP
+# constants of renameat2; macOS calls the second one RENAME_SWAP
 AT_FDCWD = -100
 EXCHANGE = 2
 
 
 def check_target(folder: Path, force: bool) -> None:
-    """Check that a folder may be made, or replaced.
+    """Check that a folder may be made or replaced.
+
+    Parameters
+    ----------
+    folder : folder of the export.
+    force : whether an earlier export in it may be replaced.
 
     Raises
     ------
-    CatalogError : it is a file, it holds something and `force` is not set, or `force` is set and it
-        holds anything but one whole export; or nothing can be written beside it.
+    CatalogError : it is a file; it is not empty and `force` is not set; it holds files that are not
+        part of an export; or its parent folder is missing or not writable.
     """
     if folder.exists() and not folder.is_dir():
         raise CatalogError(f"{folder} is a file; expected the name of a folder to make")
@@ -56,7 +62,7 @@ def check_target(folder: Path, force: bool) -> None:
 
 @contextmanager
 def replaced(folder: Path) -> Iterator[Path]:
-    """Yield an empty folder that takes the place of `folder` when the block ends without an error.
+    """Yield an empty folder that replaces `folder` when the block ends without an error.
 
     Raises
     ------
@@ -78,11 +84,15 @@ def replaced(folder: Path) -> Iterator[Path]:
             " choose another folder"
         ) from error
     finally:
-        shutil.rmtree(temporary, ignore_errors=True)  # the old folder, or what an error left
+        shutil.rmtree(temporary, ignore_errors=True)  # the old folder, or the rest after an error
 
 
 def exchange(a: Path, b: Path) -> None:
-    """Exchange the names of two folders of one file system, in one step where the system can.
+    """Exchange the names of two folders of one file system, in one step if the system can do so.
+
+    Parameters
+    ----------
+    a, b : the folders.
 
     Raises
     ------
@@ -102,7 +112,7 @@ def exchange(a: Path, b: Path) -> None:
     number = ctypes.get_errno()
     if number not in (errno.ENOSYS, errno.EINVAL, errno.ENOTSUP):
         raise OSError(number, os.strerror(number), str(b))
-    # file systems without exchange, such as NFS: for an instant there is no folder of that name
+    # file systems such as NFS cannot exchange names; for an instant there is no folder `b`
     aside = temporary_path(b.parent, b.name)
     b.rename(aside)
     a.rename(b)
@@ -116,7 +126,7 @@ def _files(folder: Path) -> Iterator[str]:
 
 
 def _of_export(folder: Path) -> set[str]:
-    """Return the paths that the manifest of an export lists, with its own; none without one."""
+    """Return the paths of the manifest and of the files that it lists; none without a manifest."""
     try:
         manifest = json.loads((folder / MANIFEST).read_text(encoding="utf-8"))
         assert MARK in manifest

@@ -2,6 +2,6 @@
 
 | module             | content                                              |
 |--------------------|------------------------------------------------------|
-| `dead_leaves`      | procedural pictures to learn from                    |
+| `dead_leaves`      | procedural training pictures                         |
 | `train_demosaic`   | filters of the learned demosaic, by ridge regression |
 """

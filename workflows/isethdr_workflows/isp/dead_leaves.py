@@ -1,8 +1,9 @@
 """Dead leaves: pictures of overlapping shapes of every size (Lee, Mumford, Huang 2001). Their
 statistics resemble those of natural scenes.
 
-Shapes are discs and rotated rectangles with power-law sizes. Each has one smooth reflectance and
-one brightness; some have stripes down to the size of a pixel. One light illuminates all shapes.
+Shapes are discs and rotated rectangles with power-law sizes. Each shape has one smooth reflectance
+and one brightness. Some have stripes, which may be as fine as a pixel. One light illuminates all
+shapes.
 """
 
 from __future__ import annotations
@@ -12,12 +13,12 @@ from typing import Any
 import numpy as np
 from scipy.ndimage import gaussian_filter
 
-FINE = 4  # samples per pixel, each way
+FINE = 4  # samples per pixel along each axis
 SHAPES_PER_PIXEL = 0.06
-RADII_PX = (1.2, 50.0)
-DARKEST = 0.02  # of the brightest leaf
-STRIPED = 0.35  # share of the shapes
-FINEST = 0.48  # cycles per pixel
+RADII_PX = (1.2, 50.0)  # smallest and largest radius of a shape
+DARKEST = 0.02  # brightness of the darkest shape over that of the brightest
+STRIPED = 0.35  # share of the shapes that have stripes
+FINEST = 0.48  # highest frequency of stripes, cycles per pixel
 
 
 def dead_leaves(rows: int, columns: int, colours: Any, rng: np.random.Generator) -> np.ndarray:
@@ -25,9 +26,9 @@ def dead_leaves(rows: int, columns: int, colours: Any, rng: np.random.Generator)
 
     Parameters
     ----------
-    rows, columns : pixels.
+    rows, columns : size of the picture, pixels.
     colours : (surface, channel) response of each channel to each surface, any scale.
-    rng : NumPy generator, the only source of random numbers.
+    rng : NumPy generator of all random numbers.
     """
     height = rows * FINE
     width = columns * FINE
@@ -35,7 +36,7 @@ def dead_leaves(rows: int, columns: int, colours: Any, rng: np.random.Generator)
     out[:] = colours[rng.integers(len(colours)), :, None, None]
     for _ in range(int(SHAPES_PER_PIXEL * rows * columns)):
         _cover(out, colours, rng)
-    blur = FINE * rng.uniform(0.0, 0.5)  # pixels: lenses from perfect to soft
+    blur = FINE * rng.uniform(0.0, 0.5)  # samples: lenses from sharp to a blur of half a pixel
     out = gaussian_filter(out, (0, blur, blur), mode="mirror")
     planes = out.reshape(len(out), rows, FINE, columns, FINE).mean((2, 4), dtype=float)
     return planes / planes.mean((1, 2)).max()
@@ -44,7 +45,7 @@ def dead_leaves(rows: int, columns: int, colours: Any, rng: np.random.Generator)
 def _cover(out: np.ndarray, colours: np.ndarray, rng: np.random.Generator) -> None:
     """Cover part of the planes `out` (channel, y, x) with one leaf."""
     height, width = out.shape[1:]
-    # density of radii r^-3: as many small leaves as large ones are seen
+    # the density of radii is r^-3, so that small and large shapes are equally visible
     radius = FINE / np.sqrt(rng.uniform(RADII_PX[1] ** -2, RADII_PX[0] ** -2))
     centre_y = rng.uniform(0, height)
     centre_x = rng.uniform(0, width)
@@ -63,7 +64,7 @@ def _cover(out: np.ndarray, colours: np.ndarray, rng: np.random.Generator) -> No
 def _inside(x: np.ndarray, y: np.ndarray, radius: float, rng: np.random.Generator) -> np.ndarray:
     if rng.uniform() < 0.5:
         return x**2 + y**2 < radius**2
-    # half of the rectangles stand upright, as walls and letters do
+    # half of the rectangles are upright, like walls and letters
     angle = rng.uniform(0, np.pi) if rng.uniform() < 0.5 else 0.0
     u = x * np.cos(angle) + y * np.sin(angle)
     v = y * np.cos(angle) - x * np.sin(angle)

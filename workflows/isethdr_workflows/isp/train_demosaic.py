@@ -1,5 +1,5 @@
-"""Train the learned demosaic: ridge regression of one linear filter per position of the array and
-local class.
+"""Train the learned demosaic: ridge regression of one linear filter for each position of the array
+and local class.
 
 The training pictures are `dead_leaves` through the sensors' own filter curves, with shot and read
 noise at levels from a few electrons up. No other pictures are used.
@@ -59,14 +59,14 @@ def train_demosaic(
     Parameters
     ----------
     path : file to write; empty replaces the filters of the installed isp.
-    pictures : pictures per array; others than the recipe's are for trials.
-    arrays : cells of filter arrays, parted by commas.
+    pictures : number of pictures per array; numbers other than the recipe's are for trials.
+    arrays : cells of filter arrays, separated by commas.
 
     Returns
     -------
-    rows with cfa, filters (count), samples (pixels learned from), rms errors of bilinear and
-    learned planes on pictures of another seed (relative to the noise-free mean), recipe (first
-    digits of its hash), bytes of the file.
+    rows with cfa, filters (number), samples (training pixels), bilinear_error and learned_error
+    (rms errors of bilinear and learned planes on pictures of another seed, relative to the
+    noise-free mean), recipe (first digits of its hash), bytes (of the file).
     """
     recipe = {**RECIPE, "pictures": pictures}
     names = arrays.split(",")
@@ -99,7 +99,13 @@ def recipe_hash(recipe: dict) -> str:
 
 
 def trained(cell: str, recipe: dict) -> np.ndarray:
-    """Return filters (row, column, class, channel, tap) of one array."""
+    """Return the trained filters (row, column, class, channel, tap) of one array.
+
+    Parameters
+    ----------
+    cell : letters of the filter array.
+    recipe : settings of the training, as in `RECIPE`.
+    """
     tile = cell_of(cell)
     channels = channels_of(cell)
     taps = sampled(cell)
@@ -110,8 +116,8 @@ def trained(cell: str, recipe: dict) -> np.ndarray:
         planes, mosaic, filters, variance = example(cell, recipe, number)
         kinds = classes(mosaic, filters, variance)
         near = neighbourhoods(mosaic, tile.shape)
-        # errors count in units of the noise around, and where there is little of it in units of the
-        # signal around
+        # errors are weighted in units of the local noise, or of the local signal if there is little
+        # noise
         weight = 1 / (local_mean(variance) + 1e-3 * local_mean(mosaic) ** 2)
         for y, x in np.ndindex(tile.shape):
             at = np.s_[y :: tile.shape[0], x :: tile.shape[1]]
@@ -128,21 +134,21 @@ def trained(cell: str, recipe: dict) -> np.ndarray:
 
 
 def solved(gram: np.ndarray, cross: Any, taps: Any, base: Any, ridge: float) -> np.ndarray:
-    """Return the filters that minimise the error under the sums of `learned.exact`, drawn to `base`
-    by the ridge.
+    """Return the filters that minimise the error plus a ridge penalty for the distance from `base`.
+    They keep the sums of `learned.exact`.
 
     Parameters
     ----------
-    gram : sums of tap by tap (row, column, class, tap, tap).
-    cross : sums of tap by target (row, column, class, tap, channel).
-    taps : for each position of the array the taps of each channel (row, column, channel, tap); a
-        filter's sums over them are kept.
-    base : filters (row, column, channel, tap) that the ridge draws to.
+    gram : (row, column, class, tap, tap) weighted sums of tap times tap.
+    cross : (row, column, class, tap, channel) weighted sums of tap times target.
+    taps : (row, column, channel, tap) the taps of each channel at each position of the array; the
+        sums of a filter over them are kept.
+    base : (row, column, channel, tap) filters that the ridge penalty favours.
     ridge : weight of the distance from `base`, relative to the mean of `gram`.
     """
     filters = np.empty((*gram.shape[:3], *base.shape[2:]))
     for y, x in np.ndindex(gram.shape[:2]):
-        # every step along it keeps all sums
+        # basis of the changes of a filter that keep all sums
         free = np.linalg.svd(taps[y, x].astype(float))[2][len(taps[y, x]) :].T
         for k in range(gram.shape[2]):
             g = free.T @ gram[y, x, k] @ free
@@ -163,14 +169,14 @@ def base_filters(cell: str) -> np.ndarray:
 
 
 def example(cell: str, recipe: dict, number: int) -> tuple[Any, Any, np.ndarray, Any]:
-    """Return noise-free planes (channel, y, x), a noisy mosaic (y, x), its filters and its
-    variance, all in electrons.
+    """Return a training picture: noise-free planes (channel, y, x), a noisy mosaic (y, x), both in
+    electrons, the channel of each pixel (y, x), and the variance of the mosaic, electrons squared.
 
     Parameters
     ----------
     cell : letters of the filter array.
     recipe : seed, side in pixels, and ranges of peak electrons and read noise.
-    number : number of the picture; it seeds the random numbers with the recipe's seed.
+    number : number of the picture, which seeds the random numbers together with the recipe's seed.
     """
     rng = np.random.default_rng([recipe["seed"], number])
     side = recipe["side_px"]
@@ -187,14 +193,20 @@ def example(cell: str, recipe: dict, number: int) -> tuple[Any, Any, np.ndarray,
 
 
 def colours(cell: str, rng: np.random.Generator) -> np.ndarray:
-    """Return (surface, channel) electrons of smooth reflectances in one of the four lights, some of
-    them paler.
+    """Return electrons (surface, channel) of smooth reflectances in one of the four lights. Most
+    are made paler at random.
+
+    Parameters
+    ----------
+    cell : letters of the filter array.
+    rng : generator of the random numbers.
     """
     response = curves(cell)
     lit = reflectances(WAVELENGTH_NM) * light(LIGHTS[rng.integers(len(LIGHTS))], WAVELENGTH_NM)
     electrons = lit @ response.T
     grey = electrons[:1]  # the first reflectance is a grey
-    pale = rng.uniform(0.0, 1.0, (len(electrons), 1)) ** 2  # most things are nearly grey
+    # squared, because most things are nearly grey
+    pale = rng.uniform(0.0, 1.0, (len(electrons), 1)) ** 2
     return pale * electrons + (1 - pale) * grey * (electrons.mean(1, keepdims=True) / grey.mean())
 
 
@@ -202,7 +214,9 @@ WAVELENGTH_NM = np.arange(400.0, 701.0, 10.0)
 
 
 def curves(cell: str) -> np.ndarray:
-    """Return (channel, wavelength) electrons per energy of the simulated camera's filters."""
+    """Return electrons per energy (channel, wavelength) behind the simulated camera's filters, on
+    any scale.
+    """
     return (
         quantum_efficiency(build("sensor", "bayer", cfa=cell).model(), WAVELENGTH_NM)
         * WAVELENGTH_NM
@@ -215,7 +229,7 @@ def held_out(table: dict, cell: str, recipe: dict, pictures: int = 6) -> tuple[f
 
     Parameters
     ----------
-    table : filters by cell.
+    table : {cell: filters}.
     cell : letters of the filter array.
     recipe : recipe of the training; its seed plus 1 makes the pictures.
     pictures : number of pictures.

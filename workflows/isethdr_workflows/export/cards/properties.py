@@ -1,4 +1,4 @@
-"""What cards state of each picture: run, camera, sensor, lighting, lens, scene, scores."""
+"""Properties of each picture on cards: run, camera, sensor, lighting, lens, scene, scores."""
 
 from __future__ import annotations
 
@@ -10,8 +10,8 @@ from ..job import Item
 
 
 def properties(item: Item) -> dict[str, Any]:
-    """Return the properties of a picture, by the names that queries have for them, then the scores
-    of the whole picture that are finite numbers.
+    """Return the properties of a picture by the names that queries use. They include the scores of
+    the whole picture that are finite numbers.
     """
     recorded = item.attributes
     found = {

@@ -1,7 +1,8 @@
-"""A STAC 1.1.0 collection in `stac/`: one item for each picture, whose assets are its files.
+"""A STAC 1.1.0 collection in `stac/`, with one item for each picture. The assets of an item are the
+files of the picture.
 
-Simulated scenes have no place on Earth: geometry is null, and the collection spans the whole Earth,
-as STAC asks for an extent. The time of an item is that of its run.
+Simulated scenes have no place on Earth, so their geometry is null. STAC demands an extent of the
+collection, so it is the whole Earth. The time of an item is that of its run.
 """
 
 from __future__ import annotations
@@ -23,11 +24,11 @@ ROLES = {"png": "overview", "exr": "data", "dng": "data", "panoptic": "labels"}
 
 
 def check(job: Job) -> None:
-    """Every picture can be described."""
+    """Accept all pictures, because every picture can be described."""
 
 
 def write(job: Job) -> None:
-    """Write the collection and its items, with the files that were written before."""
+    """Write the collection and its items, which list the files that were written before."""
     files: dict[tuple[str, str], list[Written]] = {}
     for written in job.files:
         files.setdefault((written.run, written.camera), []).append(written)
@@ -59,13 +60,13 @@ def write(job: Job) -> None:
 
 
 def stac_item(item: Item, files: Iterable[Written], collection: str) -> dict[str, Any]:
-    """Return the STAC item of a picture in the collection of that name.
+    """Return the STAC item of a picture in a collection.
 
     Parameters
     ----------
     item : the picture.
     files : files of that picture, with paths below the folder of the export.
-    collection : its name.
+    collection : name of the collection.
     """
     height, width = item.size
     up = f"../{COLLECTION}"
@@ -108,5 +109,5 @@ def _link(rel: str, href: str, media_type: str) -> dict[str, str]:
 
 
 def utc(created: str) -> str:
-    """Return an ISO 8601 time in UTC as STAC writes it, with Z."""
+    """Return an ISO 8601 time in UTC in the form of STAC, with Z."""
     return created.replace("+00:00", "Z")

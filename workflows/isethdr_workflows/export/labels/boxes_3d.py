@@ -1,4 +1,4 @@
-"""Boxes of things in metres, with the camera that sees them: `boxes3d.json`.
+"""Boxes of objects in metres, with the camera: `boxes3d.json`.
 
 World axes are x forward, y left, z up. Camera axes are x right, y down, z forward. A rotation is a
 quaternion [w, x, y, z] from the axes of the object to those of the world.
@@ -38,7 +38,7 @@ def check(job: Job) -> None:
 
 
 def write(job: Job) -> None:
-    """Write the boxes of all visible things in one file."""
+    """Write the boxes of all visible objects into one file."""
     images = []
     for item in job.each():
         scene = geometry.described(item)
@@ -79,17 +79,17 @@ def write(job: Job) -> None:
 
 
 def camera_model(item: Item, camera: Camera, picture: xr.Dataset) -> dict[str, Any]:
-    """Return where a camera is, and how directions become pixels.
+    """Return the position of a camera, and the map from directions to pixels.
 
-    The x of a pixel is cx + fx times the x of the field. The x of the field is the tangent of the
-    field angle, or the angle where `projection` is equidistant. A stated `distortion` applies to
-    the x of the field first.
+    The x of a pixel is cx + fx times the x of the field, and y likewise. The x of the field is the
+    tangent of the field angle, or the angle itself if `projection` is equidistant. A stated
+    `distortion` applies to the x of the field first.
 
     Parameters
     ----------
-    item : the picture's run and camera.
-    camera : of the scene's description: position and axis.
-    picture : for focal length, pixel pitch, the grid of pixels and the projection.
+    item : run and camera of the picture.
+    camera : camera of the scene's description, with position and axis.
+    picture : picture with focal length, pixel pitch, grid of pixels and projection.
     """
     focal_m = 1e-3 * float(picture.attrs["focal_length_mm"])
     pitch_m = 1e-6 * float(picture.attrs["pitch_um"])
@@ -106,6 +106,6 @@ def camera_model(item: Item, camera: Camera, picture: xr.Dataset) -> dict[str, A
 
 
 def quaternion(rotation: Any) -> list[float]:
-    """Return a proper rotation (3, 3) as [w, x, y, z] with w of at least 0."""
+    """Return a proper rotation (3, 3) as quaternion [w, x, y, z], with w not negative."""
     found: list[float] = Rotation.from_matrix(rotation).as_quat(canonical=True).tolist()
     return [found[3], *found[:3]]

@@ -1,7 +1,8 @@
-"""Boxes and masks of things in COCO's layout, one file for all pictures.
+"""Boxes and masks of objects in COCO's layout, one file for all pictures.
 
-`bbox` is the visible box, that of the mask. `bbox_full` is the box of the whole object with nothing
-in front of it, cut at the frame, where the geometry of the scene can be made again.
+`bbox` is the box of the visible part, which is that of the mask. `bbox_full` is the box of the
+whole object, as if nothing hid it, cut at the frame. It is left out if the geometry of the scene
+cannot be built again.
 """
 
 from __future__ import annotations
@@ -47,7 +48,7 @@ def annotation(
     ----------
     item : the picture.
     seen : visible part of the object, and its row in the table.
-    full : box [left, top, width, height] of each whole object, px, by its number.
+    full : {number of the object: box [left, top, width, height] of the whole object, px}.
     number : number of the annotation in the file, from 1.
     """
     shape = item.size

@@ -14,7 +14,7 @@ from isethdr_core.quantities import MOTION
 from ..job import Job
 
 TAG = np.float32(202021.25)
-UNKNOWN = np.float32(1e10)  # readers take what is above 1e9 as unknown
+UNKNOWN = np.float32(1e10)  # readers treat values above 1e9 as unknown
 
 
 def check(job: Job) -> None:

@@ -1,7 +1,7 @@
-"""The geometry of a stored scene: the box of each object in metres, and its place in a picture.
+"""The geometry of a stored scene: the box of each object in metres, and its box in a picture.
 
-A run does not store meshes. They are made again from the fields of the scene that the run records,
-and refused unless all objects are where the run says.
+A run does not store meshes. They are built again from the recorded fields of the scene. The result
+is refused unless all objects are at their recorded positions.
 """
 
 from __future__ import annotations
@@ -24,8 +24,8 @@ from .masks import is_thing
 if TYPE_CHECKING:
     import xarray as xr
 
-SAME_M = 1e-6  # positions are stored as float64; other geometry is off by more
-WIDER = 1.1  # times the field of the frame
+SAME_M = 1e-6  # largest difference of equal positions, which are stored as float64
+WIDER = 1.1  # limit of field coordinates, over the largest ones in the frame
 NEAREST_M = 1e-3  # parts of an object nearer to the camera's plane are left out of its box
 
 
@@ -35,9 +35,9 @@ class Box3d:
 
     Parameters
     ----------
-    center_m : (3,) in world axes (x forward, y left, z up).
+    center_m : (3,) centre in world axes (x forward, y left, z up).
     size_m : (3,) length, width, height along the object's own x, y, z.
-    rotation : (3, 3) from the object's axes to world axes; proper.
+    rotation : (3, 3) proper rotation from the object's axes to world axes.
     """
 
     center_m: np.ndarray
@@ -45,17 +45,17 @@ class Box3d:
     rotation: np.ndarray
 
     def corners_m(self) -> np.ndarray:
-        """Return the corners (8, 3) in world axes."""
+        """Return the corners (8, 3) in world axes, m."""
         signs = np.stack(np.meshgrid(*[[-0.5, 0.5]] * 3, indexing="ij"), -1).reshape(8, 3)
         return self.center_m + (signs * self.size_m) @ self.rotation.T
 
 
 def described(item: Item) -> SceneDescription:
-    """Return the scene of a run, made again.
+    """Build the scene of a run again and return its description.
 
     Raises
     ------
-    CatalogError : the scene has no geometry, cannot be made, or has other objects than the run.
+    CatalogError : the scene has no geometry, cannot be built, or has other objects than the run.
     """
     if not item.attributes.get("scene_ids"):
         raise _unknown(item, "its scene makes its own light and has no geometry")
@@ -77,7 +77,7 @@ def _unknown(item: Item, why: str) -> CatalogError:
 
 
 def _differs(row: dict[str, Any], objects: tuple[Placed, ...]) -> bool:
-    """Return whether an object of the table is not the one of its number in the scene."""
+    """Return whether an object of the table differs from the object of this number in the scene."""
     number = int(row["instance"])
     at = row.get("position_m")
     if at is None or number > len(objects):
@@ -89,7 +89,9 @@ def _differs(row: dict[str, Any], objects: tuple[Placed, ...]) -> bool:
 
 @lru_cache(maxsize=2)
 def _built(settings: str) -> SceneDescription | str:
-    """Return the description of a scene by its fields as JSON, or why there is none."""
+    """Return the description of a scene from its fields as JSON, or a text that says why there is
+    none.
+    """
     fields = json.loads(settings)
     name = fields.pop("name")
     try:
@@ -104,6 +106,7 @@ def box_of(model: Model, pose: np.ndarray) -> Box3d:
 
     Parameters
     ----------
+    model : model of the object.
     pose : (4, 4) from the model to the world: rotation, one scale for each axis, and position.
     """
     corners = np.concatenate([np.asarray(part.vertices, float) for part in model.parts])
@@ -111,7 +114,7 @@ def box_of(model: Model, pose: np.ndarray) -> Box3d:
     high = corners.max(0)
     scale = np.linalg.norm(pose[:3, :3], axis=0)
     rotation = pose[:3, :3] / scale
-    if np.linalg.det(rotation) < 0:  # a mirrored model; its box is its own mirror image
+    if np.linalg.det(rotation) < 0:  # a mirrored model; a box equals its mirror image
         rotation = rotation * [1, -1, 1]
     center = pose[:3, :3] @ (low + high) / 2 + pose[:3, 3]
     return Box3d(center, (high - low) * scale, rotation)
@@ -120,7 +123,7 @@ def box_of(model: Model, pose: np.ndarray) -> Box3d:
 def camera_axes(camera: Camera) -> np.ndarray:
     """Return the unit vectors right, down, forward of a camera (3, 3), as rows in world axes.
 
-    World z is up in the picture; a camera that looks along it has world x at the top.
+    World z is up in the picture. If the camera looks along world z, world x is up instead.
     """
     forward = np.subtract(camera.target_m, camera.position_m).astype(float)
     forward /= np.linalg.norm(forward)
@@ -130,10 +133,10 @@ def camera_axes(camera: Camera) -> np.ndarray:
     return np.stack([right, np.cross(forward, right), forward])
 
 
-@lru_cache(maxsize=1024)  # two formats ask for them
+@lru_cache(maxsize=1024)  # two formats use them
 def full_boxes(item: Item) -> dict[int, list[float]]:
-    """Return the box [left, top, width, height], in pixels, of each whole thing that is seen, by
-    its number. The boxes are cut at the frame. Empty where the geometry cannot be made again.
+    """Return {number: box [left, top, width, height], px} of each visible object, as if nothing hid
+    it. The boxes are cut at the frame. The result is empty if the geometry cannot be built again.
     """
     try:
         scene = described(item)
@@ -152,14 +155,15 @@ def full_boxes(item: Item) -> dict[int, list[float]]:
 
 
 def points_in_front(model: Model, pose: np.ndarray, camera: Camera) -> np.ndarray:
-    """Return points (n, 3) in camera axes (right, down, forward), m, whose image has the same box
-    as the object: corners of triangles, and where edges cross the plane of the camera.
+    """Return points (n, 3) in camera axes (right, down, forward), m, that have the same box in the
+    picture as the object. They are corners of triangles, and points at which edges cross a plane
+    just in front of the camera.
 
     Parameters
     ----------
     model : of the object.
     pose : (4, 4) from the model to the world.
-    camera : position, axis and projection.
+    camera : camera with position, axis and projection.
     """
     axes = camera_axes(camera)
     points = []
@@ -179,8 +183,13 @@ def points_in_front(model: Model, pose: np.ndarray, camera: Camera) -> np.ndarra
 
 
 def box_in_picture(points: np.ndarray, picture: xr.Dataset) -> list[float] | None:
-    """Return the box of the images of points (n, 3) in camera axes, [left, top, width, height] in
-    pixels from the top left corner, cut at the frame; None where nothing is within it.
+    """Return the box [left, top, width, height] of the images of points, in pixels from the top
+    left corner, cut at the frame; None if nothing is within the frame.
+
+    Parameters
+    ----------
+    points : (n, 3) points in camera axes, m.
+    picture : picture with focal length, pixel pitch, grid of pixels and projection.
     """
     lens = camera_geometry.map_of(picture)
     projection = camera_geometry.projection_of(picture)
@@ -189,7 +198,7 @@ def box_in_picture(points: np.ndarray, picture: xr.Dataset) -> list[float] | Non
     first = np.array([picture["x"].values[0], picture["y"].values[0]]) / focal_m - pitch / 2
     counts = np.array([picture.sizes["x"], picture.sizes["y"]])
     field = field_coordinates(points, projection)
-    # beyond the frame, where a distortion is not defined, every point is as good as the nearest
+    # far outside the frame a distortion may not be defined, so such points are moved close to it
     edge = np.linspace(0, 1, 9)[:, None] * counts * pitch + first
     u, v = lens.inverse(*np.meshgrid(*edge.T))
     reach = WIDER * np.array([np.abs(u).max(), np.abs(v).max()])
@@ -200,8 +209,13 @@ def box_in_picture(points: np.ndarray, picture: xr.Dataset) -> list[float] | Non
 
 
 def field_coordinates(points: np.ndarray, projection: str) -> np.ndarray:
-    """Return field coordinates (n, 2) of points (n, 3) in camera axes: tangents, or angles in
+    """Return the field coordinates (n, 2) of points: tangents of the field angle, or the angle in
     radians along the direction from the axis.
+
+    Parameters
+    ----------
+    points : (n, 3) points in camera axes, any unit of length.
+    projection : `tangent`, or another name for angles.
     """
     across = points[:, :2]
     forward = points[:, 2:]

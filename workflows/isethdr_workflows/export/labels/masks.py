@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 NONE = "none"  # the category of pixels without an object, such as the sky
-# surfaces and background without a count ("stuff" of COCO); all others are things
+# surfaces and background that are not counted ("stuff" of COCO); all others are things
 STUFF = (
     *("road", "tree", "guard rail", "building", "vegetation", "tunnel", "own vehicle", "chart"),
     "rock",
@@ -72,9 +72,9 @@ def check(job: Job) -> None:
             )
 
 
-@lru_cache(maxsize=1024)  # several formats ask
+@lru_cache(maxsize=1024)  # several formats use it
 def _missing(item: Item) -> str:
-    """Return which label a picture lacks, "" for none."""
+    """Return the name of a label that a picture lacks, "" if none is missing."""
     truth = item.truth()
     if "instance" not in truth:
         return "map of objects"
@@ -82,7 +82,7 @@ def _missing(item: Item) -> str:
 
 
 def visible_objects(truth: xr.Dataset) -> Iterator[Visible]:
-    """Yield the objects that have at least one pixel, by their number.
+    """Yield the objects that have at least one pixel, in the order of their numbers.
 
     Parameters
     ----------
@@ -108,8 +108,13 @@ def visible_objects(truth: xr.Dataset) -> Iterator[Visible]:
 
 
 def lit_by(item: Item, row: dict[str, Any]) -> dict[str, dict[str, float]]:
-    """Return `illuminance_lx` of an object by light group, under the lighting of its run; nothing
-    where the scene does not state it.
+    """Return `illuminance_lx` of an object by light group, under the lighting of its run; empty if
+    the scene does not state it.
+
+    Parameters
+    ----------
+    item : the picture.
+    row : row of the table of objects.
     """
     if "illuminance_lx" not in row:
         return {}
@@ -119,12 +124,18 @@ def lit_by(item: Item, row: dict[str, Any]) -> dict[str, dict[str, float]]:
 
 
 def is_thing(category: str) -> bool:
-    """Return whether objects of a category are counted one by one."""
+    """Return whether the objects of a category are counted individually ("things" of COCO)."""
     return category != NONE and category not in STUFF
 
 
 def category_rows(things_only: bool) -> list[dict[str, Any]]:
-    """Return the categories as COCO lists them; panoptic files hold `isthing` too."""
+    """Return the categories in COCO's form.
+
+    Parameters
+    ----------
+    things_only : whether only things are listed; otherwise each row has `isthing`, as in panoptic
+        files.
+    """
     rows = []
     for name, number in CATEGORIES.items():
         if name == NONE or things_only and not is_thing(name):
@@ -143,7 +154,13 @@ def _above(name: str) -> str:
 
 
 def image_row(item: Item, licence: int) -> dict[str, Any]:
-    """Return what COCO states of a picture, with the run and the camera."""
+    """Return COCO's entry of a picture, with the run and the camera.
+
+    Parameters
+    ----------
+    item : the picture.
+    licence : number of the licence in the file.
+    """
     height, width = item.size
     return {
         "id": item.number,
@@ -161,7 +178,13 @@ LICENCE = 1  # number of the only licence of a file
 
 
 def head(job: Job, about: str) -> dict[str, Any]:
-    """Return the beginning of a COCO file: info and licence."""
+    """Return the beginning of a COCO file: info and licence.
+
+    Parameters
+    ----------
+    job : the export.
+    about : description of the file.
+    """
     return {
         "info": {
             "description": f"{job.title}: {about}",

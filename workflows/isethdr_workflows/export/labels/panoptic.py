@@ -1,7 +1,7 @@
-"""The segment of every pixel: COCO's panoptic layout, a JSON and one PNG for each picture.
+"""The segment of every pixel in COCO's panoptic layout: a JSON file, and one PNG for each picture.
 
-A thing is a segment of its own, with its instance number; all of one stuff category is one segment.
-Pixels without an object, such as the sky, have number 0.
+Each thing is a segment with its instance number. All pixels of a stuff category are one segment.
+Pixels without an object, such as the sky, have the number 0.
 """
 
 from __future__ import annotations
@@ -40,7 +40,13 @@ def write(job: Job) -> None:
 
 
 def write_segments(item: Item, path: Path) -> list[dict[str, Any]]:
-    """Write the segments of a picture as RGB, number = R + 256 G + 65536 B; return their list."""
+    """Write the segments of a picture as RGB, number = R + 256 G + 65536 B; return their list.
+
+    Parameters
+    ----------
+    item : the picture.
+    path : file to write (PNG).
+    """
     segments: dict[str, dict[str, Any]] = {}
     numbers = np.zeros(item.size, np.uint32)
     for seen in visible_objects(item.truth()):

@@ -1,4 +1,4 @@
-"""Masks as COCO files hold them: lengths of runs down the columns, written as text."""
+"""Masks in the form of COCO files: lengths of runs down the columns, written as text."""
 
 from __future__ import annotations
 
@@ -6,7 +6,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-# of a character: 5 bits of a number, from "0" on
+# a character holds 5 bits of a number, a bit that says whether more follow, and starts at "0";
+# SIGN is the sign bit of the last group
 BITS = 5
 CONTINUES = 0x20
 SIGN = 0x10
@@ -14,8 +15,8 @@ FIRST = 48
 
 
 def lengths(window: np.ndarray, left: int, top: int, shape: tuple[int, int]) -> list[int]:
-    """Return the lengths of runs of a mask in columns from the left, each from the top: outside,
-    inside, outside, ...
+    """Return the lengths of the runs of a mask: outside, inside, outside, ... Runs go down each
+    column, from the left column to the right one.
 
     Parameters
     ----------
@@ -34,8 +35,8 @@ def lengths(window: np.ndarray, left: int, top: int, shape: tuple[int, int]) -> 
 
 
 def text(counts: Sequence[int]) -> str:
-    """Return lengths of runs as COCO's text: from the fourth on as differences from the one before
-    the last, in groups of 5 bits, the lowest first.
+    """Return lengths of runs as COCO's text. From the fourth on, each length is written as the
+    difference from the length two places earlier. Numbers are in groups of 5 bits, lowest first.
     """
     characters = []
     for place, count in enumerate(counts):

@@ -1,9 +1,9 @@
-"""Surfaces of each pixel as EXR, float32: how far they are, and which way they face.
+"""Surface distance and orientation of each pixel as EXR, float32.
 
 `depth` writes the channels `depth` (m, along the optical axis) and `distance` (m, along the ray);
-the sky is infinite. `normals` writes `normal.x`, `normal.y` and `normal.z`, unit vectors in world
-axes (x forward, y left, z up); 0 in the sky. Of a run they are those of the pixels of a camera, of
-a stored scene those of its tiles, with overscan.
+they are infinite in the sky. `normals` writes `normal.x`, `normal.y` and `normal.z`, unit vectors
+in world axes (x forward, y left, z up), which are 0 in the sky. The files of a run have the pixels
+of a camera. The files of a stored scene have its tiles, including overscan.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 TYPE = "image/x-exr"
-LABELS = {"depth": ("depth", "distance"), "normals": ("normal",)}  # by format
+LABELS = {"depth": ("depth", "distance"), "normals": ("normal",)}  # {format: its labels}
 COMMENTS = {
     "depth": "depth along the optical axis and distance along the ray, m; infinite in the sky",
     "normals": "unit normals in world axes: x forward, y left, z up; 0 in the sky",
@@ -56,7 +56,7 @@ def check(job: Job) -> None:
 
 
 def _missing(dataset: xr.Dataset, format_name: str) -> str:
-    """Return the first label of a format that a Dataset lacks, "" for none."""
+    """Return the first label of a format that a Dataset lacks, "" if none is missing."""
     return next((name for name in LABELS[format_name] if name not in dataset), "")
 
 
@@ -77,7 +77,7 @@ def write(job: Job) -> None:
 
 
 def _scenes(job: Job) -> Iterator[tuple[Path, xr.Dataset]]:
-    """Yield the stored scenes; stores of one recipe have the same labels and count once."""
+    """Yield the stored scenes. Stores of one recipe have the same labels, so only one is used."""
     written = set()
     for path in track(list(job.scenes), job.format):
         scene = store.open_scene(path)
@@ -96,7 +96,7 @@ def write_labels(
     ----------
     labels : Dataset with `depth` and `distance` (y, x), m, or `normal` (y, x, 3).
     path : file to write.
-    format_name : depth or normals.
+    format_name : `depth` or `normals`.
     header : further entries of the header.
     """
     channels = {}

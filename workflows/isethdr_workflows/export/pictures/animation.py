@@ -1,7 +1,7 @@
-"""A sequence as a moving picture: one animated PNG for each camera, as the report displays it.
+"""A sequence as a moving picture: one animated PNG for each camera, as displayed by the report.
 
-The frames of a camera are its runs in the order of `scene.time_s`. All have the white and the curve
-of the first one, so that light that changes is seen to change.
+The frames of a camera are its runs in the order of `scene.time_s`. All frames have the white and
+the tone curve of the first one, so that changes of the light are visible.
 """
 
 from __future__ import annotations
@@ -16,11 +16,11 @@ from isethdr_core.errors import CatalogError
 from ..job import Item, Job
 from .png import shared_view
 
-LAST_MS = 500.0  # for which the last frame is shown, before it starts again
+LAST_MS = 500.0  # least time for which the last frame is shown before the sequence starts again
 
 
 def check(job: Job) -> None:
-    """Raise CatalogError unless each camera has pictures at two times or more, one at each."""
+    """Raise CatalogError unless each camera has one picture at each of at least two times."""
     for camera, items in _by_camera(job).items():
         times = [time_s(item) for item in items]
         if len(set(times)) < max(2, len(times)):
@@ -52,7 +52,7 @@ def write(job: Job) -> None:
 
 
 def time_s(item: Item) -> float:
-    """Return the time of the scene of a picture, 0 where its scene has none."""
+    """Return the time of the scene of a picture, s; 0 if its scene has none."""
     return float(item.attributes["config"]["scene"].get("time_s", 0.0))
 
 

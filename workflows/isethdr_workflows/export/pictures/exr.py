@@ -1,7 +1,7 @@
 """Linear pictures and their references: EXR, float32, R, G, B of sRGB primaries in cd/m2.
 
-A D65 grey of 1 cd/m2 is (1, 1, 1). Negative values are kept, of colours beyond the primaries and of
-estimates below zero, so that XYZ follows by one matrix.
+A D65 grey of 1 cd/m2 is (1, 1, 1). Negative values of colours outside the primaries and of
+estimates below zero are kept, so that one matrix gives XYZ.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ TYPE = "image/x-exr"
 
 
 def check(job: Job) -> None:
-    """Every stored run has its pictures."""
+    """Accept all pictures, because every stored run has them."""
 
 
 def write(job: Job) -> None:

@@ -1,4 +1,6 @@
-"""Pictures as the report displays them, 8 bit sRGB: one white and one curve for all of a run."""
+"""Pictures as displayed by the report, 8 bit sRGB, with one white and one tone curve for all
+pictures of a run.
+"""
 
 from __future__ import annotations
 
@@ -15,15 +17,15 @@ from isethdr_core.results.stored import open_run
 
 from ..job import Item, Job
 
-SRGB = b"sRGB", b"\x00"  # chunk of PNG: the values are sRGB, rendering intent perceptual
+SRGB = b"sRGB", b"\x00"  # PNG chunk that declares sRGB values, with rendering intent perceptual
 
 
 def check(job: Job) -> None:
-    """Every stored run has its pictures."""
+    """Accept all pictures, because every stored run has them."""
 
 
 def write(job: Job) -> None:
-    """Write one PNG for each picture; its header states the white, the run and the camera."""
+    """Write one PNG for each picture. Its header states the white, the run and the camera."""
     for item in job.each():
         _write_one(item, job.new_file(item.png, "image/png", item), job.licence)
 
@@ -43,8 +45,8 @@ def _write_one(item: Item, path: Path, licence: str) -> None:
 
 @lru_cache(maxsize=1)
 def shared_view(path: Path) -> tuple[float, float]:
-    """Return white, cd/m2, and compression with which the report shows the pictures of a run: those
-    of the reference with most pixels, with room for flare in the pictures.
+    """Return the white, cd/m2, and the compression with which the report shows the pictures of a
+    run. They come from the reference with the most pixels, with room for flare in the pictures.
     """
     run = open_run(path)
     truths = [run.open(f"truth/{camera}") for camera in run.cameras]

@@ -1,7 +1,7 @@
 """Spectral radiance of stored scenes: EXR with one part for each light group.
 
-Channels are named as Fichet, Pacanowski and Wilkie 2021 do (J. Comput. Graph. Tech. 10(3), section
-3), `S0.550,000nm`; each header states the wavelengths and the unit.
+Channels are named as in Fichet, Pacanowski and Wilkie 2021 (J. Comput. Graph. Tech. 10(3), section
+3), for example `S0.550,000nm`. Each header states the wavelengths and the unit.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 
 def check(job: Job) -> None:
-    """Check that the runs read stored radiance.
+    """Check that the radiance of all runs is stored.
 
     Raises
     ------
@@ -61,7 +61,7 @@ def write_radiance(scene: xr.Dataset, path: Path) -> None:
 
     Parameters
     ----------
-    scene : scene radiance Dataset; one group is read at a time, all are held while writing.
+    scene : scene radiance Dataset; all groups are in memory while the file is written.
     path : file to write.
     """
     bands = [float(nm) for nm in scene["wavelength"].values]

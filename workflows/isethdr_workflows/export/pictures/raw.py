@@ -10,7 +10,9 @@ from ..job import Job
 
 
 def check(job: Job) -> None:
-    """Every stored run has its captures; whether a DNG can hold them, their values tell."""
+    """Accept all pictures, because every stored run has captures. Whether a DNG can hold them
+    depends on their values, which are read later.
+    """
 
 
 def write(job: Job) -> None:
