@@ -335,7 +335,7 @@ def _with_share(known: dict[str, index_file.Property], names: list[str]) -> list
 def _check_known(
     base: duckdb.DuckDBPyConnection, known: dict[str, index_file.Property], names: list[str]
 ) -> None:
-    """Raise CatalogError if no record has one of the properties; an empty home accepts all names."""
+    """Raise CatalogError if no record has a property; an empty home accepts every name."""
     for name in names:
         if name in (*PLAIN, HOME) or not known:
             continue
@@ -349,7 +349,7 @@ def _check_known(
 
 
 def _has_values(base: duckdb.DuckDBPyConnection, found: index_file.Property) -> bool:
-    """Return whether a record has a property: its column may outlast the records of removed stores."""
+    """Return whether a record has a property; a column may outlast the records of its stores."""
     if found.column is None:
         return True
     return bool(
