@@ -40,7 +40,7 @@ FOCAL_MM = 6.0
 F_NUMBER = 4.0
 LEVEL = 2.5e-4  # radiance of the background, W m-2 sr-1 nm-1: some hundred electrons in green
 WORKERS = int(os.environ.get("OMP_NUM_THREADS") or os.cpu_count())
-# of the table: frames (rows, columns), numbers of bands, and largest memory of a row
+# frames (rows, columns) of the table, numbers of bands, and largest memory of a row
 FRAMES = ((270, 480), (540, 960), (1080, 1920), (2160, 3840))
 BANDS = (8, 31, 61)
 MOST_BYTES = 8e9

@@ -52,7 +52,7 @@ class Page:
     columns: Mapping[str, Column] = field(default_factory=dict)
 
 
-# commands of the figures of the paper, and the paragraphs below the table of each
+# commands of the figures of the paper, and the paragraphs below each table
 PAPER_FIGURES = {
     "isethdr study paper_fig1 store=d669601b picture=docs/images/paper_fig1.jpg": (
         "Figure 1: light groups, and their sums by night and by day.",
@@ -268,14 +268,14 @@ PAGES = {
     ),
     "experiments": Page(
         "Results of the experiments",
-        "",  # the file of the home says what the tables are
+        "",  # the file that the command makes explains the tables
         ("isethdr experiments run",),
         "three hours, in the user's own home; steps that are done are not repeated",
         makes="experiments/results.md",
     ),
     "street_scores": Page(
         "Cameras over 60 streets",
-        "",  # the file of the home says what the tables are
+        "",  # the file that the command makes explains the tables
         ("isethdr dataset score streets60 engine=processes workers=2",),
         "45 minutes, after the two to three hours of the dataset, in the user's own home",
         makes="datasets/streets60/scores.md",

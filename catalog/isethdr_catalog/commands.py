@@ -220,7 +220,7 @@ def refresh() -> None:
 
 @catalog.command(help="Show the disk space of each part; --stores lists every store.")
 def du(stores: bool = typer.Option(False, help="list every store, the largest first")) -> None:
-    """Print one row per part of the home folder, and one per store if asked."""
+    """Print one row per part of the home folder, and with `stores` one per store."""
     from . import space
 
     folder = home()

@@ -46,7 +46,7 @@ def find(order_by: str | None = None, limit: int = 50, home: Home = (), **condit
 
 
 def show(name: str, home: Home = ()) -> dict[str, Any]:
-    """Return all that is recorded about one store, with its `path`.
+    """Return the record of one store (its root attributes), with its `path`.
 
     Parameters
     ----------

@@ -81,7 +81,7 @@ class Removable:
 
 @dataclass(frozen=True)
 class Dependents:
-    """The runs that depend on a store, and the damaged runs, whose dependence is unknown."""
+    """The runs that depend on a store, and damaged runs that may depend on it."""
 
     readers: tuple[str, ...]
     unknown: tuple[str, ...] = ()

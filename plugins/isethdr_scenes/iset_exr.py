@@ -93,11 +93,11 @@ class IsetExr:
             files.check_channels(path)
         path = self._path(".mat")
         if files.is_deposit_file(path):
-            with suppress(LookupError):  # a scene may lack the map; its ledger row says so
+            with suppress(LookupError):  # a scene may lack the map, which the ledger then states
                 files.read_distance(path)
 
     def _light_files(self) -> dict[str, Path]:
-        """Return the files of radiance that are there, by light group."""
+        """Return the existing files of radiance, by light group."""
         paths = {group: self._path(f"_{name}.exr") for group, name in FILES.items()}
         present = {group: path for group, path in paths.items() if files.is_deposit_file(path)}
         if not present:

@@ -45,7 +45,7 @@ SKIN_LIGHT = [
     (610.0, 0.45),
     (700.0, 0.54),
 ]
-SKINS: dict[str, list[tuple[float, float]]] = {  # below a thin film of grease
+SKINS: dict[str, list[tuple[float, float]]] = {  # skin below a thin film of grease
     "skin_tan": [(nm, 0.62 * value) for nm, value in SKIN_LIGHT],
 }
 LIVING: dict[str, Nodes] = {

@@ -44,7 +44,7 @@ LEAF = [
 ]
 SKIN = [(400, 0.16), (450, 0.21), (500, 0.26), (550, 0.27), (580, 0.29), (610, 0.45), (700, 0.54)]
 
-PAINT = {  # under a smooth clear coat
+PAINT = {  # reflectance of the paint below a smooth clear coat
     "white": 0.72,
     "silver": 0.42,
     "grey": 0.13,

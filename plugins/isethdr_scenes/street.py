@@ -85,7 +85,7 @@ class Street:
     `night_drive`. A density that cannot be placed is an error that says how many were placed.
     """
 
-    seed: Seed = 0  # seed of the road and of all that stands on it
+    seed: Seed = 0  # seed of the road and of everything on it
     # kind of road: country_curve, village, city_4_lanes, motorway, ... (`isethdr roads list`), or
     # an OpenDRIVE file: path/to/town.xodr
     road: str = KIND_WITHOUT_CHOICE
@@ -198,7 +198,7 @@ class Street:
                 )
 
     def _check_scenario(self) -> None:
-        """Raise ConfigError for fields that place the camera or the road beside a scenario."""
+        """Raise ConfigError if fields place camera or road together with a scenario."""
         for name in ("road_id", "lane_id", "s_m"):
             if asdict(self._choices())[name] not in ("", None):
                 raise ConfigError(

@@ -105,7 +105,7 @@ def free_areas(roads: Sequence[Road], ground: GroundHeight, kind: AreaKind) -> t
     ----------
     roads : all roads of a network.
     ground : height of the ground, on which things of a strip stand.
-    kind : what the strip is, one of `AreaKind`.
+    kind : kind of the strips, one of `AreaKind`.
 
     Raises
     ------

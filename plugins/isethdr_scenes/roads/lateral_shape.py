@@ -15,7 +15,7 @@ class ShapeRow(NamedTuple):
     """The height over t at one place; between two places it changes linearly with s."""
 
     s_m: float
-    height: Profile  # over t
+    height: Profile  # height as a function of t
 
 
 @dataclass(frozen=True)

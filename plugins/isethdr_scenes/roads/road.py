@@ -107,7 +107,7 @@ class RoadObject:
     t_m: float
     length_m: float  # along the road
     width_m: float  # across it
-    heading_rad: float = 0.0  # to the left of the road's direction
+    heading_rad: float = 0.0  # angle to the left of the road's direction
     shows: str = ""  # for an arrow: "straight", "left", "right", or two with a space between
 
 

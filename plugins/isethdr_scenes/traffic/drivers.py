@@ -49,7 +49,7 @@ class Driver:
     speed_m_s: float = 0.0
     acceleration_m_s2: float = 0.0
     time_gap_s: float = TIME_GAP_S
-    gone: bool = False  # beyond the end of the network
+    gone: bool = False  # whether the driver has left the network
     drawn_aside_m: float = 0.0
     length_m: float = 0.0
     width_m: float = 0.0

@@ -125,7 +125,7 @@ def opened(file: Path, root: str, kind: str) -> Node:
     ----------
     file : path of the file.
     root : name that the root element must have.
-    kind : what the file should be, for messages.
+    kind : expected kind of file, for messages.
 
     Raises
     ------

@@ -59,7 +59,7 @@ class Wanted:
 class Demand:
     """Vehicles and their routes, as a file for SUMO."""
 
-    things: dict[str, Thing] = field(default_factory=dict)  # by the name of the vehicle
+    things: dict[str, Thing] = field(default_factory=dict)  # things by the name of the vehicle
     types: list[ET.Element] = field(default_factory=list)
     vehicles: list[ET.Element] = field(default_factory=list)
     wanted: int = 0  # number of vehicles on all lanes at one time, without the camera's car

@@ -46,7 +46,7 @@ NET = "roads.net.xml"
 class SumoLane(NamedTuple):
     """A lane of an edge."""
 
-    index: int  # from the right
+    index: int  # number of the lane from the right
     original: str  # road and lane of the OpenDRIVE file, for example "3_-1"
     length_m: float  # length in SUMO
     width_m: float

@@ -71,7 +71,7 @@ CLASSES: dict[str, tuple[str, tuple[float, float, float]]] = {
 class Driven(NamedTuple):
     """Traffic of a user's file as SUMO simulated it, in the coordinates of the road file."""
 
-    journeys: dict[str, Journey]  # by vehicle
+    journeys: dict[str, Journey]  # journeys by vehicle
     lights: Lights | None  # traffic lights that drivers obey
 
 
@@ -85,7 +85,7 @@ class _Program(NamedTuple):
 class _Reported(NamedTuple):
     """Report of one run of SUMO."""
 
-    journeys: dict[str, Journey]  # by vehicle
+    journeys: dict[str, Journey]  # journeys by vehicle
     states: bytes  # content of the file with the states of traffic lights; empty without any
 
 
