@@ -26,7 +26,7 @@ def displacement(description: SceneDescription, scene: xr.Dataset) -> np.ndarray
     scene : radiance with the labels `distance` and `instance`.
     """
     following = description.next_frame
-    assert following is not None  # callers check this
+    assert following is not None  # callers request the next frame
     projection = projection_of(scene)
     x, y = np.meshgrid(scene.x.values, scene.y.values)
     here = _axes(description.camera)
