@@ -1,6 +1,6 @@
-"""Laws of physics: one per function, on plain arrays.
+"""Laws of physics, one per function, on plain arrays.
 
-Imports numpy, scipy, array-api-compat and, where installed, ducc0.
+The package imports numpy, scipy, array-api-compat and, if it is installed, ducc0.
 
 | module         | content                                                                     |
 |----------------|-----------------------------------------------------------------------------|
@@ -16,5 +16,5 @@ Imports numpy, scipy, array-api-compat and, where installed, ducc0.
 | `convolution/` | linear (not circular) convolution with a bound on its error                 |
 | `detector/`    | charge of a pixel, exact noise by inversion, and light that varies in time  |
 | `optics/`      | pupils, wavefronts, diffraction, glasses, and exact and paraxial rays       |
-| `resampling/`  | exact integrals of constant tiles over other grids                          |
+| `resampling/`  | exact integrals of uniform tiles over other grids                           |
 """

@@ -1,5 +1,5 @@
-"""Direct sums of a convolution: the light of pixels so dark that the rounding of a transform could
-matter beside the brightest.
+"""Direct sums of a convolution, for pixels that are so dark that rounding errors of the transform
+could matter.
 """
 
 from __future__ import annotations
@@ -14,28 +14,33 @@ from . import transform
 if TYPE_CHECKING:
     from .linear import Kernel
 
-# of a pixel: rounding of a direct float64 sum of positive terms, 8e6 of them pairwise or in rows
+# relative rounding error of a direct float64 sum of 8e6 positive terms, summed pairwise or in rows
 SUMMED = 1e-12
-# products of direct summation that cost as much as the search for a better way
+# number of products up to which direct summation costs no more than the search for a better method
 FEW_PRODUCTS = 1e8
-MOST_SCATTERED = 5e9  # products for bright pixels that are spread one by one: some seconds
-# products of direct summation, about a minute; with more, the bound of `convolve` is absolute
+# largest number of products for bright pixels that are spread one by one: some seconds
+MOST_SCATTERED = 5e9
+# largest number of products of direct summation, about a minute; with more, the bound of `convolve`
+# is absolute
 MOST_PRODUCTS = 4e10
 
 
 def mend(
     out: np.ndarray, image: np.ndarray, kernel: Kernel, error: float, allowed: float
 ) -> tuple[np.ndarray, float, int]:
-    """Return `out` without pixels that rounding may have spoiled, summed directly; the error of
-    those kept, and their number.
+    """Return (out, error, count): `out` with direct sums in all pixels with a rounding error that
+    is not allowed.
+
+    If there are too many such pixels (`MOST_PRODUCTS`), they are kept: `error` is then the bound on
+    their error, and `count` their number; otherwise both are 0.
 
     Parameters
     ----------
-    out, image : (y, x) float64 in units of the image's scale and the kernel's peak, not negative;
-        of any array library.
+    out, image : (y, x) float64, not negative, of any array library, in units of the image's scale
+        and the kernel's peak.
     kernel : `convolution.Kernel`.
     error : bound on the error of any pixel of `out`.
-    allowed : error allowed, relative to the pixel.
+    allowed : allowed error, relative to the pixel.
     """
     out, image, psf, spectrum = (on_host(a) for a in (out, image, kernel.psf, kernel.spectrum))
     doubtful = out * allowed < error
@@ -56,7 +61,7 @@ def mend(
     part, norm = transform.convolved(rest, spectrum, kernel.size)
     error = transform.error(norm * kernel.norm, float(np.sqrt(_squares(part))), kernel.size)
     part[~_reached(rest, psf)] = 0.0
-    # Rounding of the rest matters only against the sum with the bright light.
+    # the rounding error of the rest is compared with the sum that includes the bright light
     summed = np.maximum(part, 0.0) + _scatter(bright, psf)
     return _gather(summed, (summed * allowed < error) & lit, image, psf, 1.0, error)
 
@@ -68,8 +73,14 @@ def _squares(a: np.ndarray) -> float:
 def _few_sources(
     image: np.ndarray, psf: np.ndarray, doubtful: int
 ) -> tuple[np.ndarray, np.ndarray] | None:
-    """Return (bright, rest) where fewer bright pixels make the trouble than the `doubtful` ones
-    that have it, else None.
+    """Return (bright, rest), two parts of the image. The few bright pixels cause nearly all of the
+    rounding error. Return None if there would be too many of them.
+
+    Parameters
+    ----------
+    image : (y, x) light.
+    psf : (ky, kx) point spread function.
+    doubtful : number of pixels that would need direct sums.
     """
     window = min(psf.size, image.size)
     most = int(max(16, 2e8 // window, min(doubtful // 4, MOST_SCATTERED // window)))
@@ -130,8 +141,8 @@ def _gather(
     peak: float,
     error: float,
 ) -> tuple[np.ndarray, float, int]:
-    """Replace the pixels `where` by direct sums of image x psf / peak; past `MOST_PRODUCTS` keep
-    `out`, lifted to zero, and its `error`.
+    """Replace the pixels `where` by direct sums of image x psf / peak; return (out, error, count)
+    as `mend`. Beyond `MOST_PRODUCTS` keep `out`, with negative values set to 0, and its `error`.
     """
     ny, nx = image.shape
     ky, kx = psf.shape
@@ -147,6 +158,6 @@ def _gather(
         bottom = min(y + ky, ny)
         right = min(x + kx, nx)
         window = flipped[top - y : bottom - y, left - x : right - x]
-        # in rows: rounding as `SUMMED`
+        # summed in rows, so that the rounding error is at most `SUMMED`
         out[i, j] = np.einsum("ij,ij->i", image[top:bottom, left:right], window).sum() / peak
     return out, 0.0, 0

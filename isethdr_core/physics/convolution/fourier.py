@@ -1,9 +1,9 @@
 """Fourier transforms along one axis, by the fastest installed library.
 
-NumPy arrays are transformed by ducc0 if it is installed (extra `fast`; about half the time of
-SciPy, whose builds use the narrowest vectors of all processors), otherwise by SciPy. Both have
-errors of about 1e-16 of the largest value. Arrays of another library with the Python array API are
-transformed by that library.
+NumPy arrays are transformed by ducc0 if it is installed (extra `fast`), otherwise by SciPy. ducc0
+takes about half the time, because SciPy's builds use only the vector instructions that every
+processor has. Both have errors of about 1e-16 of the largest value. Arrays of another library with
+the Python array API are transformed by that library.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ def rfft(rows: np.ndarray, out: np.ndarray) -> None:
 
 
 def irfft(lines: np.ndarray, out: np.ndarray) -> None:
-    """Write the real rows (row, n) whose transforms are `lines`, (row, n // 2 + 1), into `out`."""
+    """Write the real rows (row, n) with the transforms `lines`, (row, n // 2 + 1), into `out`."""
     xp = namespace(lines)
     n = out.shape[1]
     if xp is np and duccs:
@@ -72,7 +72,7 @@ def fft_rows(rows: np.ndarray) -> np.ndarray:
 
 
 def ifft(columns: np.ndarray) -> np.ndarray:
-    """Return the columns whose transforms are the complex `columns` (n, column), which may be
+    """Return the inverse transforms of the complex `columns` (n, column), which may be
     overwritten.
     """
     xp = namespace(columns)

@@ -1,8 +1,9 @@
-"""Convolution: linear, never circular, right in the dark beside light 1e12 times brighter.
+"""Convolution: linear, never circular, and accurate in dark pixels next to light 1e12 times
+brighter.
 
-A float64 transform errs by the same small amount everywhere, so only pixels far darker than the
-brightest can suffer. Those are found afterwards from a bound on that error, and their light is
-summed directly.
+The rounding error of a float64 transform is about the same in all pixels, so that it matters only
+in pixels far darker than the brightest. These pixels are found from a bound on the error, and their
+light is summed directly.
 """
 
 from __future__ import annotations
@@ -18,19 +19,20 @@ from . import direct_sums, transform
 from .direct_sums import SUMMED
 from .mirrored import Mirrored
 
-# relative error of a pixel in exact computation: half of the rounding of a float32 result
+# largest relative error of a pixel in exact computation: half of the rounding error of a float32
+# result
 RELATIVE = 3e-8
 
 
 @dataclass(frozen=True)
 class Bound:
-    """Bound on the error of a convolution: `relative` of each pixel, except for `pixels` of them,
-    which have the bound `absolute`.
+    """Bound on the error of a convolution. The bound of each pixel is relative, except for some
+    pixels with an absolute bound.
     """
 
-    relative: float
-    absolute: float  # unit of image times psf; 0 where `pixels` is 0
-    pixels: int
+    relative: float  # share of the pixel's value
+    absolute: float  # unit of image times psf; 0 if `pixels` is 0
+    pixels: int  # number of pixels with the absolute bound
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,23 +42,24 @@ class Kernel:
     """
 
     psf: Any  # (ky, kx), cut to the part that images of `shape` use; centre at (ky // 2, kx // 2)
-    shape: tuple[int, int]  # (y, x) of the images
-    size: tuple[int, int]  # of the transform; only pixels that are cropped wrap around
-    spectrum: Any  # of psf / peak, as `transform.spectrum` makes it; may be a mapped file
+    shape: tuple[int, int]  # (y, x) shape of the images
+    size: tuple[int, int]  # size of the transform; only pixels that are cropped wrap around
+    spectrum: Any  # transform of psf / peak, from `transform.spectrum`; may be a mapped file
     peak: float  # largest magnitude of psf
     norm: float  # root of the sum of squares of psf / peak
     positive: bool  # no value is below 0
 
 
 def prepare(psf: Any, shape: Sequence[int]) -> Kernel:
-    """Return a point spread function prepared for images of `shape`. It holds `psf` and as many
-    complex or real float64 numbers.
+    """Return a point spread function prepared for images of `shape`.
+
+    The result holds `psf` and its transform: about as many complex or real float64 numbers.
 
     Parameters
     ----------
     psf : (ky, kx) array of any size, its centre at index (ky // 2, kx // 2). Values beyond the
-        reach of the image are not used. An array of another library than NumPy, for example on a
-        graphics processor, stays there, and images must be there too. Of a `Mirrored` array only
+        reach of the image are not used. An array of another library than NumPy stays on its device,
+        for example a graphics processor, and images must be there too. Of a `Mirrored` array only
         the half is kept.
     shape : (y, x) pixels of the images.
     """
@@ -110,13 +113,13 @@ def convolve(image: Any, psf: Any, error_allowed: float = 0.0) -> Any:
 
     Parameters
     ----------
-    image : (y, x) array, finite. Light outside it is zero. Of NumPy, or of any library with the
-        Python array API.
+    image : (y, x) array, finite, of NumPy or of any library with the Python array API. Light
+        outside it is zero.
     psf : (ky, kx) array of any size, its centre at index (ky // 2, kx // 2), or a `Kernel` prepared
         for the image's shape.
-    error_allowed : largest relative error of any output pixel; 0: exact computation. Above 1e-7,
-        pixels whose error may reach this value are summed directly. A larger value therefore only
-        saves time.
+    error_allowed : largest relative error of any output pixel; 0: exact computation. Only pixels
+        with an error that may exceed this value are summed directly, so that a larger value saves
+        time.
 
     Returns
     -------
@@ -155,8 +158,8 @@ def convolve_into(  # noqa: PLR0913 - plugins call it with these arguments
     gain: float = 1.0,
     apply: Callable[..., Iterable[Any]] = map,
 ) -> Bound:
-    """Write gain x the convolution of image x factor into `out`. Return a bound on its error,
-    without the rounding to `out`'s dtype.
+    """Write gain x the convolution of image x factor into `out`. Return a bound on its error, which
+    does not include the rounding to the type of `out`.
 
     Parameters
     ----------
@@ -166,9 +169,8 @@ def convolve_into(  # noqa: PLR0913 - plugins call it with these arguments
     kernel : kernel prepared for the image's shape.
     error_allowed : largest relative error of any output pixel; 0: exact computation.
     factor : None, or a (y, x) array, 0 or more, by which the image is multiplied.
-    gain : factor of the result.
-    apply : function that calls another one for every block of rows or columns: `map`, or the `map`
-        of a pool of threads.
+    gain : factor on the result.
+    apply : `map`, or the `map` of a pool of threads; it is called for blocks of rows and columns.
     """
     xp = namespace(image)
     if tuple(image.shape) != kernel.shape:
@@ -181,7 +183,8 @@ def convolve_into(  # noqa: PLR0913 - plugins call it with these arguments
     if scale == 0 or kernel.peak == 0:
         out[...] = 0.0
         return Bound(0.0, 0.0, 0)
-    scale = scale if not 1e-100 < scale < 1e100 else 1.0  # squares stay in range for any unit
+    # a scale is used only if squares could leave the range of float64
+    scale = scale if not 1e-100 < scale < 1e100 else 1.0
 
     def read(rows: slice, values: Any) -> None:
         values[0, ...] = image[rows, :]
@@ -202,9 +205,9 @@ def convolve_into(  # noqa: PLR0913 - plugins call it with these arguments
     allowed = max(error_allowed, RELATIVE)
     absolute = transform.error(norm * kernel.norm, sum(d[1] for d in done) ** 0.5, kernel.size)
     left = 0
-    if low < 0 or not kernel.positive:  # signed sums cancel: only an absolute bound holds
+    if low < 0 or not kernel.positive:  # terms of different sign cancel: the bound is absolute
         return Bound(0.0, absolute * scale * gain * kernel.peak, out.shape[0] * out.shape[1])
-    # no pixel is darker than `least`, so the bound is usually far below the error allowed
+    # the error of the darkest pixel is usually far below the allowed error
     if least * allowed >= absolute:
         return Bound((absolute / least if least > 0 else 0.0) + SUMMED, 0.0, 0)
 
@@ -223,8 +226,8 @@ def convolve_into(  # noqa: PLR0913 - plugins call it with these arguments
 
 
 def _scaled(values: Any, factors: tuple[float, float, float], out: Any, xp: Any) -> None:
-    """Write values x the product of `factors` into `out`, in one pass where the product itself is
-    in range.
+    """Write values x the product of `factors` into `out`; in one pass if the product is in the
+    range of float64.
     """
     product = factors[0] * factors[1] * factors[2]
     if not 1e-290 < abs(product) < 1e290:
@@ -254,7 +257,7 @@ def _crop(psf: Any, shape: Sequence[int], xp: Any) -> Any:
     for k, n in zip(psf.shape, shape):
         centre = k // 2
         cut.append(slice(max(0, centre - (n - 1)), min(centre + n, k)))
-    # The centre of the cropped kernel may no longer be at size // 2: pad at the end or the start.
+    # the centre of the cropped kernel may no longer be at size // 2: zeros are added at one end
     part = psf[tuple(cut)]
     pad = []
     for k, s in zip(psf.shape, cut):

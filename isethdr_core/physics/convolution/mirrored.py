@@ -15,7 +15,7 @@ class Mirrored(NDArrayOperatorsMixin):
 
     Parameters
     ----------
-    half : (y = 0 .. ry, x = -rx .. rx); the row y = 0 is its own mirror image.
+    half : (y = 0 .. ry, x = -rx .. rx) values; the row y = 0 is its own mirror image.
     """
 
     ndim = 2
@@ -25,22 +25,22 @@ class Mirrored(NDArrayOperatorsMixin):
 
     @property
     def shape(self) -> tuple[int, int]:
-        """Of the whole array."""
+        """Shape (y, x) of the whole array."""
         return 2 * len(self.half) - 1, self.half.shape[1]
 
     @property
     def size(self) -> int:
-        """Values of the whole array."""
+        """Number of values of the whole array."""
         return self.shape[0] * self.shape[1]
 
     @property
     def dtype(self) -> np.dtype:
-        """Of the values."""
+        """Type of the values."""
         return self.half.dtype
 
     @property
     def nbytes(self) -> int:
-        """Memory taken: that of the half."""
+        """Memory of the stored half, bytes."""
         return self.half.nbytes
 
     def __len__(self) -> int:
@@ -70,7 +70,7 @@ class Mirrored(NDArrayOperatorsMixin):
         return self.half[np.abs(away), np.where(away < 0, self.shape[1] - 1 - x, x)]
 
     def sum(self, axis: int | None = None, dtype: type | None = None) -> float | np.ndarray:
-        """Return the sum over an axis, or over both."""
+        """Return the sum over an axis, or over both axes."""
         rest = self.half[1:]
         line = self.half[0]
         if axis is None:

@@ -1,9 +1,10 @@
-"""Convolution of all bands at once, straight to channels: sum over bands of weight x (kernel of the
-band * light of the band).
+"""Convolution of all bands at once, directly to channels: the sum over bands of weight x (kernel of
+the band * light of the band).
 
-Light is first projected onto K functionals of its spectrum (`spectral_basis`). K transforms go in
-and J come out, instead of one pair per band: the kernels of channel j and functional k are sums of
-the bands' transforms, made block by block by matrix products.
+Light is first projected onto K functionals of its spectrum (`spectral_basis`). Then K transforms
+forward and J transforms back give J channels, instead of one pair of transforms per band. The
+kernel of channel j and functional k is a weighted sum of the bands' transforms. These sums are
+computed block by block, by matrix products.
 """
 
 from __future__ import annotations
@@ -15,7 +16,8 @@ import numpy as np
 
 from . import transform as transform
 
-# of the bands' kernels that are combined at a time: they stay in the processor's cache
+# memory of the bands' kernels that are combined at a time, so that they stay in the processor's
+# cache
 TOGETHER_BYTES = 2**20
 
 
@@ -33,19 +35,19 @@ def channels(
     Parameters
     ----------
     out : (channel, y, x) float32 or float64.
-    planes : planes(rows) returns those rows of the functionals of the light, (functional, row, x).
-    combine : (channel, functional, band): the weight of a band's kernel in the kernel of a channel
-        and functional.
-    blocks : (band, block, sy, columns), transforms of the bands' kernels (`transform.spectrum`).
-        Their precision, single or double, is that of the computation.
-    size : (y, x) of the transforms.
-    apply : `map`, or the map of a pool of threads. Switch off the threads of a linear algebra
-        library meanwhile, because they would spin beside them.
+    planes : function(rows) -> these rows of the functionals of the light, (functional, row, x).
+    combine : (channel, functional, band) weight of a band's kernel in the kernel of a channel and
+        functional.
+    blocks : (band, block, sy, columns) transforms of the bands' kernels (`transform.spectrum`). The
+        computation has their precision, single or double.
+    size : (y, x) size of the transforms.
+    apply : `map`, or the `map` of a pool of threads. The linear algebra library must have one
+        thread meanwhile, because its own threads would compete with those of the pool.
     """
     outputs, count, bands = combine.shape
     ny, nx = out.shape[1:]
-    scale = float(np.abs(combine).max()) or 1.0  # so that single precision is in range for any unit
-    # a view: slices of mapped files are slow objects
+    scale = float(np.abs(combine).max()) or 1.0  # keeps single precision in range for any unit
+    # a plain array view, because slices of mapped files are slow
     blocks, single = (
         np.asarray(blocks),
         blocks.dtype in (np.float32, np.complex64),
@@ -70,7 +72,7 @@ def channels(
 
     norm = transform.forward(read, half_spectra, size, nx, apply) ** 0.5
     transform.columns(half_spectra, multiply, size, apply)
-    del half_spectra[outputs:]  # before `out` is written: less memory
+    del half_spectra[outputs:]  # frees memory before `out` is written
     return norm, scale * sum(
         _back(plane, half, scale, size, apply) for plane, half in zip(out, half_spectra)
     ) ** 0.5
@@ -79,8 +81,13 @@ def channels(
 def _weighted(
     parts: list[np.ndarray], spectra: np.ndarray, weights: np.ndarray
 ) -> list[np.ndarray]:
-    """Return per channel the sum over functionals of kernel x plane; `spectra` (band, y, x) are the
-    bands' kernels there.
+    """Return, per channel, the sum over functionals of kernel x plane, for a block of the spectrum.
+
+    Parameters
+    ----------
+    parts : (y, x) transforms of the planes of the functionals.
+    spectra : (band, y, x) transforms of the bands' kernels.
+    weights : (channel x functional, band) weights of the bands' kernels.
     """
     real = not np.iscomplexobj(spectra)
     kernels = matrix_product(weights, spectra if real else spectra.view(weights.dtype))
@@ -104,8 +111,8 @@ def _back(
     size: tuple[int, int],
     apply: Callable[..., Any],
 ) -> float:
-    """Add one plane, transformed back, times `scale` to `out`; return the sum of squares without
-    it.
+    """Transform one plane back and add it, times `scale`, to `out`. Return its sum of squares
+    without `scale`.
     """
 
     def write(rows: slice, values: np.ndarray) -> float:
@@ -119,5 +126,5 @@ def _back(
 
 def matrix_product(weights: np.ndarray, values: np.ndarray) -> np.ndarray:
     """Return weights (row, band) times values (band, ...), as (row, ...)."""
-    # a view where each band is contiguous
+    # `reshape` returns a view if each band is contiguous
     return (weights @ values.reshape(len(values), -1)).reshape(len(weights), *values.shape[1:])

@@ -1,9 +1,9 @@
 """Transforms of padded images, in blocks of rows and columns that stay in the processor's cache.
 
-The padded image and its whole spectrum are never in memory: only the transforms along x of the rows
-with light. The spectrum of a point spread function is stored as blocks of columns, (block, sy,
-COLUMNS), in the order of reading, so that a memory-mapped file can be used. All functions accept
-arrays of any library with the Python array API (`fourier`).
+The padded image and its whole spectrum are never in memory; only the transforms along x of the
+image's rows are. The spectrum of a point spread function is stored as blocks of columns, (block,
+sy, COLUMNS), in the order of reading, so that a memory-mapped file can be used. Functions accept
+arrays of any library with the Python array API (`fourier`) unless they name NumPy.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from scipy.fft import next_fast_len
 from ..arrays import device, namespace
 from . import fourier
 
-# of a transform at a time
+# number of rows and of columns that are transformed at a time
 ROWS = 16
 COLUMNS = 32
 
@@ -34,8 +34,8 @@ def sizes(shape: Sequence[int], kernel: Sequence[int]) -> tuple[int, int]:
 
 
 def spectrum(psf: np.ndarray, size: tuple[int, int], peak: float, mirrored: bool) -> np.ndarray:
-    """Return the transform of psf / peak, centred on [0, 0], in blocks of columns; real where psf
-    equals its mirror image.
+    """Return the transform of psf / peak, centred on [0, 0], in blocks of columns; it is real if
+    psf equals its mirror image.
 
     Parameters
     ----------
@@ -77,10 +77,11 @@ def spectrum(psf: np.ndarray, size: tuple[int, int], peak: float, mirrored: bool
 
 
 def mirrored_spectrum(half: np.ndarray, size: tuple[int, int], peak: float) -> np.ndarray:
-    """Return `spectrum` of a NumPy array that equals its mirror image, from its rows y = 0 .. cy.
+    """Return the result of `spectrum` for a kernel that equals its mirror image, from one half, a
+    NumPy array.
 
-    Along x rows of negative y have conjugate transforms, so that transforms along y of a Hermitian
-    half give the real result.
+    The transforms along x of rows at y and -y are complex conjugates. The transform along y of such
+    Hermitian columns is real, and needs only one half of them.
 
     Parameters
     ----------
@@ -143,11 +144,11 @@ def forward(
 
     Parameters
     ----------
-    read : read(rows, out) writes the rows of every plane into out, (plane, rows, nx).
+    read : function(rows, out) that writes these rows of every plane into `out`, (plane, rows, nx).
     halves : one array per plane.
-    size : (y, x) of the transforms.
+    size : (y, x) size of the transforms.
     nx : columns of the image.
-    apply : function that calls another one for every block: `map`, or the map of a pool of threads.
+    apply : `map`, or the `map` of a pool of threads.
     """
     xp = namespace(halves[0])
     count, ny, _ = halves[0].shape
@@ -220,12 +221,11 @@ def back(
 
     Parameters
     ----------
-    half : (block of columns, y, column) transforms along x, of `rows_of`.
+    half : (block of columns, y, column) transforms along x, an array of `rows_of`.
     write : function(rows, values) that takes each block of rows: a slice, and values (rows, nx).
-    size : (sy, sx) of the transform, pixels.
+    size : (sy, sx) size of the transform, pixels.
     nx : columns of the image.
-    apply : function that calls another one for every block: `map`, or the `map` of a pool of
-        threads.
+    apply : `map`, or the `map` of a pool of threads.
     """
     xp = namespace(half)
     count, ny, _ = half.shape
@@ -243,7 +243,7 @@ def back(
 
 
 def _real(a: np.ndarray, xp: ModuleType) -> Any:
-    """Return the real dtype of the precision of a complex array."""
+    """Return the real type with the precision of a complex array."""
     return xp.float32 if a.dtype == xp.complex64 else xp.float64
 
 
@@ -273,7 +273,7 @@ def error(product: float, norm: float, size: tuple[int, int], single: bool = Fal
 
 
 def times(spectrum: np.ndarray) -> Callable[..., Any]:
-    """Return the `multiply` of `columns` that filters one plane with a spectrum."""
+    """Return the argument `multiply` of `columns` that filters one plane with a spectrum."""
 
     def multiply(block: int, parts: list[np.ndarray]) -> list[np.ndarray]:
         parts[0] *= spectrum[block, ...]
@@ -329,6 +329,6 @@ def squares(a: np.ndarray, xp: ModuleType) -> float:
     """Return the sum of squares of an array of the library `xp`."""
     if xp is np:
         axes = "abc"[: a.ndim]
-        # not by BLAS, because its threads would spin beside the transforms
+        # BLAS is not used, because its threads would compete with the transforms
         return float(np.einsum(f"{axes},{axes}->", a, a))
     return float(xp.sum(a * a))

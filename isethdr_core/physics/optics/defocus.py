@@ -1,4 +1,4 @@
-"""Defocus of a thin lens: blur of a point against its distance.
+"""Defocus of a thin lens: blur of a point as a function of its distance.
 
 The sensor lies at the image of the focus distance s: v = f s / (s - f). The cone of light of a
 point at distance d has the diameter of the entrance pupil, A = f / N, at the lens, and a diameter
@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-CUTS = 32  # lines that a tile is cut into: areas of a disc are right to 1e-3 of a tile
+CUTS = 32  # number of lines per tile that give the area of a disc in it, to 1e-3 of a tile
 
 
 def blur_diameter_m(
@@ -27,8 +27,8 @@ def blur_diameter_m(
 
     Returns
     -------
-    Diameters of the shape of `depth_m`, positive for points nearer than the focus, whose images lie
-    behind the sensor, and negative for points beyond it.
+    Diameters with the shape of `depth_m`, positive for points nearer than the focus distance, which
+    are imaged behind the sensor, and negative for points beyond it.
     """
     pupil_m = focal_length_m / f_number
     image_m = focal_length_m / (1.0 - focal_length_m / focus_m)
@@ -51,11 +51,11 @@ def hyperfocal_m(focal_length_m: float, f_number: float, blur_m: float) -> float
 
 
 def disc_on_tiles(diameter: float) -> npt.NDArray[np.float64]:
-    """Return the shares of an even disc of light on square tiles, its centre on a tile's.
+    """Return the shares of a uniform disc of light on square tiles; its centre is that of a tile.
 
-    The second moment along x and y is that of the disc, d^2 / 16, however coarse the tiles are:
-    below two tiles by three shares a side, above by the areas of a disc that is smaller by what
-    tiles add.
+    The second moment along x and y is that of the disc, d^2 / 16, for tiles of any width. Below a
+    diameter of two tiles, three shares along each axis give this moment. Otherwise the shares are
+    the areas of a smaller disc, because the tiles add to the moment.
 
     Parameters
     ----------
@@ -81,10 +81,10 @@ def disc_on_tiles(diameter: float) -> npt.NDArray[np.float64]:
 
 
 def _areas(radius: float) -> npt.NDArray[np.float64]:
-    """Return the shares of tiles in a disc (n, n), right to 1e-3 of a tile; their sum is 1."""
+    """Return the shares (n, n) of a disc on tiles, accurate to 1e-3 of a tile; their sum is 1."""
     reach = max(int(np.ceil(radius - 0.5)), 0)
     fine = (np.arange((2 * reach + 1) * CUTS) + 0.5) / CUTS - (reach + 0.5)
-    chord = np.sqrt(np.maximum(radius**2 - fine**2, 0.0))  # half of it; exact along x
+    chord = np.sqrt(np.maximum(radius**2 - fine**2, 0.0))  # half of each chord; exact along x
     ends = np.arange(-reach, reach + 2) - 0.5
     filled = np.clip(ends, -chord[:, None], chord[:, None])
     shares = np.diff(filled, axis=1).reshape(2 * reach + 1, CUTS, -1).sum(axis=1)

@@ -1,11 +1,11 @@
 """Diffraction: the point spread function of any complex pupil, on the same image grid for every
 wavelength.
 
-Fraunhofer (Goodman 2005, Introduction to Fourier Optics, eq. 5-14): the field at image position u
-is the Fourier transform of the pupil at u / (wavelength * distance), and the point spread function
-its square. A value is the fraction of the light that passed the pupil; what is missing from a sum
-of 1 lies beyond the grid. Sign: an optical path difference W sends light to u = +distance * dW/dx,
-so tilt along +x moves the image to +x.
+Fraunhofer diffraction (Goodman 2005, Introduction to Fourier Optics, eq. 5-14): the field at image
+position u is the Fourier transform of the pupil at u / (wavelength * distance), and the point
+spread function is the squared magnitude of the field. A value is a fraction of the light that
+passed the pupil; the rest to a sum of 1 lies beyond the grid. Sign: an optical path difference W
+sends light to u = +distance * dW/dx, so that tilt along +x moves the image to +x.
 """
 
 from __future__ import annotations
@@ -19,7 +19,8 @@ from scipy.special import j1
 
 Pair = Sequence[float]  # (y, x)
 Counts = Sequence[int]  # (y, x)
-# rectangles around an integrated point spread: what is summed is circular, so its border is wrong
+# number of extra rectangles around an integrated point spread. The integration is circular, so that
+# these rectangles are wrong; they are removed.
 MARGIN = 3
 
 
@@ -42,12 +43,14 @@ def psf_from_pupil(  # noqa: PLR0913 - plugins call it with these arguments
     amplitude : (y, x) amplitude transmission, real or complex, on square cells of `pupil_pitch_mm`.
     opd_um : (y, x) optical path difference in micrometres, or 0 or None for none.
     wavelength_nm : one wavelength, or several.
-    pupil_pitch_mm, focal_length_mm : pupil sampling; distance from pupil to image.
-    pitch_um, size : the image grid: size x size samples, the axis at index size // 2.
-    energy_mm2 : the integral of |amplitude|^2; default as `energy_of`: for means over 400 cells
-        across within 2e-4.
-    cell_means : whether `amplitude` holds means over cells (antialiased) and not samples: undoes
-        what averaging costs off axis, and what it costs the energy.
+    pupil_pitch_mm : side of a cell of the pupil, mm.
+    focal_length_mm : distance from the pupil to the image, mm.
+    pitch_um : distance of the image samples, um.
+    size : number of image samples along each axis; the optical axis is at index size // 2.
+    energy_mm2 : the integral of |amplitude|^2, mm2; None: from `energy_of`, which has an error of
+        2e-4 for means over 400 cells across.
+    cell_means : whether `amplitude` holds means over cells (antialiased) and not samples. The loss
+        of light off the axis and of energy by averaging is then corrected.
     integrated : False: intensity at the sample times the sample's area. True: integral over the
         sample's square.
 
@@ -57,8 +60,8 @@ def psf_from_pupil(  # noqa: PLR0913 - plugins call it with these arguments
 
     Raises
     ------
-    ValueError : when the pupil is too coarse for the image grid or for the phase; says how fine it
-        has to be.
+    ValueError : the pupil is too coarse for the image grid or for the phase; the message says how
+        fine it has to be. Or no light passes the pupil.
     """
     amplitude = np.asarray(amplitude)
     opd_um = (
@@ -101,10 +104,10 @@ def psf_from_pupil(  # noqa: PLR0913 - plugins call it with these arguments
 def energy_of(amplitude: npt.ArrayLike, pupil_pitch_mm: float, cell_means: bool = False) -> float:
     """Return the integral of |amplitude|^2 over a sampled pupil, mm2.
 
-    The squares of samples are summed. The squares of cell means give too little at the border of
-    the pupil, because the square of a mean is less than the mean of squares: about 0.6 / samples
-    across is missing. The missing energy is proportional to the cell. It is found from the same sum
-    over cells twice as wide, and added.
+    The squares of samples are summed. With cell means this gives too little at the border of the
+    pupil, because the square of a mean is less than the mean of squares: a share of about 0.6 /
+    (cells across) is missing. The missing energy is proportional to the width of a cell. It is
+    found from the same sum over cells twice as wide, and added.
 
     Parameters
     ----------
@@ -117,7 +120,7 @@ def energy_of(amplitude: npt.ArrayLike, pupil_pitch_mm: float, cell_means: bool 
     if not cell_means:
         return fine * pupil_pitch_mm**2
     coarse = []
-    # mean over the four ways of pairing cells: one alone depends on where the border lies
+    # mean over the four ways to pair cells, because each alone depends on the border's position
     for down in (
         0,
         1,
@@ -143,15 +146,19 @@ def _squares(amplitude: np.ndarray) -> float:
 def phase(
     opd_um: npt.ArrayLike, wavelength_nm: float, amplitude: npt.ArrayLike | None = None
 ) -> np.ndarray:
-    """Return exp(2 pi i OPD / wavelength); refuse a jump of half a wavelength or more between
-    neighbours inside the pupil.
+    """Return exp(2 pi i OPD / wavelength).
 
     Parameters
     ----------
     opd_um : (y, x) optical path difference, um.
     wavelength_nm : wavelength, nm.
-    amplitude : (y, x) amplitude transmission; jumps are checked only where it is above 0. None:
+    amplitude : (y, x) amplitude transmission; jumps are checked only where it is not 0. None:
         everywhere.
+
+    Raises
+    ------
+    ValueError : the path difference of neighbours in the pupil differs by half a wavelength or
+        more.
     """
     opd_um = np.asarray(opd_um)
     inside = np.ones(opd_um.shape, bool) if amplitude is None else np.abs(amplitude) > 0
@@ -182,18 +189,19 @@ def sampled_psf(  # noqa: PLR0913 - plugins call it with these arguments
     energy_mm2: float,
     cell_means: bool = False,
 ) -> np.ndarray:
-    """Return intensity times sample area at a (y, x) grid of samples, the axis at count // 2.
+    """Return intensity times sample area, as a fraction of the energy, on a (y, x) grid of samples
+    with the axis at count // 2.
 
-    A chirp-z transform (Bluestein 1970; Jurling 2018, Appl. Opt. 57, 8655) along each axis: no
-    interpolation, any pitch.
+    A chirp-z transform (Bluestein 1970; Jurling 2018, Appl. Opt. 57, 8655) is used along each axis.
+    It needs no interpolation and allows any pitch.
 
     Parameters
     ----------
-    pupil : (y, x) complex amplitude in the pupil, its phase included.
+    pupil : (y, x) complex amplitude in the pupil, including its phase.
     wavelength_nm : wavelength, nm.
     pupil_pitch_mm : (y, x) pupil sampling, mm.
     distance_mm : distance from the pupil to the image, mm.
-    count : (y, x) samples of the image.
+    count : (y, x) number of image samples.
     pitch_um : (y, x) distance between image samples, um.
     energy_mm2 : energy of the pupil, the integral of |amplitude|^2, mm2.
     cell_means : whether `pupil` holds means over cells (antialiased) and not samples.
@@ -202,7 +210,7 @@ def sampled_psf(  # noqa: PLR0913 - plugins call it with these arguments
     loss: list[np.ndarray] = []
     area = 1.0
     for axis in (1, 0):
-        # cycles per pupil and image sample
+        # cycles per pupil sample and image sample
         turn = pupil_pitch_mm[axis] * pitch_um[axis] / (wavelength_nm * 1e-3 * distance_mm)
         if abs(turn) * count[axis] > 1.0:
             raise ValueError(
@@ -213,7 +221,7 @@ def sampled_psf(  # noqa: PLR0913 - plugins call it with these arguments
             )
         first = -(count[axis] // 2)
         field = _chirp_z(field, axis, turn, first, count[axis])
-        # Means over cells multiply the field by the cell's sinc: divided out.
+        # means over cells multiply the field by the sinc of the cell; this is divided out
         loss.insert(
             0,
             (
@@ -229,8 +237,8 @@ def sampled_psf(  # noqa: PLR0913 - plugins call it with these arguments
 
 
 def _chirp_z(a: np.ndarray, axis: int, turn: float, first: float, count: int) -> np.ndarray:
-    """Return sum over n of a[n] exp(-2 pi i turn n (first + k)), k < count, using 2 n k = n^2 + k^2
-    - (k - n)^2.
+    """Return the sum over n of a[n] exp(-2 pi i turn n (first + k)) for k < count, with 2 n k =
+    n^2 + k^2 - (k - n)^2.
     """
     n = np.arange(a.shape[axis])
     k = np.arange(count)
@@ -264,17 +272,17 @@ def integrated_psf(  # noqa: PLR0913 - plugins call it with these arguments
 ) -> np.ndarray:
     """Return the fraction of the energy on each rectangle of an image grid, the axis at count // 2.
 
-    The function is sampled finer than half of wavelength * f-number, where samples carry all of it,
-    and its spectrum multiplied by the sinc of the rectangle: exact, where sums of samples converge
-    only as their pitch squared.
+    The function is sampled finer than half of wavelength * f-number, so that the samples hold all
+    of it. Its spectrum is multiplied by the sinc of the rectangle. This is exact; the error of sums
+    of samples would fall only with the square of their pitch.
 
     Parameters
     ----------
-    pupil : (y, x) complex amplitude in the pupil, its phase included.
+    pupil : (y, x) complex amplitude in the pupil, including its phase.
     wavelength_nm : wavelength, nm.
     pupil_pitch_mm : (y, x) pupil sampling, mm.
     distance_mm : distance from the pupil to the image, mm.
-    count : (y, x) rectangles of the image.
+    count : (y, x) number of rectangles of the image.
     pitch_um : (y, x) sides of a rectangle, um.
     energy_mm2 : energy of the pupil, the integral of |amplitude|^2, mm2.
     cell_means : whether `pupil` holds means over cells (antialiased) and not samples.
@@ -317,18 +325,18 @@ def integrated_airy(
     pitch_um: Pair,
     boxes: int = 1,
 ) -> np.ndarray:
-    """Return `integrated_psf` of a clean round stop from the closed form of its point spread: no
-    cells of a pupil, a tenth of the time.
+    """Return the result of `integrated_psf` for a clean round stop, from the closed form of its
+    point spread. It needs no pupil cells and a tenth of the time.
 
-    Intensity pi (R / (wavelength distance))^2 (2 J1(v) / v)^2 at v = 2 pi R r / (wavelength
-    distance) (Airy 1835; Goodman 2005, eq. 4-31).
+    The intensity is pi (R / (wavelength distance))^2 (2 J1(v) / v)^2 with v = 2 pi R r /
+    (wavelength distance) (Airy 1835; Goodman 2005, eq. 4-31).
 
     Parameters
     ----------
     radius_mm : radius R of the stop, mm.
     wavelength_nm : wavelength, nm.
     distance_mm : distance from the stop to the image, mm.
-    count : (y, x) rectangles of the image, the axis at count // 2.
+    count : (y, x) number of rectangles of the image, the axis at count // 2.
     pitch_um : (y, x) sides of a rectangle, um.
     boxes : 1: light of a point, integrated over a rectangle. 2: light of a uniform rectangle of the
         same size, integrated over one.
@@ -346,17 +354,24 @@ def integrated_airy(
 
 
 def _fine_grid(count: Counts, pitch_um: Pair, cutoff_um: Pair) -> tuple[list[int], list[int]]:
-    """Return (y, x) numbers of samples, and how many of them make a rectangle, that carry all of a
-    point spread and a margin.
+    """Return ((y, x) number of samples, (y, x) samples per rectangle) that hold all of a point
+    spread and its margin.
     """
-    # even: the sinc is 0 at the highest frequency, nothing rings
+    # an even number: the sinc is 0 at the highest frequency, so that there is no ringing
     fine = [2 * int(np.ceil(p / c)) for p, c in zip(pitch_um, cutoff_um)]
     return [2 * (n // 2 + MARGIN) * q + 1 for n, q in zip(count, fine)], fine
 
 
 def _rectangles(count: int, wide: int, fine: int, boxes: int) -> np.ndarray:
-    """Return what samples from the axis on, and their mirror images, add to each rectangle
-    (rectangle, sample): the sinc^boxes of a spectrum as sums.
+    """Return the weights (rectangle, sample) of samples from the axis on, and of their mirror
+    images. They are the factor sinc^boxes of `integrated_psf`, written as sums over samples.
+
+    Parameters
+    ----------
+    count : number of rectangles.
+    wide : number of samples.
+    fine : number of samples per rectangle.
+    boxes : as in `integrated_psf`.
     """
     weights = sf.irfft(np.sinc(sf.rfftfreq(wide) * fine) ** boxes, wide) * fine
     middle = wide // 2
@@ -367,8 +382,8 @@ def _rectangles(count: int, wide: int, fine: int, boxes: int) -> np.ndarray:
 
 
 def _not_negative(out: np.ndarray, pitch_um: Pair) -> np.ndarray:
-    """Return light that is 0 where rounding and the circular border left some 1e-9 of the peak
-    below.
+    """Return the light with negative values set to 0. Rounding and the circular border leave about
+    -1e-9 of the peak; larger negative values are refused.
     """
     lowest = float(out.min())
     if lowest < -1e-6 * float(out.max()):
@@ -382,7 +397,7 @@ def _not_negative(out: np.ndarray, pitch_um: Pair) -> np.ndarray:
 def diffraction_mtf(
     frequency_per_um: npt.ArrayLike, wavelength_nm: float, f_number: float
 ) -> np.ndarray:
-    """Return the modulation transfer of a perfect round pupil (Goodman 2005, eq. 6-31).
+    """Return the modulation transfer function of a perfect round pupil (Goodman 2005, eq. 6-31).
 
     Parameters
     ----------

@@ -2,9 +2,9 @@
 pattern.
 
 The pattern of a pupil without phase only scales with wavelength: P(x; w) = u^2 P(u x; w0), u =
-w0 / w. Sampled at a third of wavelength x f-number, weights on its samples integrate it exactly
-over tiles that are u times as wide (`tile_weights`). Weights end a few samples past a tile, so that
-a block of tiles along one axis is a small dense product.
+w0 / w. It is sampled at a third of wavelength x f-number. Weights on these samples integrate it
+exactly over tiles that are u times as wide (`tile_weights`). The weights end a few samples beyond a
+tile, so that a block of tiles along one axis is a small dense matrix product.
 """
 
 from __future__ import annotations
@@ -20,7 +20,9 @@ from .tile_weights import STEP, SUPPORT, TileWeights, tile_weights
 if TYPE_CHECKING:
     from .half_plane_pattern import HalfLattice
 
-BLOCK = 16  # tiles along an axis: narrow enough to skip the zeros, wide enough for a fast product
+# number of tiles of a block along an axis: small enough to skip most zeros of the weights, large
+# enough for a fast matrix product
+BLOCK = 16
 # period of the field, in reaches: light from beyond it stays below 1e-3 of the light at the border
 PERIOD = 4.0
 
@@ -32,7 +34,8 @@ def exact_lattice(
 
     Parameters
     ----------
-    pitch_um, reach : (y, x) of a tile, um, and tiles from the axis to the border.
+    pitch_um : (y, x) pitch of the tiles, um.
+    reach : (y, x) tiles from the axis to the border.
     blur_um : wavelength x f-number at the pattern's wavelength, um.
     strips : strips per row of cells of the pupil, as in `half_plane_pattern.HalfLattice`.
     """
@@ -46,8 +49,10 @@ class ExactTiles:
 
     Parameters
     ----------
-    pattern : on an `exact_lattice` of these tiles, at the shortest wavelength or a shorter one.
-    pitch_um, reach : (y, x) of a tile, um, and tiles from the axis to the border.
+    pattern : pattern on an `exact_lattice` for these tiles, at a wavelength that is not longer than
+        any for which tiles are integrated.
+    pitch_um : (y, x) pitch of the tiles, um.
+    reach : (y, x) tiles from the axis to the border.
     """
 
     def __init__(
@@ -57,14 +62,16 @@ class ExactTiles:
         self._reach = reach
         self._wave = pattern.wavelength_nm
         self._step = pattern.step_um
-        # samples on the other side of the axis that tiles beside it take: the mirror image
+        # tiles near the axis need samples on its other side, which are the mirror image
         self._before = min(len(pattern.density) - 1, 2 + SUPPORT + int(pitch_um[1] / self._step))
         before = pattern.density[self._before : 0 : -1, ::-1]
         self._density = np.concatenate([before, pattern.density])
         self._middle = pattern.middle
 
     def at(self, wavelength_nm: float) -> np.ndarray:
-        """Return (y = 0 .. reach, x = -reach .. reach) float32, fractions of the pupil's energy."""
+        """Return the light on tiles at one wavelength, nm, (y = 0 .. reach, x = -reach .. reach)
+        float32, as fractions of the pupil's energy.
+        """
         rows, columns = self._reach
         tall, wide = (p * self._wave / wavelength_nm / self._step for p in self._pitch)
         across = tile_weights(np.arange(columns + 1) * wide, wide)
@@ -83,8 +90,14 @@ class ExactTiles:
 
 
 def _blocks(weights: TileWeights, middle: int, count: int) -> Iterator:
-    """Yield (tiles, samples, weights (tile, sample)) of blocks of neighbouring tiles; sample 0 has
-    the index `middle` of `count`.
+    """Yield (slice of tiles, slice of samples, weights (tile, sample)) of blocks of neighbouring
+    tiles.
+
+    Parameters
+    ----------
+    weights : weights of all tiles.
+    middle : index of the sample on the axis.
+    count : number of samples.
     """
     first = weights.first + middle
     taps = np.arange(weights.weight.shape[1])

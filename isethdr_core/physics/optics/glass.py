@@ -1,8 +1,9 @@
-"""Glasses: refractive index against wavelength, from published dispersion formulas.
+"""Glasses: refractive index as a function of wavelength, from published dispersion formulas.
 
-Sellmeier: n^2 - 1 = sum of B L^2 / (L^2 - C), L in micrometres. Sources: Schott optical glass
-catalogue of 2017-01-20 (N-, SF, F glasses, indices in air); I. H. Malitson, J. Opt. Soc. Am. 55,
-1205 (1965), fused silica; M. J. Dodge, Appl. Opt. 23, 1980 (1984), MgF2, ordinary ray.
+Sellmeier's formula is n^2 - 1 = sum of B L^2 / (L^2 - C), with the wavelength L in micrometres.
+Sources: Schott optical glass catalogue of 2017-01-20 (N-, SF, F glasses, indices in air); I. H.
+Malitson, J. Opt. Soc. Am. 55, 1205 (1965), fused silica; M. J. Dodge, Appl. Opt. 23, 1980 (1984),
+MgF2, ordinary ray.
 """
 
 from __future__ import annotations
@@ -11,7 +12,7 @@ import difflib
 
 import numpy as np
 
-# name: (B1, B2, B3), (C1, C2, C3) in um^2, (shortest, longest) nm that the source states
+# name: (B1, B2, B3), (C1, C2, C3) in um^2, (shortest, longest) wavelength of the source, nm
 SELLMEIER = {
     "N-BK7": (
         (1.03961212, 0.231792344, 1.01046945),
@@ -75,7 +76,8 @@ SELLMEIER = {
     ),
 }
 D_LINE_NM = 587.56
-MODEL_RANGE_NM = (380.0, 780.0)  # where two numbers, nd and Abbe's, can stand for a glass
+# range in which the two numbers nd and Vd (Abbe number) describe a glass well enough
+MODEL_RANGE_NM = (380.0, 780.0)
 
 
 def index(glass: str, wavelength_nm: float | np.ndarray) -> float | np.ndarray:
@@ -83,17 +85,16 @@ def index(glass: str, wavelength_nm: float | np.ndarray) -> float | np.ndarray:
 
     Parameters
     ----------
-    glass : a name of `SELLMEIER`, "air", a number (the same index everywhere), or "nd/Vd"
-        ("1.6204/60.3"): Cauchy's n = A + B / L^2 through nd at 587.56 nm and Abbe's number between
-        486.13 and 656.27 nm; or a formula with its coefficients and range in nm,
-        "sellmeier:B1,C1,B2,C2,B3,C3@310-2500", "schott:a0,...,a5@...", "conrady:n0,a,b@..."
-        (`FORMULAS`).
+    glass : one of four forms: a name of `SELLMEIER` or "air"; a number (the same index at all
+        wavelengths); "nd/Vd", for example "1.6204/60.3": Cauchy's n = A + B / L^2 with nd at 587.56
+        nm and the Abbe number Vd between 486.13 and 656.27 nm; or a formula of `FORMULAS` with its
+        coefficients and range in nm: "sellmeier:B1,C1,B2,C2,B3,C3@310-2500",
+        "schott:a0,...,a5@...", "conrady:n0,a,b@...".
     wavelength_nm : one or more wavelengths, nm.
 
     Raises
     ------
-    ValueError : for an unknown glass, an index below 1, or a wavelength where the glass is not
-        defined.
+    ValueError : the glass is unknown, its index is below 1, or it is not defined at a wavelength.
     """
     wave = np.asarray(wavelength_nm, float)
     if glass == "air":
@@ -135,19 +136,19 @@ def _formula(glass: str, wave: np.ndarray) -> float | np.ndarray:
 
 
 def _sellmeier(values: list[float], um: float | np.ndarray) -> float | np.ndarray:
-    """n^2 - 1 = sum of B L^2 / (L^2 - C), the coefficients B1, C1, B2, C2, ..."""
+    """Return n from n^2 - 1 = sum of B L^2 / (L^2 - C); `values` are B1, C1, B2, C2, ..."""
     terms = (b * um**2 / (um**2 - c) for b, c in zip(values[::2], values[1::2]))
     return np.sqrt(1 + sum(terms))
 
 
 def _schott(values: list[float], um: float | np.ndarray) -> float | np.ndarray:
-    """n^2 = a0 + a1 L^2 + a2 L^-2 + a3 L^-4 + ... (Schott, before 1992)."""
+    """Return n from n^2 = a0 + a1 L^2 + a2 L^-2 + a3 L^-4 + ... (Schott, before 1992)."""
     square = values[0] + values[1] * um**2
     return np.sqrt(square + sum(a * um ** (-2.0 * k) for k, a in enumerate(values[2:], 1)))
 
 
 def _conrady(values: list[float], um: float | np.ndarray) -> float | np.ndarray:
-    """n = n0 + a / L + b / L^3.5 (Conrady 1929)."""
+    """Return n = n0 + a / L + b / L^3.5 (Conrady 1929)."""
     return values[0] + values[1] / um + values[2] * um**-3.5
 
 

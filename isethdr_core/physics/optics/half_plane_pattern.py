@@ -1,12 +1,12 @@
 """Half-plane pattern: the diffraction pattern of a pupil without phase, sampled once on a square
 lattice.
 
-The transform of a real pupil is Hermitian, so its squared magnitude equals its own mirror image:
-half of the image plane is all of it. The pattern of a wavelength w is P(x; w) = u^2 P(u x; w0) with
-u = w0 / w, so one lattice serves every wavelength longer than w0.
+The transform of a real pupil is Hermitian, so that its squared magnitude equals its own mirror
+image: half of the image plane determines all of it. The pattern of a wavelength w is P(x; w) =
+u^2 P(u x; w0) with u = w0 / w, so that one lattice serves every wavelength longer than w0.
 
-The pupil is drawn in cells smoothed by B-splines, which hold back light from beyond one period of
-the field; their response is divided out again (`lattice`).
+The pupil is rasterised in cells smoothed by B-splines, which suppress light from beyond one period
+of the field; their response is divided out again (`lattice`).
 """
 
 from __future__ import annotations
@@ -23,54 +23,53 @@ from ..convolution import fourier
 from .lattice import ORDER, lattice_pitch_mm, spline_response, spline_taps
 from .pupil import GAUSS, Chords, gauss_chords, strip_blocks
 
-PERIOD = 2.4  # period of the field, in reaches; two reaches are the image itself
-# least distance from the image to its repetition, over the longer reach: light there is hardly
-# fainter
+PERIOD = 2.4  # period of the field, in reaches; the image itself is two reaches wide
+# least gap between the image and its repetition, over the longer reach; it keeps the shorter axis
+# of a long image away from its repetition, where light is hardly fainter
 BESIDE = 0.75
-# strips per row of cells, with two chords each, more where edges are slanted (`gauss_chords`)
+# strips per row of cells, with two chords each; more where edges are slanted (`gauss_chords`)
 STRIPS = 1.2
-BLOCK = 64  # rows or columns of a transform at a time
-CHORDS = 1 << 17  # chords drawn at a time by one thread: each takes a kilobyte meanwhile
-DIVIDED = 1.5  # times as many chords, about, because strips are divided where edges are slanted
+BLOCK = 64  # number of rows or columns that are transformed at a time
+CHORDS = 1 << 17  # number of chords that one thread rasterises at a time; each needs 1 kB
+# approximate factor on the number of chords, because strips are divided where edges are slanted
+DIVIDED = 1.5
 
 
 @dataclass(frozen=True, eq=False)
 class HalfPattern:
-    """Fraction of the pupil's energy per um2 of the image, `density[x, y]` at (x, y - middle) *
-    step_um, x >= 0.
+    """The pattern over the half plane x >= 0: `density[x, y]` is the value at (x, y - middle) *
+    step_um.
     """
 
-    density: np.ndarray
-    step_um: float
-    middle: int
-    wavelength_nm: float
+    density: np.ndarray  # fraction of the pupil's energy per um2 of the image
+    step_um: float  # distance between samples
+    middle: int  # index of y = 0
+    wavelength_nm: float  # wavelength of the pattern
 
 
 @dataclass(frozen=True)
 class RealPupil:
-    """A pupil without phase, and what its pattern is measured in."""
+    """A pupil without phase, its distance to the image, and its energy."""
 
-    terms: list  # of (Convex, weight), as `pupil.opening` returns; mm
-    radius_mm: float  # half the width of a square that holds it
-    distance_mm: float  # to the image
+    terms: list  # [(Convex, weight), ...], as `pupil.opening` returns; mm
+    radius_mm: float  # half the width of a square that holds the pupil
+    distance_mm: float  # distance to the image
     energy_mm2: float  # integral of the squared amplitude
 
 
 @dataclass(frozen=True)
 class HalfLattice:
-    """Points of a half plane and the period of the field that they are part of; all pairs are (y,
-    x).
-    """
+    """Points of a half plane, and the period of the field; all pairs are (y, x)."""
 
-    step_um: float
-    samples_to_border: tuple[int, int]  # samples from the axis to the border
-    period: tuple[int, int]
-    strips: float = STRIPS  # per row of cells
+    step_um: float  # distance between points
+    samples_to_border: tuple[int, int]  # points from the axis to the border
+    period: tuple[int, int]  # period of the field, points
+    strips: float = STRIPS  # strips per row of cells
 
     @property
     def bytes(self) -> float:
-        """Peak memory while the pattern is made: the drawn pupil and half of its transform, at 0.7
-        of the period each.
+        """Peak memory while the pattern is computed, bytes: the rasterised pupil and half of its
+        transform, at 0.7 of the period each.
         """
         return 1.4 * 4.0 * self.period[0] * self.period[1]
 
@@ -78,7 +77,7 @@ class HalfLattice:
 def half_lattice(
     extent_um: Sequence[float], step_um: float, period: float = PERIOD, strips: float = STRIPS
 ) -> HalfLattice:
-    """Return a lattice that reaches the given distances from the axis.
+    """Return a lattice that extends to the given distances from the axis.
 
     Parameters
     ----------
@@ -109,12 +108,11 @@ def half_pattern(
     pupil : pupil without phase, mm.
     wavelength_nm : wavelength, nm.
     lattice : points of the half plane and the period of the field.
-    apply : how to call a function for every block of rows or columns: `map`, or the `map` of a pool
-        of threads.
+    apply : `map`, or the `map` of a pool of threads.
 
     Notes
     -----
-    Intensity |F|^2 / (wavelength distance)^2 / energy with F the transform of the amplitude
+    The intensity is |F|^2 / (wavelength distance)^2 / energy with the transform F of the amplitude
     (Goodman 2005, eq. 5-14).
     """
     far_y, far_x = lattice.samples_to_border
@@ -153,7 +151,9 @@ def half_pattern(
 
 
 def _along_x(drawn: np.ndarray, period: int, count: int, apply: Callable[..., Any]) -> np.ndarray:
-    """Return transforms along x, (x of the image, y of the pupil), from the axis on."""
+    """Return transforms along x, (x of the image, y of the pupil), for `count` samples from the
+    axis on.
+    """
     rows, columns = drawn.shape
     half = np.empty((count, rows), np.complex64)
 
@@ -184,15 +184,15 @@ def draw(
     ----------
     pupil : shapes and their weights.
     cell_mm : (y, x) sides of a cell, mm.
-    period : cells of the result along y and x.
+    period : (y, x) largest number of cells of the result.
     strips : rows of chords per row of cells.
     apply : `map`, or the `map` of a pool of threads. The result does not depend on it.
 
     Notes
     -----
     Each chord adds its two ends to rows of differences; one cumulative sum then fills all rows. An
-    end in a later period also changes all earlier periods: it is subtracted from column 0, once
-    per period passed. Blocks of chords are drawn into rows of their own, and added in order.
+    end in a later period also changes all earlier periods: it is subtracted from column 0, once per
+    period that lies before it. Each block of chords has its own rows; these are added in order.
     """
     dy, dx = cell_mm
     pad = (ORDER + 1) // 2
@@ -213,13 +213,15 @@ def draw(
 
 
 class _Rows(NamedTuple):
-    """Rows of a drawn pupil, before they are folded."""
+    """Rows of a rasterised pupil, before they are folded."""
 
-    first: int
+    first: int  # index of the first row
     cells: np.ndarray  # (y, x)
 
     def folded(self, height: int) -> Iterator[tuple[int, np.ndarray]]:
-        """Yield (first row, rows) within a height that the rows are folded to."""
+        """Yield (index of the first row, rows) of the pieces of the rows, folded modulo
+        `height`.
+        """
         done = 0
         while done < len(self.cells):
             first = (self.first + done) % height
@@ -229,13 +231,14 @@ class _Rows(NamedTuple):
 
 
 def _ends_in_cells(lines: Chords, cell_mm: float, columns: int, width: int) -> _Rows:
-    """Return the rows of differences that chords add their ends to.
+    """Return rows of differences with the ends of chords.
 
     Parameters
     ----------
-    lines : chords, in rows of cells.
+    lines : chords; their levels are in rows of cells.
     cell_mm : width of a cell, mm.
-    columns : cells across the pupil; `width` : columns that they are folded to.
+    columns : number of cells across the pupil.
+    width : number of columns to which the pupil is folded.
     """
     row = np.floor(lines.level).astype(np.int32)
     first = int(row.min()) - ORDER // 2
@@ -259,8 +262,8 @@ def _ends_in_cells(lines: Chords, cell_mm: float, columns: int, width: int) -> _
 
 
 def _summed(value: np.ndarray, place: np.ndarray, size: int) -> np.ndarray:
-    """Return sums of float32 values by place; other threads work meanwhile, as `np.add.at` does not
-    let them.
+    """Return sums of float32 values by position. The sparse product lets other threads run
+    meanwhile; `np.add.at` would not.
     """
     ends = np.array([0, value.size], np.int32)
     column = csc_array((value.ravel(), place.ravel(), ends), (size, 1))
@@ -268,25 +271,25 @@ def _summed(value: np.ndarray, place: np.ndarray, size: int) -> np.ndarray:
 
 
 class Strips(NamedTuple):
-    """Strips of a pupil that chords lie in, from its top down."""
+    """Strips of a pupil, in which chords lie, from the top of the pupil down."""
 
     pupil: RealPupil
     cell_mm: float  # height of a row of cells
-    rows: int  # of cells, evenly about the axis
-    per_row: int  # strips of a row of cells
-    apart_mm: float  # between the ends of chords that follow each other, at most
+    rows: int  # number of rows of cells, symmetric about the axis
+    per_row: int  # number of strips per row of cells
+    apart_mm: float  # largest distance between the ends of successive chords
 
 
 def blocks_of(strips: Strips, most: int) -> list[slice]:
-    """Return blocks of strips with about `most` chords each: a large pupil with much dirt has a
+    """Return blocks of strips with about `most` chords each. A large pupil with much dirt has a
     hundred million chords.
     """
     return strip_blocks(strips.pupil.terms, *_even(strips), most / (len(GAUSS) * DIVIDED))
 
 
 def chords_of(strips: Strips, block: slice) -> Chords | None:
-    """Return `pupil.gauss_chords` of all shapes in a block of strips, in rows of cells; None where
-    there are none.
+    """Return `pupil.gauss_chords` of all shapes in a block of strips, with levels in rows of cells;
+    None if there are none.
     """
     top, height, count = _even(strips)
     low_mm = top + block.start * height
@@ -304,7 +307,7 @@ def chords_of(strips: Strips, block: slice) -> Chords | None:
 
 
 def _even(strips: Strips) -> tuple[float, float, int]:
-    """Return the top of the first strip and the height of all, mm, and their number."""
+    """Return (top of the first strip mm, height of each strip mm, number of strips)."""
     height = strips.cell_mm / strips.per_row
     return -strips.rows / 2 * strips.cell_mm, height, strips.rows * strips.per_row
 

@@ -1,12 +1,12 @@
 """Lattice: the diffraction pattern of a pupil over a whole frame, one point per step of a square
 lattice.
 
-A field sampled at some step is the Fourier transform of the pupil summed modulo wavelength *
-distance / step (folded): exact at those points, and ten times cheaper than a chirp-z transform of
-that size. Light from beyond one period of the field comes back inside the frame (it wraps, in
-amplitude). Cells that average the pupil over smooth weights hold that light back: they multiply the
-field by their response, which falls towards the border of the period and is divided out of the
-frame again.
+A field that is sampled at some step is the Fourier transform of the folded pupil, which is the
+pupil summed modulo wavelength * distance / step. It is exact at these points, and ten times cheaper
+than a chirp-z transform of that size. Light from beyond one period of the field wraps into the
+frame, in amplitude. Averaging the pupil over cells with smooth weights suppresses that light: it
+multiplies the field by the response of the cells, which falls towards the border of the period. In
+the frame, the response is divided out again.
 """
 
 from __future__ import annotations
@@ -24,16 +24,25 @@ from .pupil import chord_ends, strip_blocks
 if TYPE_CHECKING:
     from .pupil import Convex
 
-CHORDS = 1 << 18  # chords folded at a time: each takes some 700 bytes meanwhile
-CHORDS_PER_CELL = 8  # rows of chords in a cell of a folded pupil
-ORDER = 7  # order of the B-spline weights: the number of boxes convolved with each other
+CHORDS = 1 << 18  # number of chords that are folded at a time; each needs about 700 bytes
+CHORDS_PER_CELL = 8  # number of rows of chords per row of cells of a folded pupil
+ORDER = 7  # order of the B-spline weights: number of boxes that are convolved with each other
 
 
 def spline_taps(place: np.ndarray, degree: int) -> list[np.ndarray]:
-    """Return the `degree` + 1 uniform B-splines that are not 0 at `place` past a knot, 0 to 1, the
-    earliest first; they sum to 1.
+    """Return the values of the `degree` + 1 uniform B-splines that are not 0 at a position; they
+    sum to 1.
 
-    By the recursion of Cox and de Boor (Piegl and Tiller 1997, The NURBS Book, algorithm 2.2).
+    The recursion of Cox and de Boor is used (Piegl and Tiller 1997, The NURBS Book, algorithm 2.2).
+
+    Parameters
+    ----------
+    place : position after the last knot, 0 to 1, any shape.
+    degree : degree of the B-splines.
+
+    Returns
+    -------
+    Values with the shape of `place`, first those of the B-spline that begins first.
     """
     taps = [np.ones(np.shape(place))]
     for j in range(1, degree + 1):
@@ -47,13 +56,13 @@ def spline_taps(place: np.ndarray, degree: int) -> list[np.ndarray]:
 
 
 def spline_response(cycles_per_cell: np.ndarray) -> np.ndarray:
-    """Return what cells of `fold_shapes` leave of the field."""
+    """Return the factor by which cells of `fold_shapes` multiply the field."""
     return np.sinc(cycles_per_cell) ** ORDER
 
 
 def binomial_response(cycles_per_cell: np.ndarray) -> np.ndarray:
-    """Return what cells of `fold_cells` leave of the field: means over half a cell, added up in
-    pairs `ORDER` times.
+    """Return the factor by which cells of `fold_cells` multiply the field: means over half a cell,
+    summed in pairs `ORDER` times.
     """
     return np.sinc(cycles_per_cell / 2) * np.cos(np.pi * cycles_per_cell / 2) ** ORDER
 
@@ -66,20 +75,22 @@ def fold_shapes(
     offset: tuple[float, float],
     chords_per_cell: int = CHORDS_PER_CELL,
 ) -> np.ndarray:
-    """Return the pupil of convex shapes, drawn in smooth cells and summed modulo `period`, without
-    ever drawing it in full.
+    """Return the pupil of convex shapes in smooth cells, summed modulo `period`. The whole pupil is
+    never in memory.
 
-    A chord adds its two ends to rows of differences: a B-spline of `ORDER` across each end, the
-    next lower one across the rows. A chord that runs past the period goes on at the other side,
-    turned by exp(-2 pi i offset). The cost does not grow with the f-number.
+    A chord adds its two ends to rows of differences: a B-spline of `ORDER` across each end, and a
+    B-spline of the next lower order across the rows. A chord that crosses the border of the period
+    continues at the other side, multiplied by exp(-2 pi i offset). The cost does not depend on the
+    f-number.
 
     Parameters
     ----------
     terms : list of (shape, weight), as `pupil.opening` returns; mm.
     radius : half width of the pupil, mm.
-    step, period, offset : (y, x) cell size in mm, cells, and the point between image samples, -1 to
-        1.
-    chords_per_cell : chords per row of cells.
+    step : (y, x) sides of a cell, mm.
+    period : (y, x) period of the result, cells.
+    offset : (y, x) position between image samples, -1 to 1.
+    chords_per_cell : number of rows of chords per row of cells.
 
     Returns
     -------
@@ -91,7 +102,7 @@ def fold_shapes(
     pad = (ORDER + 1) // 2
     rows, cols = (2 * (int(np.ceil(radius / d)) + pad) for d in step)
     turned = np.exp(-2j * np.pi * offset[1] * np.arange(cols // px + 2))
-    # what a chord from the first cell on adds to column 0 of the periods it enters
+    # sum of the factors of all periods before each period: it is added to column 0 for later ends
     passed = np.concatenate([[0], np.cumsum(turned)])
     out = np.zeros((py, px + 2), np.complex64)
     strips = -rows / 2 * dy, dy / sub, rows * sub
@@ -111,8 +122,8 @@ def fold_shapes(
             (*np.divmod(whole_columns + t - (ORDER - 1) // 2, px), part)
             for t, part in enumerate(parts)
         ]
-        # From an end to infinity: this period from there on, all later periods in full. Earlier
-        # periods cancel between both ends.
+        # Each end stands for a chord from there to infinity: the rest of its period, and all later
+        # periods. Everything beyond the other end cancels.
         before = sum(passed[p + 1] * part for p, _, part in taps)
         level = (strip + 0.5) / sub
         cell = np.floor(level).astype(np.intp)
@@ -128,13 +139,13 @@ def fold_shapes(
 
 
 def _between(terms: list[tuple[Convex, float]], low: float, high: float) -> list:
-    """Return the terms whose shapes reach between two levels."""
+    """Return the terms with shapes that overlap the range between two levels."""
     return [(shape, weight) for shape, weight in terms if shape.high >= low and shape.low <= high]
 
 
 def _add(out: np.ndarray, position: np.ndarray, value: np.ndarray) -> None:
-    """Add complex values at flat positions; real and imaginary parts apart, which NumPy does ten
-    times faster.
+    """Add complex values at flat positions. Real and imaginary parts are added separately, which is
+    ten times faster in NumPy.
     """
     flat = out.reshape(-1).view(np.float32)
     np.add.at(flat, 2 * position, value.real.astype(np.float32))
@@ -148,23 +159,23 @@ def fold_cells(
     period: tuple[int, int],
     offsets: Sequence[tuple[float, float]],
 ) -> list[np.ndarray]:
-    """Return a pupil of half cells, averaged over smooth weights and summed modulo `period`, once
-    for every offset.
+    """Return a pupil that is given in half cells, averaged over smooth weights and summed modulo
+    `period`, for every offset.
 
     Parameters
     ----------
     blocks : yields (first row, first column, complex (y, x) means over half cells) of disjoint
         parts of the pupil.
-    shape : (y, x) of the whole grid of half cells, even, centred on the axis.
+    shape : (y, x) size of the whole grid of half cells, even, centred on the axis.
     period : (y, x) period of the result, cells.
-    offsets : several (y, x) offsets, each the point between image samples, -1 to 1.
+    offsets : (y, x) positions between image samples, -1 to 1.
 
     Returns
     -------
-    list of (period_y, period_x) complex64.
+    list of (period_y, period_x) complex64, one per offset.
     """
     weights = np.array([comb(ORDER, k) for k in range(ORDER + 1)], np.float32) / 2**ORDER
-    reach = ORDER // 2  # half cells beyond a cell's own two, on either side
+    reach = ORDER // 2  # half cells on either side of a cell's own two that also count
     out = [np.zeros(period, np.complex64) for _ in offsets]
     for first_row, first_column, block in blocks:
         column, columns = _gathered(block, 1, first_column, weights, reach)
@@ -180,10 +191,10 @@ def fold_cells(
 def _gathered(
     block: np.ndarray, axis: int, first: int, weights: np.ndarray, reach: int
 ) -> tuple[int, np.ndarray]:
-    """Return (first cell, cells) along `axis`: cell j takes half cells 2 j - reach to 2 j + 1 +
-    reach, by `weights`.
+    """Return (index of the first cell, cells) along `axis`: cell j is the sum of the half cells
+    2 j - reach to 2 j + 1 + reach, times `weights`.
     """
-    low = (first - 1 - reach) // 2  # the first cell that takes half cell `first`
+    low = (first - 1 - reach) // 2  # the first cell that contains half cell `first`
     high = (first + block.shape[axis] - 1 + reach) // 2
     pad = [(0, 0), (0, 0)]
     pad[axis] = (first - (2 * low - reach), 2 * high + 1 + reach - (first + block.shape[axis] - 1))
@@ -198,8 +209,14 @@ def _gathered(
 
 
 def _wraps(first: int, count: int, period: int) -> Iterator[tuple[int, slice, slice]]:
-    """Yield (number of the period, place in it, place from `first` on) of every piece that lies in
-    one period.
+    """Yield (number of the period, slice of the period, slice of the cells) of every piece of cells
+    that lies in one period.
+
+    Parameters
+    ----------
+    first : index of the first cell.
+    count : number of cells.
+    period : period, cells.
     """
     start = 0
     while start < count:
@@ -210,8 +227,8 @@ def _wraps(first: int, count: int, period: int) -> Iterator[tuple[int, slice, sl
 
 
 def _tilted(pupil: np.ndarray, period: tuple[int, int], offset: tuple[float, float]) -> np.ndarray:
-    """Move the image by `offset` samples: within one period a ramp of phase, from one to the next
-    the turn of `fold_shapes`.
+    """Shift the image by `offset` samples: multiply the folded pupil by a phase ramp within one
+    period. The factor from period to period was applied when it was folded.
     """
     for axis, (o, p) in enumerate(zip(offset, period)):
         if o:
@@ -225,9 +242,9 @@ class ImageSamples:
     """The samples of an image at one wavelength."""
 
     wavelength_nm: float
-    distance_mm: float  # from the pupil
-    pitch_um: tuple[float, float]  # (y, x)
-    offset: tuple[float, float]  # (y, x): the point between samples, -1 to 1
+    distance_mm: float  # distance from the pupil
+    pitch_um: tuple[float, float]  # (y, x) distance between samples
+    offset: tuple[float, float]  # (y, x) position between samples, -1 to 1
 
 
 def lattice_psf(
@@ -243,11 +260,12 @@ def lattice_psf(
     Parameters
     ----------
     folded : (period_y, period_x) complex64 from `fold_shapes` or `fold_cells` with the same offset;
-        overwritten.
-    samples : where the image is sampled.
-    reach : (y, x), samples on either side of the axis.
-    energy_mm2 : the integral of the squared amplitude.
-    response : what the cells leave of the field, a function of cycles per cell, divided out.
+        it is overwritten.
+    samples : samples of the image.
+    reach : (y, x) samples on either side of the axis.
+    energy_mm2 : the integral of the squared amplitude, mm2.
+    response : function(cycles per cell) -> factor by which the cells multiply the field; it is
+        divided out.
 
     Returns
     -------
@@ -281,8 +299,8 @@ def lattice_psf(
 def lattice_pitch_mm(
     wavelength_nm: float, period: tuple[int, int], distance_mm: float, pitch_um: tuple[float, float]
 ) -> tuple[float, float]:
-    """Return the (y, x) pupil pitch whose field repeats after one period: wavelength * distance /
-    (period * pitch), mm.
+    """Return the (y, x) pupil pitch, mm, for which the field repeats after one period: wavelength *
+    distance / (period * pitch).
 
     Parameters
     ----------

@@ -1,9 +1,9 @@
-"""Projections: how the coordinates of a field, (x, y), stand for directions, and what follows from
-it.
+"""Projections: relation between the coordinates (x, y) of a field and directions.
 
-tangent      x and y are tangents of the field angle, as of a pinhole: (x, y) = tan(theta) (cos phi,
-sin phi) equidistant  x and y are proportional to the field angle itself: (x, y) = theta (cos phi,
-sin phi), theta in radians up to pi
+- `tangent`: x and y are tangents of the field angle, as in a pinhole camera: (x, y) = tan(theta)
+  (cos phi, sin phi).
+- `equidistant`: x and y are proportional to the field angle: (x, y) = theta (cos phi, sin phi),
+  theta in radians up to pi.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ PROJECTIONS = ("tangent", "equidistant")
 def angle_rad(
     x: float | np.ndarray, y: float | np.ndarray, projection: str = "tangent"
 ) -> float | np.ndarray:
-    """Return the angle off the axis at field coordinates (broadcast), radians.
+    """Return the field angle at field coordinates (broadcast), radians.
 
     Parameters
     ----------
@@ -31,7 +31,8 @@ def angle_rad(
 def direction(
     x: float | np.ndarray, y: float | np.ndarray, projection: str = "tangent"
 ) -> np.ndarray:
-    """Return unit vectors (3, ...), right, down and forward, of field coordinates (broadcast).
+    """Return unit vectors (3, ...) of field coordinates (broadcast); their components point right,
+    down and forward.
 
     Parameters
     ----------
@@ -68,11 +69,12 @@ def solid_angle_per_area(
 def cos4(
     x: float | np.ndarray, y: float | np.ndarray, projection: str = "tangent"
 ) -> float | np.ndarray:
-    """Return the irradiance of a uniform scene through a flat entrance pupil, 1 on the axis, where
-    a lens keeps the grid.
+    """Return the irradiance of a uniform scene through a flat entrance pupil, over that on the
+    axis, for a lens without distortion of these coordinates.
 
-    The cosine of the pupil times the solid angle of a tile: cos^4 theta for tangents, cos(theta)
-    sin(theta) / theta for angles; below 0 beyond 90 degrees, where a flat pupil sees nothing.
+    It is the cosine of the pupil times the solid angle of a tile: cos^4 theta for tangents,
+    cos(theta) sin(theta) / theta for angles. It is negative beyond 90 degrees, where no light
+    enters a flat pupil.
 
     Parameters
     ----------
@@ -91,7 +93,7 @@ def depth_m(
     y: float | np.ndarray,
     projection: str = "tangent",
 ) -> np.ndarray:
-    """Return depth along the axis, m; below 0 behind the camera.
+    """Return depth along the axis, m; it is negative behind the camera.
 
     Parameters
     ----------

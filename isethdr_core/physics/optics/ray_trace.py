@@ -13,15 +13,13 @@ from .surfaces import Surface, intersect, normal
 
 @dataclass(frozen=True, eq=False)
 class Rays:
-    """Where rays ended: arrays of any one shape; NaN where a ray missed a surface or was totally
-    reflected.
-    """
+    """Ends of traced rays; NaN where a ray missed a surface or was totally reflected."""
 
-    position_mm: np.ndarray  # (3, ...)
-    direction: np.ndarray  # (3, ...), length 1
-    weight: np.ndarray  # product of what each surface transmitted or reflected
-    margin: np.ndarray  # smallest 1 - (r / semi-diameter)^2 on the way; below 0: blocked
-    hits_mm: tuple  # per step (x, y) where asked for
+    position_mm: np.ndarray  # (3, ...) on the last surface
+    direction: np.ndarray  # (3, ...) unit vectors
+    weight: np.ndarray  # product of the fractions of power that the surfaces pass on
+    margin: np.ndarray  # smallest 1 - (r / semi-diameter)^2 along the ray; negative: blocked
+    hits_mm: tuple  # (x, y) at every step of the path, if they were asked for
 
 
 def refract(
@@ -29,7 +27,8 @@ def refract(
 ) -> np.ndarray:
     """Return refracted unit directions (3, ...), NaN beyond the critical angle.
 
-    Snell's law as vectors: n' d' = n d + (n' cos' - n cos) N, with N along the light.
+    Snell's law for vectors is n' d' = n d + (n' cos' - n cos) N, with the normal N in the sense of
+    the light.
 
     Parameters
     ----------
@@ -56,8 +55,8 @@ def sequential(count: int) -> list[tuple[int, bool]]:
 
 
 def ghost_path(count: int, back: int, front: int) -> list[tuple[int, bool]]:
-    """Return the path of a ghost: on to surface `back`, reflected, back to `front`, reflected, on
-    to the last of `count`.
+    """Return the path of a ghost: to surface `back`, where light is reflected, back to surface
+    `front`, where it is reflected again, and to the last of `count` surfaces.
     """
     if not 0 <= front < back < count:
         raise ValueError(
@@ -69,10 +68,10 @@ def ghost_path(count: int, back: int, front: int) -> list[tuple[int, bool]]:
 
 
 class Start(NamedTuple):
-    """Where rays start, and their directions."""
+    """Positions from which rays start, and their directions."""
 
     position_mm: np.ndarray  # (3, ...)
-    direction: np.ndarray  # (3, ...), length 1
+    direction: np.ndarray  # (3, ...) unit vectors
 
 
 def follow(
@@ -88,18 +87,18 @@ def follow(
     Parameters
     ----------
     surfaces : surfaces in the order of z.
-    indices : one more than surfaces: the refractive index before the first, between, and behind the
+    indices : refractive indices in front of the first surface, between surfaces, and behind the
         last; numbers or arrays that broadcast with the rays.
     path : [(surface, whether it reflects), ...].
     start : positions and directions of the rays; light starts towards larger z.
-    power : function (surface, reflects, forward, cosine) that returns the fraction of power that
-        goes on; None: 1.
-    keep_hits : keep (x, y) of every step.
+    power : function(surface, reflects, forward, cosine) -> fraction of the power that is reflected
+        or transmitted; None: 1.
+    keep_hits : whether (x, y) of every step are kept.
 
     Returns
     -------
-    Rays on the last surface of the path. Rays that pass outside a semi-diameter go on, with a
-    negative margin.
+    Rays on the last surface of the path. Rays that pass outside a semi-diameter are traced on, with
+    a negative margin.
     """
     position, direction = start
     shape = np.broadcast_shapes(
@@ -147,7 +146,7 @@ def collimated(
     tangent_x: float | np.ndarray,
     tangent_y: float | np.ndarray,
 ) -> Start:
-    """Return the start of parallel light that crosses a plane.
+    """Return positions and directions of parallel light that crosses a plane.
 
     Parameters
     ----------

@@ -27,7 +27,7 @@ def reflect(
         stack.
     layers : [(index, thickness_nm), ...] from the side of incidence; empty for a bare surface.
     cos_in : cosine of the angle of incidence, 0 to 1.
-    wavelength_nm : wavelength in vacuum, nm. All arguments broadcast.
+    wavelength_nm : wavelength in vacuum, nm. All arguments broadcast against each other.
 
     Returns
     -------
@@ -48,7 +48,7 @@ def reflect(
         )
     if any(np.any(np.asarray(thickness) < 0) for _, thickness in layers):
         raise ValueError("a layer has a negative thickness; expected nm, 0 or more")
-    # exactly grazing light has no defined admittance; all of it is reflected
+    # exactly grazing light has no defined admittance; close to grazing, all light is reflected
     cos_in = np.clip(cos_in, 1e-12, 1.0)
     transverse = n_in * np.sqrt(1 - cos_in**2)
     behind = _normal_part(n_out, transverse)
@@ -92,8 +92,8 @@ def reflect_unpolarised(
 
 
 def quarter_wave_nm(index: float, wavelength_nm: float, quarters: float = 1.0) -> float:
-    """Return the thickness of a layer with an optical thickness of some quarter waves, at normal
-    incidence, nm.
+    """Return the thickness, nm, of a layer with an optical thickness of `quarters` quarter waves at
+    normal incidence.
 
     Parameters
     ----------
@@ -105,8 +105,8 @@ def quarter_wave_nm(index: float, wavelength_nm: float, quarters: float = 1.0) -
 
 
 def _normal_part(index: float | np.ndarray, transverse: float | np.ndarray) -> np.ndarray:
-    """Return n cos(angle) inside a medium, on the branch that decays along +z; never 0, which has
-    no admittance.
+    """Return n cos(angle) inside a medium, on the branch that decays along +z. It is never 0,
+    because 0 has no admittance.
     """
     part = np.sqrt(np.asarray(index, complex) ** 2 - transverse**2 + 0j)
     part = np.where(part.imag > 0, -part, part)
@@ -114,8 +114,8 @@ def _normal_part(index: float | np.ndarray, transverse: float | np.ndarray) -> n
 
 
 def _admittance_p(index: float | np.ndarray, normal: np.ndarray) -> complex | np.ndarray:
-    """Return the admittance of light polarised in the plane of incidence; across it, the admittance
-    is `normal` itself.
+    """Return the admittance of light polarised in the plane of incidence (p). For the other
+    polarisation (s), it is `normal` itself.
     """
     return np.asarray(index, complex) ** 2 / normal
 
@@ -127,8 +127,8 @@ def _assembly(
 
     Parameters
     ----------
-    first, last : admittances of the media before and behind.
-    layers : [(admittance, phase thickness in radians), ...] in the order that light meets them.
+    first, last : admittances of the media in front and behind.
+    layers : [(admittance, phase thickness in radians), ...] in the order in which light meets them.
     """
     electric = np.ones_like(last)
     magnetic = last

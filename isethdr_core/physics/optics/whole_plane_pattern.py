@@ -1,16 +1,17 @@
 """Whole-plane pattern: the diffraction pattern of a pupil with phase, sampled on a square lattice.
 
-The open pupil and its dirt are drawn once in cells smoothed by B-splines (`half_plane_pattern`).
-Each cell is then multiplied by the phase factor at its middle. Multiplying before smoothing would
-differ: with b the smoothing, a the pupil, t the distance, and a phase that is linear over a cell,
+The open pupil and its dirt are rasterised once, in cells smoothed by B-splines
+(`half_plane_pattern`). Each cell is then multiplied by the phase factor at its middle. The correct
+order is to multiply before smoothing. The difference follows for a phase phi that is linear over a
+cell, with the smoothing b, the pupil a, and the distance t:
 
     b * (a exp(i phi)) = exp(i phi) (b * a - i phi' (t b) * a + ...).
 
 The first moment (t b) * a is computed from differences between cells (`MOMENT`). The remaining
 error is of second order in the change of phase from cell to cell, which is `MOST_TURNS` at most.
 
-At the scale of one wavelength, the pattern is a smooth function of the wavenumber k. A polynomial
-through the patterns of a few wavenumbers (`interpolation_wavenumbers`) gives all others.
+Scaled to the size at one wavelength, the pattern is a smooth function of the wavenumber k. A
+polynomial through the patterns of a few wavenumbers (`interpolation_wavenumbers`) gives all others.
 """
 
 from __future__ import annotations
@@ -26,42 +27,43 @@ from . import half_plane_pattern as half
 from .half_plane_pattern import HalfLattice, HalfPattern, RealPupil
 from .lattice import ORDER, lattice_pitch_mm, spline_response
 
-# effective change of phase for the polynomial over the rms change over the pupil: measured 0.8 to
-# 1.36, with coma and defocus of 0.14 to 2.8 rad over the range of wavenumbers
+# effective change of phase in the error of the polynomial, over the rms change over the pupil:
+# measured 0.8 to 1.36, with coma and defocus of 0.14 to 2.8 rad over the range of wavenumbers
 FOLLOWED = 1.4
 
 PERIOD = 3.0  # period of the field, in reaches
-# differences over 2, 4 and 6 cells that give the first moment of a B-spline of order 7, times -1:
-# 7 / (2 pi) (1 / u - pi cot(pi u)) of u cycles per cell, by least squares up to 1 / `PERIOD`; the
-# error is at most 0.06, of values up to 1.3
+# Weights of differences over 2, 4 and 6 cells that give the first moment of a B-spline of order 7,
+# times -1. They fit 7 / (2 pi) (1 / u - pi cot(pi u)), with u cycles per cell, by least squares up
+# to u = 1 / `PERIOD`. The error is at most 0.06, of values up to 1.3.
 MOMENT = (0.53853, -0.18845, 0.0531)
-SPARE = 3  # cells beside those that are lit
-# largest change of phase from cell to cell, turns: at most 2 % of the light at the border is wrong
+SPARE = 3  # number of dark cells on either side of the lit cells that the differences need
+# largest change of phase from cell to cell, wavelengths: at most 2 % of the light at the border is
+# wrong
 MOST_TURNS = 1 / 64
 
-# (x_mm, y_mm), evenly spaced -> wavelengths of optical path, (y, x) float
+# function((x,) and (y,) equidistant positions in mm) -> optical path in wavelengths, (y, x) float
 Turns = Callable[[np.ndarray, np.ndarray], np.ndarray]
 
 
 class DrawnPupil(NamedTuple):
-    """A pupil without its phase in smooth cells, and the lattice that it is drawn for."""
+    """A pupil without its phase in smooth cells, and the lattice of its pattern."""
 
-    cells: np.ndarray  # (y, x) float32
-    cell_mm: tuple[float, float]
+    cells: np.ndarray  # (y, x) float32 amplitude
+    cell_mm: tuple[float, float]  # (y, x) sides of a cell
     lattice: HalfLattice
-    scale: float  # of the squared field, to a fraction of the energy per um2
-    wavelength_nm: float  # of the scale
+    scale: float  # factor from the squared field to a fraction of the energy per um2
+    wavelength_nm: float  # wavelength that gives the size of the pattern
 
 
 class WholePattern(NamedTuple):
-    """Both halves of a pattern; `left` is turned by 180 degrees about the axis."""
+    """Both halves of a pattern; `left` is rotated by 180 degrees about the axis."""
 
     right: HalfPattern
     left: HalfPattern
 
 
 def fits(pupil: RealPupil, wavelength_nm: float, lattice: HalfLattice) -> bool:
-    """Return whether all of a pupil lies within one period of cells, as `drawn_pupil` asks.
+    """Return whether all of a pupil lies within one period of cells, as `drawn_pupil` needs.
 
     Parameters
     ----------
@@ -74,7 +76,7 @@ def fits(pupil: RealPupil, wavelength_nm: float, lattice: HalfLattice) -> bool:
 
 
 def drawn_pupil(pupil: RealPupil, wavelength_nm: float, lattice: HalfLattice) -> DrawnPupil:
-    """Return a pupil drawn for a lattice at the scale of one wavelength.
+    """Return a pupil rasterised for a lattice, with the size of the pattern at one wavelength.
 
     Parameters
     ----------
@@ -100,8 +102,8 @@ def whole_pattern(drawn: DrawnPupil, turns: Turns, apply: Callable = map) -> Who
 
     Parameters
     ----------
-    drawn : the pupil without its phase, drawn for a lattice.
-    turns : phase at places of the pupil.
+    drawn : the pupil without its phase, rasterised for a lattice.
+    turns : function that gives the phase over the pupil.
     apply : `map`, or the `map` of a pool of threads.
     """
     far_y, far_x = drawn.lattice.samples_to_border
@@ -118,14 +120,14 @@ def densities(
 
     Parameters
     ----------
-    drawn : the pupil without its phase, drawn for a lattice.
-    turns : phase at places of the pupil.
-    columns : columns of the image, in steps from the axis.
+    drawn : the pupil without its phase, rasterised for a lattice.
+    turns : function that gives the phase over the pupil.
+    columns : (column,) columns of the image, in steps from the axis.
     apply : `map`, or the `map` of a pool of threads.
 
     Notes
     -----
-    Intensity |F|^2 / (wavelength distance)^2 / energy with F the transform of the amplitude
+    The intensity is |F|^2 / (wavelength distance)^2 / energy with the transform F of the amplitude
     (Goodman 2005, eq. 5-14).
     """
     samples_to_border = drawn.lattice.samples_to_border[0]
@@ -162,16 +164,16 @@ def interpolation_wavenumbers(
 
     Parameters
     ----------
-    first, last : wavenumbers, in one unit.
+    first, last : wavenumbers, both in the same unit.
     change_rad : change of the phase from first to last, rms over the pupil.
     error : largest relative error of the light, L1 norm.
 
     Notes
     -----
-    Every pair of points of the pupil adds a wave in k to the pattern. A polynomial through n
-    Chebyshev nodes has the error R^n / (2^(n - 1) n!) for exp(i R t), t from -1 to 1 (Trefethen
-    2013, Approximation Theory and Approximation Practice, chapter 7, for entire functions); R is
-    `FOLLOWED` times the change.
+    Every pair of points of the pupil adds a sinusoidal function of k to the pattern. A polynomial
+    through n Chebyshev nodes has the error R^n / (2^(n - 1) n!) for exp(i R t), t from -1 to 1
+    (Trefethen 2013, Approximation Theory and Approximation Practice, chapter 7, for entire
+    functions); R is `FOLLOWED` times the change.
     """
     count = 1
     while left_by(count, change_rad) > error:
@@ -183,14 +185,19 @@ def interpolation_wavenumbers(
 def left_by(count: int, change_rad: float) -> float:
     """Return the relative error of the light, L1 norm, with `count` interpolation wavenumbers.
 
-    `change_rad` is as of `interpolation_wavenumbers`.
+    `change_rad` is as in `interpolation_wavenumbers`.
     """
     return (FOLLOWED * change_rad) ** count / (2.0 ** (count - 1) * factorial(count))
 
 
 def shares(wavenumbers: np.ndarray, at: np.ndarray) -> np.ndarray:
-    """Return the weight (wavenumber, place) of every pattern in the polynomial's value `at` places
+    """Return the weight (wavenumber, point) of every pattern in the value of the polynomial
     (Lagrange).
+
+    Parameters
+    ----------
+    wavenumbers : (wavenumber,) wavenumbers of the patterns.
+    at : (point,) wavenumbers at which the polynomial is evaluated.
     """
     out = np.ones((len(wavenumbers), len(at)))
     for n, own in enumerate(wavenumbers):
@@ -207,7 +214,7 @@ def _cell_mm(pupil: RealPupil, wavelength_nm: float, lattice: HalfLattice) -> tu
 
 
 def _count(pupil: RealPupil, cell_mm: float) -> int:
-    """Return the cells across a pupil, as `half_plane_pattern.draw` has them."""
+    """Return the number of cells across a pupil, as in `half_plane_pattern.draw`."""
     return 2 * (int(np.ceil(pupil.radius_mm / cell_mm)) + (ORDER + 1) // 2)
 
 
@@ -236,11 +243,14 @@ def _along_x(
 
 
 def _turned(cells: np.ndarray, rows: slice, columns: slice, turns: np.ndarray) -> np.ndarray:
-    """Return a block of smooth cells with their phase: turned before they were smoothed."""
+    """Return a block of smooth cells with their phase, as if the phase had been applied before
+    smoothing.
+    """
     own = cells[rows, columns]
     slope_x = np.gradient(turns, axis=1)
     slope_y = np.gradient(turns, axis=0) if len(turns) > 1 else np.zeros_like(turns)
-    turns = turns - np.rint(turns)  # whole turns dropped in float64: float32 then keeps 1e-7
+    # whole wavelengths are removed in float64, so that float32 keeps a precision of 1e-7
+    turns = turns - np.rint(turns)
     angle = (2 * np.pi * turns).astype(np.float32)
     out = np.empty(own.shape, np.complex64)
     out.real = own
@@ -254,7 +264,7 @@ def _turned(cells: np.ndarray, rows: slice, columns: slice, turns: np.ndarray) -
 
 
 def _moment(cells: np.ndarray, rows: slice, columns: slice, axis: int) -> np.ndarray:
-    """Return the first moment of the smoothing times the pupil, times -1, of a block of cells."""
+    """Return the first moment (t b) * a of the module's text, times -1, of a block of cells."""
     total = np.float32(0.0)
     for apart, weight in enumerate(MOMENT, 1):
         ends = []
@@ -266,7 +276,7 @@ def _moment(cells: np.ndarray, rows: slice, columns: slice, axis: int) -> np.nda
 
 
 def _shifted(cells: np.ndarray, rows: slice, columns: slice, shift: list[int]) -> np.ndarray:
-    """Return a block of cells, moved; 0 beyond the border."""
+    """Return a block of cells at positions shifted by `shift` (y, x); 0 beyond the border."""
     out = np.zeros((rows.stop - rows.start, columns.stop - columns.start), np.float32)
     into = []
     of = []

@@ -1,10 +1,11 @@
 """Zernike: wavefronts from OSA/ANSI coefficients (ANSI Z80.28-2017; Thibos et al. 2002, J. Refract.
 Surg. 18, S652).
 
-Single index j = (n (n + 2) + m) / 2 from 0; orthonormal over the unit disk, so a coefficient in
-micrometres is the rms it adds to the wavefront. Powers of x and y serve low orders: a grid then
-costs one small matrix product. Their terms cancel at high orders (1e-8 is lost at order 20,
-everything at 50), so higher orders are computed by recurrence.
+The single index is j = (n (n + 2) + m) / 2, from 0. The polynomials are orthonormal over the unit
+disk, so that a coefficient in micrometres is its contribution to the rms of the wavefront. Low
+orders are computed from powers of x and y; a grid then costs one small matrix product. At high
+orders these powers cancel (the error is 1e-8 at order 20, and no digit is left at order 50), so
+that these orders are computed by recurrence.
 """
 
 from __future__ import annotations
@@ -19,10 +20,11 @@ import numpy as np
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
-HIGHEST_ORDER = 40  # radial degree up to which the mean phase of pupil cells is tested
+HIGHEST_ORDER = 40  # highest radial degree for which the mean phase of pupil cells was tested
 LAST_INDEX = HIGHEST_ORDER * (HIGHEST_ORDER + 3) // 2
-POWERS_ORDER = 12  # powers of x and y are exact to 3e-12 up to this order, measured over the disk
-# samples of the disk in a search for the largest slope, at least
+# highest order that is computed from powers of x and y; the largest error over the disk is 3e-12
+POWERS_ORDER = 12
+# least numbers of radii and angles of the disk in a search for the largest slope
 RADII = 65
 ANGLES = 180
 
@@ -32,7 +34,7 @@ def order(j: int) -> tuple[int, int]:
 
     Raises
     ------
-    ValueError : where `j` is not a whole number from 0 to `LAST_INDEX`.
+    ValueError : `j` is not a whole number from 0 to `LAST_INDEX`.
     """
     if not 0 <= j <= LAST_INDEX or j != int(j):
         raise ValueError(
@@ -45,12 +47,14 @@ def order(j: int) -> tuple[int, int]:
 
 @cache
 def _powers(j: int) -> np.ndarray:
-    """Return c[k, l] such that Z_j = sum c[k, l] x^k y^l; m < 0 are the sine terms."""
+    """Return the coefficients c[k, l] of Z_j = sum c[k, l] x^k y^l. Terms with m < 0 are the sine
+    terms.
+    """
     n, m = order(j)
     out = np.zeros((n + 1, n + 1))
     norm = sqrt(n + 1) if m == 0 else sqrt(2 * (n + 1))
     a = abs(m)
-    angular = {}  # (x + i y)^|m|: real part is rho^m cos, imaginary part rho^m sin
+    angular = {}  # of (x + i y)^|m|: the real part rho^|m| cos, or the imaginary part rho^|m| sin
     for t in range(a + 1):
         if t % 2 == (1 if m < 0 else 0):
             angular[(a - t, t)] = comb(a, t) * (-1) ** (t // 2)
@@ -68,8 +72,8 @@ def _powers(j: int) -> np.ndarray:
 
 
 class Terms(NamedTuple):
-    """Terms of the same |m|: W = rho^|m| sum over k of P_k(2 rho^2 - 1) (cosine[k] cos m theta +
-    sine[k] sin m theta).
+    """Coefficients of all terms with the same |m|: W = rho^|m| sum over k of P_k(2 rho^2 - 1)
+    (cosine[k] cos m theta + sine[k] sin m theta).
     """
 
     cosine: np.ndarray
@@ -93,18 +97,18 @@ def wavefront_at(zernike_um: dict[int, float], x: np.ndarray, y: np.ndarray) -> 
     Parameters
     ----------
     zernike_um : {OSA index: coefficient in micrometres}.
-    x, y : places in pupil radii (broadcast); the polynomials continue beyond the disk.
+    x, y : positions in pupil radii (broadcast); the polynomials continue beyond the disk.
 
     Notes
     -----
-    R_n^m(rho) = rho^m P_k(2 rho^2 - 1), k = (n - m) / 2, with Jacobi polynomials of parameters (0,
-    m) (Born and Wolf 1999, section 9.2.1). Their three-term recurrence (see `jacobi`) is stable, as
-    are those of Kintner (1976, Opt. Acta 23, 679) and of Prata and Rusch (1989, Appl. Opt. 28,
-    749).
+    R_n^m(rho) = rho^m P_k(2 rho^2 - 1), k = (n - m) / 2, with the Jacobi polynomials P_k of
+    parameters (0, m) (Born and Wolf 1999, section 9.2.1). Their three-term recurrence (see
+    `jacobi`) is stable, as are those of Kintner (1976, Opt. Acta 23, 679) and of Prata and Rusch
+    (1989, Appl. Opt. 28, 749).
     """
     x, y = np.broadcast_arrays(np.asarray(x, float), np.asarray(y, float))
     t = 2 * (x * x + y * y) - 1
-    # of (x + i y)^m
+    # real and imaginary part of (x + i y)^m
     real = np.ones(x.shape)
     imaginary = np.zeros(x.shape)
     out = np.zeros(x.shape)
@@ -123,7 +127,8 @@ def wavefront_at(zernike_um: dict[int, float], x: np.ndarray, y: np.ndarray) -> 
 
 
 def jacobi(count: int, a: int, b: int, t: np.ndarray) -> Iterator[np.ndarray]:
-    """Yield Jacobi polynomials from degree 0 on, by DLMF 18.9.2 (Szego 1975, eq. 4.5.1).
+    """Yield the values of Jacobi polynomials from degree 0 on, by the recurrence of DLMF 18.9.2
+    (Szego 1975, eq. 4.5.1).
 
     Parameters
     ----------
@@ -147,7 +152,9 @@ def jacobi(count: int, a: int, b: int, t: np.ndarray) -> Iterator[np.ndarray]:
 
 
 def _by_frequency(zernike_um: dict[int, float]) -> dict[int, Terms]:
-    """Return {|m|: normalised coefficients by k = (n - |m|) / 2} of the terms that are not 0."""
+    """Return {|m|: normalised coefficients, ordered by k = (n - |m|) / 2} of the terms that are not
+    0.
+    """
     terms = [(*order(j), value) for j, value in zernike_um.items() if value != 0]
     out = {}
     for m in sorted({abs(m) for _, m, _ in terms}):
@@ -182,7 +189,7 @@ def zernike_basis(terms: Sequence[int], x: np.ndarray, y: np.ndarray) -> np.ndar
 
 @lru_cache(maxsize=64)
 def _coefficients(terms: tuple[int, ...], degree: int) -> np.ndarray:
-    """Return the (product of powers, term) coefficients of terms, products in the order of
+    """Return the coefficients (product of powers, term) of terms. The products have the order of
     `zernike_basis`.
     """
     out = np.zeros((_terms_to(degree), len(terms)))
@@ -226,19 +233,17 @@ def steepest_slope_um(zernike_um: dict[int, float]) -> float:
     """Return the largest gradient of the wavefront over the unit disk, micrometres per pupil
     radius.
 
-    The disk is sampled so densely that at most 8 % of a maximum between samples are missed; a
-    maximum at the rim is met.
+    The disk is sampled so densely that the result is at most 8 % too small for a maximum between
+    samples. A maximum at the rim is found exactly.
     """
     return float(slopes_um(zernike_um).largest.max())
 
 
 class Slopes(NamedTuple):
-    """The largest gradient of a wavefront at each distance from the axis: pupil radii, micrometres
-    per pupil radius.
-    """
+    """The largest gradient of a wavefront at each distance from the axis."""
 
-    rho: np.ndarray
-    largest: np.ndarray
+    rho: np.ndarray  # distance from the axis, pupil radii
+    largest: np.ndarray  # largest gradient, micrometres per pupil radius
 
 
 def slopes_um(zernike_um: dict[int, float]) -> Slopes:
@@ -250,26 +255,24 @@ def slopes_um(zernike_um: dict[int, float]) -> Slopes:
 
 
 def largest_um(zernike_um: dict[int, float]) -> float:
-    """Return the largest size of the wavefront over the unit disk, micrometres; sampled as
-    `steepest_slope_um`.
+    """Return the largest magnitude of the wavefront over the unit disk, micrometres, with the
+    sampling of `steepest_slope_um`.
     """
     return float(np.abs(_on_the_disk(zernike_um).values).max())
 
 
 class _Sampled(NamedTuple):
-    """A wavefront over the disk (radius, angle): micrometres, and its slopes along and across the
-    radius, per pupil radius.
-    """
+    """A wavefront sampled over the disk."""
 
-    rho: np.ndarray
-    values: np.ndarray
-    along: np.ndarray
-    across: np.ndarray
+    rho: np.ndarray  # (radius,) pupil radii
+    values: np.ndarray  # (radius, angle) micrometres
+    along: np.ndarray  # (radius, angle) slope along the radius, micrometres per pupil radius
+    across: np.ndarray  # (radius, angle) slope across the radius, micrometres per pupil radius
 
 
 def _on_the_disk(zernike_um: dict[int, float]) -> _Sampled:
-    """Sample a wavefront, eight times per oscillation and more; radii crowd towards the rim as its
-    oscillations do.
+    """Sample a wavefront at least eight times per oscillation. Radii are denser towards the rim,
+    where oscillations are shorter.
     """
     by_frequency = _by_frequency(zernike_um)
     highest = max((2 * len(terms.cosine) + m for m, terms in by_frequency.items()), default=0)
@@ -294,8 +297,8 @@ def _on_the_disk(zernike_um: dict[int, float]) -> _Sampled:
 
 
 def rotated(zernike_um: dict[int, float], angle_rad: float) -> dict[int, float]:
-    """Return the coefficients of a wavefront turned by `angle_rad` counter-clockwise, y up: W(rho,
-    theta - angle).
+    """Return the coefficients of a wavefront that is rotated by `angle_rad` counter-clockwise, y
+    up: W(rho, theta - angle).
     """
     out: dict[int, float] = {}
     for j, value in zernike_um.items():
@@ -313,12 +316,12 @@ def rotated(zernike_um: dict[int, float], angle_rad: float) -> dict[int, float]:
 def mapped(zernike_um: dict[int, float], matrix: ArrayLike) -> dict[int, float]:
     """Return the coefficients of a wavefront after a linear map of its coordinates.
 
-    Its value at `matrix` (x, y) is the value of the first wavefront at (x, y).
+    The value of the result at `matrix` (x, y) is the value of the given wavefront at (x, y).
 
     Parameters
     ----------
     zernike_um : {OSA index: um}, of order `POWERS_ORDER` at most.
-    matrix : ((xx, xy), (yx, yy)), invertible, y up. Polynomials go beyond the unit disc.
+    matrix : ((xx, xy), (yx, yy)), invertible, y up. Polynomials continue beyond the unit disk.
     """
     if not zernike_um:
         return {}
@@ -339,10 +342,11 @@ def _substitution(
 ) -> np.ndarray:
     """Return the matrix (new, old) of coefficients after replacing (x, y) by `matrix`^-1 (x, y).
 
-    The degree of a polynomial does not change. Its values at more points than terms determine it.
+    The degree of a polynomial does not change. It is determined by least squares from its values at
+    more points than there are terms.
     """
     radius = np.sqrt((np.arange(count) + 0.5) / count)
-    # sunflower pattern: no two points lie on one line through the middle
+    # sunflower pattern, in which no two points have the same azimuth
     turn = np.pi * (3 - 5**0.5) * np.arange(count)
     radius = np.concatenate([radius, radius])
     turn = np.concatenate([turn, turn + 1.0])
@@ -353,8 +357,8 @@ def _substitution(
 
 
 def polynomial(zernike_um: dict[int, float]) -> np.ndarray:
-    """Return c[k, l] such that the wavefront of {OSA index: um} is the sum of c x^k y^l,
-    micrometres, x and y in pupil radii.
+    """Return the coefficients c[k, l], micrometres, of a wavefront {OSA index: um} as the sum of
+    c x^k y^l, with x and y in pupil radii.
     """
     size = 1 + max((order(j)[0] for j in zernike_um), default=0)
     c = np.zeros((size, size))

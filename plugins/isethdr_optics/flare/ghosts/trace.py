@@ -150,7 +150,7 @@ class Beam:
     x_mm: np.ndarray  # position on the sensor
     y_mm: np.ndarray  # position on the sensor
     weight: np.ndarray  # share of the power that reaches the sensor
-    margin: np.ndarray  # smallest distance to a rim along the ray; negative: blocked
+    margin: np.ndarray  # smallest 1 - (r / semi-diameter)^2 along the ray; negative: blocked
     valid: np.ndarray  # 1 if the ray reaches the sensor plane
     stops: tuple = ()  # (x mm, y mm) of every crossing of the stop, for an iris that is not round
 
