@@ -17,10 +17,10 @@ from isethdr_core.truth import before_denoising, check_picture, total_variance, 
 if TYPE_CHECKING:
     import xarray as xr
 
-# the frame is cut into 12 x 12 blocks; noise and scene are taken as independent between them
+# number of blocks along each side of the frame; noise and scene count as independent between blocks
 BLOCKS = 12
-RESAMPLES = 400
-FEWEST_BLOCKS = 8  # with fewer, resampling gives no valid interval: it is NaN
+RESAMPLES = 400  # number of resamples of the blocks
+FEWEST_BLOCKS = 8  # with fewer blocks, resampling gives no valid interval, and the interval is NaN
 NAN = float("nan")
 
 
@@ -41,7 +41,9 @@ def undenoised(picture: xr.Dataset) -> xr.Dataset:
 
 
 def luminances(picture: xr.Dataset, truth: xr.Dataset) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return Y of picture and truth and which pixels are valid, each (y, x); not to be changed."""
+    """Return Y of picture and reference picture, cd/m2, and which pixels are valid, each (y, x).
+    The arrays must not be changed.
+    """
     check_pair(picture, truth)
     return _luminance(picture), _luminance(truth), picture["valid"].values
 
@@ -51,12 +53,12 @@ def _luminance(picture: xr.Dataset) -> np.ndarray:
 
 
 def luminance_variance(picture: xr.Dataset) -> np.ndarray:
-    """Return the variance (y, x) of the luminance of a pixel, (cd/m2)^2: temporal and fixed
-    pattern; not to be changed.
+    """Return the variance (y, x) of luminance, temporal and fixed pattern together, (cd/m2)^2. The
+    array must not be changed.
     """
 
     def variance() -> np.ndarray:
-        # of this one channel: the sum over all three would take three times as long
+        # only this channel, because all three would take three times as long
         of_luminance = picture.isel(xyz_channel=[1])
         return total_variance(of_luminance).values[..., 0].astype(float)
 
@@ -64,12 +66,13 @@ def luminance_variance(picture: xr.Dataset) -> np.ndarray:
 
 
 def variance_stated(picture: xr.Dataset, score: str, unit: str) -> bool:
-    """Return whether the picture states its variance. If not, state that `score` is left out.
+    """Return whether the picture states its variance. If not, state in the ledger that `score` is
+    left out.
 
     Parameters
     ----------
     picture : picture Dataset.
-    score, unit : of the score, for the ledger.
+    score, unit : name and unit of the score, for the ledger.
     """
     if variance_known(picture):
         return True
@@ -81,19 +84,19 @@ class Region(NamedTuple):
     """The frame, or one labelled object in it."""
 
     name: str  # "" for the frame
-    window: tuple[slice, slice]  # rows and columns of the frame that hold all of it
-    mask: np.ndarray  # bool, of the window
-    shape: tuple[int, int]  # of the frame
+    window: tuple[slice, slice]  # rows and columns of the frame that contain the region
+    mask: np.ndarray  # bool, pixels of the region in the window
+    shape: tuple[int, int]  # rows and columns of the frame
 
     def of(self, values: np.ndarray) -> np.ndarray:
-        """Return the values (y, x) of its pixels, flat."""
+        """Return the values of the region's pixels, flat, from values (y, x) of the frame."""
         return values[self.window][self.mask]
 
 
 def regions_of(shape: tuple[int, int], labels: xr.Dataset | None) -> list[Region]:
-    """Return the whole frame as "", then each labelled object that has a pixel in it.
+    """Return the whole frame, with the name "", then each labelled object with at least one pixel.
 
-    Names come from the object table; an object without an entry is called by its number.
+    Names come from the object table. The name of an object without an entry is its number.
     """
     return once(("regions", tuple(shape)), (labels,), lambda: _regions(tuple(shape), labels))
 
@@ -101,7 +104,7 @@ def regions_of(shape: tuple[int, int], labels: xr.Dataset | None) -> list[Region
 def frame_and_objects(
     shape: tuple[int, int], labels: xr.Dataset | None
 ) -> Iterator[tuple[str, np.ndarray]]:
-    """Yield (name, mask of the frame's shape) of each of `regions_of`."""
+    """Yield (name, mask of the shape of the frame) for each region of `regions_of`."""
     for region in regions_of(shape, labels):
         mask = np.zeros(shape, bool)
         mask[region.window] = region.mask
@@ -125,7 +128,7 @@ def _regions(shape: tuple[int, int], labels: xr.Dataset | None) -> list[Region]:
         int(o["instance"]): str(o.get("name") or o.get("category") or o["instance"])
         for o in labels.attrs.get("objects", [])
     }
-    labelled = np.flatnonzero(instance > 0)  # few: sorting all pixels would take most of the time
+    labelled = np.flatnonzero(instance > 0)  # few pixels; sorting all would take most of the time
     numbers, rank = np.unique(instance.ravel()[labelled], return_inverse=True)
     order = np.zeros(instance.size, np.int32)
     order[labelled] = rank + 1
@@ -142,20 +145,25 @@ def _regions(shape: tuple[int, int], labels: xr.Dataset | None) -> list[Region]:
 
 
 def median_interval(values: np.ndarray, independent: int) -> tuple[float, float, float]:
-    """Return (median, low, high) of a list of `values`: 95 % by the order statistics of
-    `independent` draws.
+    """Return (median, low, high) of `values`, where low and high are the ends of the 95 % interval.
 
-    The number of draws below the median is binomial, so the ranks n / 2 +- 1.96 sqrt(n) / 2 enclose
-    it whatever the distribution (Conover 1999, section 3.2). Where these ranks do not exist,
-    smallest and largest value bound the sample.
+    The interval follows from the order statistics of n = `independent` independent values. The
+    number of values below the median is binomial, so the ranks n / 2 +- 1.96 sqrt(n) / 2 enclose
+    the median whatever the distribution (Conover 1999, section 3.2). If these ranks do not exist,
+    the ends are the smallest and the largest value.
+
+    Parameters
+    ----------
+    values : flat array.
+    independent : number of independent values.
     """
     middle, *ends = (float(v) for v in np.quantile(values, median_shares(independent)))
     return middle, *(ends or (NAN, NAN))
 
 
 def median_shares(independent: int) -> list[float]:
-    """Return the shares of values below a median, and below the ends of its interval where that is
-    wanted; `independent` as in `median_interval`.
+    """Return the shares of values below a median and, if intervals are wanted, below the ends of
+    its interval. `independent` is as in `median_interval`.
     """
     if not intervals_wanted():
         return [0.5]
@@ -164,8 +172,8 @@ def median_shares(independent: int) -> list[float]:
 
 
 def mean_interval(values: np.ndarray, mask: np.ndarray) -> tuple[float, float, float]:
-    """Return (mean, low, high) of `values` (y, x) over `mask`: 95 % by resampling blocks of the
-    frame.
+    """Return (mean, low, high) of `values` (y, x) over `mask`, where low and high are the ends of
+    the 95 % interval by resampling blocks of the frame.
     """
     rows, columns = (np.flatnonzero(mask.any(axis)) for axis in (1, 0))
     if not rows.size:
@@ -177,12 +185,14 @@ def mean_interval(values: np.ndarray, mask: np.ndarray) -> tuple[float, float, f
 def mean_of(
     values: np.ndarray, region: Region, use: np.ndarray | None = None
 ) -> tuple[float, float, float]:
-    """Return (mean, low, high) of `values` (y, x) over a region: 95 % by resampling blocks.
+    """Return (mean, low, high) of `values` (y, x) over a region, where low and high are the ends of
+    the 95 % interval by resampling blocks of the frame.
 
     Parameters
     ----------
-    values : (y, x), of the frame. `use` : bool (y, x), pixels of the frame that count; None: all.
-    region : frame or object whose pixels count.
+    values : (y, x) values of the frame.
+    region : frame or object.
+    use : bool (y, x), pixels of the frame that count; None: all.
     """
     mask = region.mask if use is None else region.mask & use[region.window]
     in_region = np.where(mask, values[region.window], 0.0)
@@ -213,11 +223,12 @@ def mean_of(
 def means_of_parts(
     values: np.ndarray, part: np.ndarray, use: np.ndarray | None = None
 ) -> np.ndarray:
-    """Return the mean of `values` (y, x) over each part of the frame; NaN where none counts.
+    """Return the mean (part,) of `values` over each part of the frame; NaN if none of its pixels
+    counts.
 
     Parameters
     ----------
-    values : (y, x), of the frame.
+    values : (y, x) values of the frame.
     part : (y, x), number of the part of each pixel, from 0.
     use : bool (y, x), pixels that count; None: all.
     """
@@ -229,9 +240,9 @@ def means_of_parts(
 
 @lru_cache(maxsize=32)
 def _picks(blocks: int) -> np.ndarray:
-    """Return how often each block is drawn in each resample.
+    """Return the numbers of draws (resample, block) of each block in each resample.
 
-    The draw is part of a score's definition, so its seed is fixed.
+    The seed is fixed, so that the same picture has the same score.
     """
     return (
         np.random.default_rng(0)

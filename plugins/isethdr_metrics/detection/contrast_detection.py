@@ -38,10 +38,11 @@ class ContrastDetection:
 
     THREAD_SAFE: ClassVar[bool] = True
 
-    # of the picture, nearly: isethdr_core.uncertainty.score_errors may ask for some of it
+    # the score is nearly the mean of the scores of parts of the picture, which
+    # isethdr_core.uncertainty.score_errors uses
     MEAN_OF_PARTS: ClassVar[bool] = True
 
-    # least Michelson contrast in the reference picture of a pair that counts
+    # smallest Michelson contrast, in the reference picture, of a pair that counts
     lowest_contrast_percent: Percent = 5.0
     # largest accepted deviation of the measured contrast, as a share of the true contrast
     interval_percent: Percent = 50.0
@@ -59,9 +60,9 @@ class ContrastDetection:
     ) -> list[Any]:
         """Return the median probability for the frame and for each object.
 
-        A pair of an object is one of its pixels and one outside it within `reach`. Pairs with a
-        pixel that is not valid count as not detected, because saturated pixels show no contrast.
-        The interval is that of a median over independent pixels (`pair_medians`).
+        A pair of an object is one of its pixels and one pixel outside it, at most `reach` away.
+        Pairs with a pixel that is not valid count as not detected, because saturated pixels show no
+        contrast. The interval is that of a median over independent pixels (`pair_medians`).
         """
         if not _has_variance(picture):
             return []
@@ -115,8 +116,8 @@ class ContrastDetection:
         ]
 
     def map(self, picture: xr.Dataset, truth: xr.Dataset) -> np.ndarray:
-        """Return (y, x) the mean probability of each pixel's pairs with the pixels `reach` away;
-        NaN where none counts.
+        """Return the mean probability (y, x) of the pairs of each pixel with the pixels `reach`
+        away; NaN if none of them counts.
 
         Parameters
         ----------
@@ -129,7 +130,8 @@ class ContrastDetection:
         for dy, dx in ((0, r), (r, 0), (r, r), (r, -r)):
             for pairs in self._choice.at_offset(model.true, dy, dx):
                 value = probability(model, pairs, self._interval)
-                for pixel in (pairs.first, pairs.second):  # no pixel is first, or second, twice
+                # each pixel occurs at most once among the first pixels, and among the second ones
+                for pixel in (pairs.first, pairs.second):
                     total[pixel] += value
                     count[pixel] += 1
         mean = np.where(count > 0, total / np.maximum(count, 1), np.nan)
@@ -158,7 +160,7 @@ class ContrastDetection:
         regions = once(
             ("contrast", choice), (truth, labels), lambda: choice.of_regions(model.true, labels)
         )
-        # all regions at once: many small calls would take several times as long
+        # all regions at once, because many small calls would take several times as long
         pairs = joined([region.pairs for region in regions])
         return right_near_medians(model, pairs, regions, self._interval)
 

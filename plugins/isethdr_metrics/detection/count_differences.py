@@ -1,9 +1,9 @@
 """Count differences: the probability that a weighted difference of two counts with normal noise is
 above 0, from its characteristic function.
 
-The function of a Poisson law and that of a normal one are known in closed form, and so is that of
-their difference. Normal noise of about a count makes it vanish after a few tens of terms, where a
-sum over counts takes a thousand.
+The characteristic functions of Poisson and normal distributions are known in closed form, and so is
+that of the difference. With normal noise of about one count, it vanishes after a few tens of terms,
+while a sum over counts needs a thousand.
 """
 
 from __future__ import annotations
@@ -12,19 +12,20 @@ from typing import NamedTuple
 
 import numpy as np
 
-RARE = 1e-9  # probability of what lies beyond the range of a difference, and size of terms left out
+# probability of values beyond the range of a difference, and relative size of terms left out
+RARE = 1e-9
 LOG_RARE = -np.log(RARE)
-PIECE = 2048  # differences worked out together: they stay in the processor's memory
+PIECE = 2048  # number of differences computed together, so that they stay in the processor's cache
 
 
 class Differences(NamedTuple):
     """Differences a N - b M + normal noise of two Poisson counts N and M, flat arrays."""
 
-    bright_mean: np.ndarray  # of N
-    dark_mean: np.ndarray  # of M
+    bright_mean: np.ndarray  # mean of N
+    dark_mean: np.ndarray  # mean of M
     bright_step: np.ndarray  # a, at least 0
     dark_step: np.ndarray  # b, above 0
-    sd: np.ndarray  # of the normal noise, above 0, in the unit of the steps
+    sd: np.ndarray  # standard deviation of the normal noise, above 0, in the unit of the steps
 
     def some(self, at: np.ndarray) -> Differences:
         """Return some of the differences."""
@@ -32,28 +33,28 @@ class Differences(NamedTuple):
 
 
 def terms_of(differences: Differences) -> np.ndarray:
-    """Return how many terms `above_zero` takes for each difference.
+    """Return the number of terms that `above_zero` needs for each difference.
 
     Notes
     -----
-    The noise makes terms vanish as exp(-(sd t)^2 / 2). Their distance is pi over half of the range
-    that a difference does not leave, by Bernstein's inequality (Boucheron, Lugosi, Massart 2013,
-    eq. 2.10).
+    The noise makes terms vanish as exp(-(sd t)^2 / 2). The distance of terms in t is 2 pi / range,
+    where the difference leaves the range only with the probability `RARE`, by Bernstein's
+    inequality (Boucheron, Lugosi, Massart 2013, eq. 2.10).
     """
     return np.ceil(np.sqrt(2 * LOG_RARE) / differences.sd / _distance(differences)).astype(int)
 
 
 def above_zero(differences: Differences) -> np.ndarray:
-    """Return the probability that each difference is above 0, right to 1e-8.
+    """Return the probability that each difference is above 0, with an error below 1e-8.
 
     Notes
     -----
-    The inversion of the characteristic function by its values at odd multiples of half a distance
+    The characteristic function is inverted from its values at odd multiples of half a distance
     (Davies 1973, Biometrika 60, 415, eq. 5).
     """
     count = terms_of(differences)
     out = np.empty(len(differences.sd))
-    order = np.argsort(count, kind="stable")  # all of a piece take as many terms as the last
+    order = np.argsort(count, kind="stable")  # a piece needs as many terms as its last difference
     for start in range(0, len(order), PIECE):
         at = order[start : start + PIECE]
         out[at] = _piece(differences.some(at), int(count[at[-1]]))
@@ -86,7 +87,7 @@ def _piece(differences: Differences, count: int) -> np.ndarray:
 
 
 def _distance(differences: Differences) -> np.ndarray:
-    """Return the distance of two terms: 2 pi over the range of each difference."""
+    """Return the distance of two terms in t: 2 pi / range of each difference."""
     bright, dark, bright_step, dark_step, sd = differences
     mean = bright_step * bright - dark_step * dark
     variance = bright_step**2 * bright + dark_step**2 * dark + sd**2

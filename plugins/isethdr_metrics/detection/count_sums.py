@@ -1,12 +1,14 @@
-"""Count sums: the probability that two counts with normal noise show a ratio within an interval.
+"""Count sums: the probability that the measured contrast of two counts with normal noise lies in an
+interval.
 
-At each end of the interval, a weighted difference of both levels is 0. So the probability is that
-of one difference above 0 (`count_differences`) less that of the other.
+At each end of the interval, a weighted difference of both levels is 0. The probability is therefore
+that of one difference above 0 (`count_differences`) minus that of the other.
 
-Where the normal noise is so small that those take many terms, sums over counts are taken instead.
-For one count of the brighter pixel, the wedge of `wedge` lets the darker one lie up to one level
-and not up to another. Normal noise blurs the steps of a Poisson law over a few counts only, so each
-of the two levels takes the law's table and a short sum.
+If the normal noise is so small that these need many terms, sums over counts are used instead. For
+each count of the brighter pixel, the contrast lies in the interval if the level of the darker pixel
+lies between two limits. Normal noise blurs the steps of a Poisson distribution over a few counts
+only. The probability below each limit therefore follows from a table of the cumulative distribution
+and a short sum.
 """
 
 from __future__ import annotations
@@ -20,17 +22,21 @@ from . import count_differences
 from .count_differences import Differences
 from .wedge import Wedges, measured_negative
 
-REACH_SD = 6.0  # beyond it normal noise changes nothing: 1e-9
-SHARPEST = 1e-3  # counts: deviation of the noise below which a level could lie on a step
-NO_WEIGHT = 1e-11  # of both counts measured negative: all such pairs together change it by 1e-9
-MOST_TERMS = 400  # of a difference; beyond, sums over counts are as fast
-HELD = 25.0  # numbers for each pair that differences hold, about
-LOW_PIECE = 1024  # pairs whose low counts are looked at together
-TILTS = (0.5, 1.0, 2.0, 3.5, 5.0)  # parameters of a bound (Chernoff), each good for some pairs
+# standard deviations beyond which normal noise is neglected; the probability is 1e-9
+REACH_SD = 6.0
+# smallest standard deviation of the noise, counts; with less, a limit could lie exactly on a step
+SHARPEST = 1e-3
+# Probability below which two counts that are both measured negative are neglected. All such counts
+# together change the result by 1e-9.
+NO_WEIGHT = 1e-11
+MOST_TERMS = 400  # largest number of terms of a difference; beyond it, sums over counts are as fast
+HELD = 25.0  # approximate amount of numbers that differences keep in memory for each pair
+LOW_PIECE = 1024  # number of pairs with low counts computed together
+TILTS = (0.5, 1.0, 2.0, 3.5, 5.0)  # parameters of a Chernoff bound; the smallest result is used
 
 
 class Counts(NamedTuple):
-    """Counts of one pixel of each pair: flat arrays."""
+    """Counts of one pixel of each pair, as flat arrays."""
 
     mean: np.ndarray  # electrons
     step: np.ndarray  # luminance of one electron, above 0
@@ -41,18 +47,20 @@ class Counts(NamedTuple):
 
 
 class Table(NamedTuple):
-    """Poisson laws of some pairs, each over a range of counts of its own."""
+    """Poisson distributions of pairs, each over its own range of counts."""
 
     first: np.ndarray  # (pair,) count of the first column
-    share: np.ndarray  # (pair, count), adds up to 1
+    share: np.ndarray  # (pair, count) probability; the sum over counts is 1
 
 
 def table_of(mean: np.ndarray) -> Table:
-    """Return Poisson laws over five deviations to each side: all but 1e-6 of them.
+    """Return Poisson distributions over five standard deviations to each side, which leaves out
+    1e-6 of the probability.
 
     Parameters
     ----------
-    mean : electrons (pair,), similar ones: all have as many columns as the widest needs.
+    mean : mean electrons (pair,). They should be similar, because all pairs get the number of
+        columns that the largest mean needs.
     """
     first = np.maximum(0, (mean - 5 * np.sqrt(mean)).astype(int))
     width = int((mean + 5 * np.sqrt(mean) + 6 - first).max())
@@ -61,17 +69,17 @@ def table_of(mean: np.ndarray) -> Table:
 
 
 def sharp(wedges: Wedges, dark: Counts) -> np.ndarray:
-    """Return for which pairs (bool) the noise is so small that `of_counts` does not hold."""
+    """Return for which pairs (bool) the noise is too small for `of_counts`."""
     least = np.minimum(*(_blur(wedges, dark, end) for end in (0, 1)))
     return wedges.noise_free | (least < SHARPEST)
 
 
 def terms_of(wedges: Wedges, bright: Counts, dark: Counts) -> np.ndarray:
-    """Return about how many numbers `of_counts` holds for each pair.
+    """Return the approximate amount of numbers that `of_counts` keeps in memory for each pair.
 
     Parameters
     ----------
-    wedges : of the normal noise of each pair.
+    wedges : wedge of each pair for its normal noise.
     bright, dark : counts of the brighter and of the darker pixel (pair,).
     """
     blur = np.maximum(*(_blur(wedges, dark, end) for end in (0, 1)))
@@ -84,7 +92,7 @@ def of_counts(wedges: Wedges, bright: Counts, dark: Counts) -> np.ndarray:
 
     Parameters
     ----------
-    wedges : of the normal noise of each pair, none of them `sharp`.
+    wedges : wedge of each pair for its normal noise; none is `sharp`.
     bright, dark : counts of the brighter and of the darker pixel.
     """
     out = np.empty(len(bright.mean))
@@ -93,7 +101,8 @@ def of_counts(wedges: Wedges, bright: Counts, dark: Counts) -> np.ndarray:
         at = np.flatnonzero(some)
         if at.size:
             out[at] = between(wedges.some(at), *(of.some(at) for of in (bright, dark)))
-    # read noise can make the sum of two low levels negative; then the opposite wedge counts, too
+    # Read noise can make the sum of two low levels negative. The probability of the opposite wedge
+    # was then subtracted, and is added again.
     bounds = (_negative_at_most(of, sd) for of, sd in zip((bright, dark), wedges.scale))
     low = np.flatnonzero(np.prod(list(bounds), axis=0) > NO_WEIGHT)
     for start in range(0, len(low), LOW_PIECE):
@@ -103,27 +112,29 @@ def of_counts(wedges: Wedges, bright: Counts, dark: Counts) -> np.ndarray:
 
 
 def _differences(wedges: Wedges, bright: Counts, dark: Counts, end: int) -> Differences:
-    """Return the differences of levels that are 0 at one end of the interval."""
+    """Return the differences of levels that are 0 at one end (0 or 1) of the interval."""
     contrast = wedges.ends[end]
     steps = (1 - contrast) * bright.step, (1 + contrast) * dark.step
     return Differences(bright.mean, dark.mean, *steps, wedges.sd[end])
 
 
 def _quick(wedges: Wedges, bright: Counts, dark: Counts) -> np.ndarray:
-    """Return for which pairs (bool) differences take few terms."""
+    """Return for which pairs (bool) differences need few terms."""
     both = (_differences(wedges, bright, dark, end) for end in (0, 1))
     return np.maximum(*map(count_differences.terms_of, both)) <= MOST_TERMS
 
 
 def _by_differences(wedges: Wedges, bright: Counts, dark: Counts) -> np.ndarray:
-    """Return the probability (pair,) that no level is measured below 0 and both lie in a wedge."""
+    """Return the probability (pair,) that both levels lie in the wedge, as if no level were
+    measured below 0.
+    """
     above = (_differences(wedges, bright, dark, end) for end in (0, 1))
     low, high = map(count_differences.above_zero, above)
     return low - high
 
 
 def _by_sums(wedges: Wedges, bright: Counts, dark: Counts) -> np.ndarray:
-    """Return what `_by_differences` does, from sums over counts."""
+    """Return the same as `_by_differences`, computed from sums over counts."""
     first = table_of(bright.mean)
     second = table_of(dark.mean)
     at = first.first[:, None] + np.arange(first.share.shape[1])
@@ -133,7 +144,7 @@ def _by_sums(wedges: Wedges, bright: Counts, dark: Counts) -> np.ndarray:
 
 
 def _both_negative(wedges: Wedges, bright: Counts, dark: Counts) -> np.ndarray:
-    """Return the probability (pair,) that both levels are measured below 0 and lie in the wedge."""
+    """Return the probability (pair,) of the opposite wedge: both levels are measured below 0."""
     weights = [_negative(of, sd, wedges.far) for of, sd in zip((bright, dark), wedges.scale)]
     largest = [weight.max(axis=1) for weight in weights]
     low = np.flatnonzero(largest[0] * largest[1] > NO_WEIGHT)
@@ -147,8 +158,8 @@ def _both_negative(wedges: Wedges, bright: Counts, dark: Counts) -> np.ndarray:
 
 
 def _negative(of: Counts, sd: np.ndarray, far: np.ndarray) -> np.ndarray:
-    """Return bounds (pair, count) on the probability of each count together with a level that is
-    measured below 0; a count whose level is beyond `far` has none.
+    """Return bounds (pair, count) on the joint probability of each count and of measuring its level
+    below 0. Counts with a level beyond `far` are not included.
     """
     count = np.arange(int(np.max(far / of.step)) + 1)
     level = count * (of.step / sd)[:, None]
@@ -157,7 +168,7 @@ def _negative(of: Counts, sd: np.ndarray, far: np.ndarray) -> np.ndarray:
 
 
 def _negative_at_most(of: Counts, sd: np.ndarray) -> np.ndarray:
-    """Return a bound (pair,) on all numbers of `_negative`, without looking at each count.
+    """Return a bound (pair,) on all values of `_negative`, without computing each of them.
 
     Notes
     -----
@@ -177,7 +188,9 @@ def _law(mean: np.ndarray, count: np.ndarray) -> np.ndarray:
 
 
 def _blur(wedges: Wedges, dark: Counts, end: int) -> np.ndarray:
-    """Return the deviation of the noise at one end of the interval, in counts of the darker."""
+    """Return the standard deviation of the noise at one end of the interval, in counts of the
+    darker pixel.
+    """
     return wedges.sd[end] / ((1 + wedges.ends[end]) * dark.step)
 
 
@@ -187,12 +200,13 @@ def _below(wedges: Wedges, end: int, level: np.ndarray, dark: Counts, law: Table
     """
     contrast = wedges.ends[end][:, None]
     blur = _blur(wedges, dark, end)[:, None]
-    # the darker count up to which the contrast is high enough, from the first one of the table
+    # largest count of the darker pixel with enough contrast, counted from the first one in the
+    # table
     reach = (1 - contrast) / (1 + contrast) * level / dark.step[:, None] - law.first[:, None]
     start = np.ceil(reach - REACH_SD * blur)
     wide = int(np.ceil(2 * REACH_SD * blur.max())) + 1
     count = law.share.shape[1]
-    # without weight on both sides of the table, for what lies beside it
+    # zeros on both sides of the table, for limits outside it
     share = np.pad(law.share, ((0, 0), (wide, wide + 1)))
     total = np.pad(np.cumsum(share, axis=1), ((0, 0), (1, 0)))
     place = np.clip(start, -wide, count).astype(int) + wide

@@ -1,4 +1,4 @@
-"""Expected picture: what a camera makes of each pixel, apart from one noise realisation."""
+"""Expected picture: mean and variance of each pixel over noise realisations of a camera."""
 
 from __future__ import annotations
 
@@ -17,17 +17,18 @@ if TYPE_CHECKING:
 
     from .pixel_pairs import Pairs
 
-# pixels: a window over which the picture's difference from the truth is taken as its mean
+# side of the window over which the difference between picture and reference picture is averaged,
+# pixels
 SMOOTH = 7
-SMEARED_E = 0.3  # read noise that every picture is taken to have at least, in steps
+SMEARED_E = 0.3  # smallest read noise that is assumed for a picture, in steps
 
 
 class Expected(NamedTuple):
     """Mean and variance of the luminance of each pixel (y, x), cd/m2."""
 
-    true: np.ndarray
+    true: np.ndarray  # luminance of the reference picture
     mean: np.ndarray
-    variance: np.ndarray
+    variance: np.ndarray  # (cd/m2)^2
     step: np.ndarray  # luminance of one electron
     valid: np.ndarray  # bool
 
@@ -40,13 +41,13 @@ class Expected(NamedTuple):
         return bright, dark
 
     def both_valid(self, pairs: Pairs) -> np.ndarray:
-        """Return the pairs (bool) of which both pixels are valid."""
+        """Return for which pairs (bool) both pixels are valid."""
         valid = self.valid.ravel()
         return valid[pairs.first] & valid[pairs.second]
 
 
 def expected(picture: xr.Dataset, truth: xr.Dataset) -> Expected:
-    """Return what the camera makes of each pixel, apart from this one noise realisation.
+    """Return the estimated mean and variance of each pixel over noise realisations.
 
     Parameters
     ----------
@@ -54,10 +55,10 @@ def expected(picture: xr.Dataset, truth: xr.Dataset) -> Expected:
 
     Notes
     -----
-    Flare adds light and a loss multiplies it, both smoothly. The mean is therefore the true
-    luminance plus the local surplus of the picture, or the true luminance times the local ratio
-    where the picture is darker. The variance is the shot noise of that mean plus the local mean of
-    the other noise.
+    Flare adds light, and losses multiply it; both vary slowly over the picture. If the local mean
+    of the picture is above that of the reference picture, the mean is the true luminance plus the
+    difference. If it is below, the mean is the true luminance times the ratio. The variance is the
+    shot noise of the mean plus the local mean of the other noise.
     """
     return once("contrast model", (picture, truth), lambda: _expected(picture, truth))
 
@@ -77,13 +78,15 @@ def _expected(picture: xr.Dataset, truth: xr.Dataset) -> Expected:
     loss = np.divide(local_y, local_true, out=np.ones_like(y), where=local_true > 0)
     mean = true * np.clip(loss, 0.0, 1.0) + np.maximum(local_y - local_true, 0.0)
     variance = luminance_variance(picture)
-    # Local means on both sides. The true luminance is free of noise, which would flatten the
-    # line. The mean of the variances has no bias where electrons are few; their median has.
+    # The line is fitted to local means of variance over local means of true luminance. The true
+    # luminance has no noise, which would make the slope too small. The mean of the variances has no
+    # bias at few electrons, unlike their median.
     shot_noise = local(picture["variance"].values[..., 1])
     _, step = noise_line(local_true[valid], shot_noise[valid])
     local_variance = local(variance)
     other = local_variance - step * local_y
-    # a picture is a sum of several counts, which never leaves the gaps of a single one
+    # a value of a picture is a weighted sum of several counts, so it has no gaps between the levels
+    # of a single count
     read = max(float(np.median(other[valid])) if valid.any() else 0.0, (SMEARED_E * step) ** 2)
     variance = np.maximum(np.where(other >= 0, step * mean + other, local_variance), 0.0)
     shot = np.divide(variance - read, mean, out=np.zeros_like(y), where=mean > 0)

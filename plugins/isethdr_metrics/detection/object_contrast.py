@@ -1,4 +1,4 @@
-"""Object contrast: does a person, a bicycle, a deer stand out from what is around it?"""
+"""Object contrast: whether an object, such as a person or a deer, stands out from its surround."""
 
 from __future__ import annotations
 
@@ -29,7 +29,8 @@ if TYPE_CHECKING:
 
     from ..regions import Region
 
-# variance of a mean over pixels, over that of independent pixels: 3 x 3 demosaic, at most
+# largest ratio of the variance of a mean over pixels to that of independent pixels, after a 3 x 3
+# demosaic
 SHARED_NOISE = 9.0
 
 
@@ -41,10 +42,10 @@ class Sample(NamedTuple):
 
 
 class Detectability(NamedTuple):
-    """How many standard deviations an object's mean lies from that of its ring."""
+    """Difference between the mean of an object and that of its ring, in standard deviations."""
 
-    by_noise: float  # of the temporal noise of both means
-    with_clutter: float  # of that noise and the ring's own spread
+    by_noise: float  # relative to the temporal noise of both means
+    with_clutter: float  # relative to that noise and the spread of the ring together
 
 
 @dataclass(frozen=True)
@@ -72,10 +73,10 @@ class ObjectContrast:
         object_contrast_snr, object_d_prime, object_d_prime_clutter.
 
         Contrast is (mean Y of the object - mean Y of its ring) / mean Y of its ring. Its interval
-        follows from the reported variance. The SNR is the difference of the means over the
-        deviation of one pixel's difference. d' (`detectability`) is that difference over the
-        deviation of both means, before denoising: by temporal noise alone, and with the spread of
-        the ring.
+        follows from the stated variance. The SNR is the difference of the means divided by the
+        standard deviation of the difference of two single pixels. d' (`detectability`) is the
+        difference of the means divided by the standard deviation of the means, before denoising:
+        by temporal noise alone, and with the spread of the ring.
         """
         y, true, valid = luminances(picture, truth)
         if labels is None or "instance" not in labels:
@@ -108,8 +109,8 @@ class ObjectContrast:
             v_in = region.of(variance)[use].mean()
             v_around = ring.of(variance)[use_around].mean()
             contrast = _weber(mean, surround)
-            # d(contrast) of a quotient; each mean's variance is 9 times that of independent pixels
-            # at most (3 x 3 demosaic)
+            # propagation of errors in a quotient; the variance of each mean is at most 9 times that
+            # of independent pixels (3 x 3 demosaic)
             spread = 3 * np.sqrt(v_in / pixels + (1 + contrast) ** 2 * v_around / pixels_around)
             half = 1.96 * spread / abs(surround)
             noise = np.sqrt(v_in + v_around)
@@ -130,7 +131,7 @@ class ObjectContrast:
                     Sample(region.of(plain)[use], region.of(temporal)[use]),
                     Sample(ring.of(plain)[use_around], ring.of(temporal)[use_around]),
                 )
-                if np.isfinite(found.by_noise):  # it has temporal noise
+                if np.isfinite(found.by_noise):  # inf without temporal noise
                     scores += [
                         Score("object_d_prime", found.by_noise, "", name),
                         Score("object_d_prime_clutter", found.with_clutter, "", name),
@@ -142,7 +143,7 @@ class ObjectContrast:
         return scores
 
     def _ring(self, region: Region) -> Region:
-        """Return the pixels around `region` within the ring's width, at least two pixels wide."""
+        """Return the ring of pixels around `region`, at least two pixels wide."""
         from scipy.ndimage import distance_transform_cdt
 
         width = max(2, round(self.ring * float(np.sqrt(region.mask.sum()))))
@@ -156,7 +157,7 @@ class ObjectContrast:
             for cut, outer in zip(region.window, window, strict=True)
         )
         mask[inner] = region.mask
-        # steps to a neighbour above, below or beside: one pass, whatever the width
+        # taxicab distance, which needs one pass whatever the width
         steps = distance_transform_cdt(~mask, metric="taxicab")
         around = (steps <= width) & ~mask
         return region._replace(window=window, mask=around)
@@ -171,11 +172,12 @@ def detectability(inside: Sample, around: Sample) -> Detectability:
 
     Notes
     -----
-    d' = |m - r| / sigma (Green, Swets 1966), m and r being the mean luminances. For noise alone,
-    sigma^2 = 9 (v / n + w / k), with the mean temporal variances v and w of n and k pixels; 9 is an
-    upper limit of what a 3 x 3 demosaic shares between pixels, so d' is a lower limit. With
-    clutter, the variance of the ring's pixels less w is added: the texture of the ground and the
-    fixed pattern, both of which a single shot cannot tell from an object of one pixel.
+    d' = |m - r| / sigma (Green, Swets 1966), where m and r are the mean luminances of object and
+    ring. For noise alone, sigma^2 = 9 (v / n + w / k), with the mean temporal variances v and w of
+    the n and k pixels. The factor 9 is an upper limit for noise that a 3 x 3 demosaic shares
+    between pixels, so d' is a lower limit. With clutter, the variance over the pixels of the ring
+    minus w is added. It contains the texture of the ground and the fixed pattern, which in a single
+    shot look like objects of one pixel.
     """
     noise = SHARED_NOISE * sum(of.variance.mean() / of.variance.size for of in (inside, around))
     clutter = max(float(around.luminance.var() - around.variance.mean()), 0.0)

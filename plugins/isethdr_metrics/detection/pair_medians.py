@@ -1,7 +1,8 @@
-"""Pair medians: the median probability of the pairs of each region, worked out where it decides.
+"""Pair medians: the median probability of the pairs of each region, computed with few exact
+probabilities.
 
-Most pairs have a quick estimate with a bound on its error. Only those that may decide a median, or
-an end of its interval, are worked out.
+Each pair gets a quick estimate of its probability with a bound on the error. The exact probability
+is computed only for pairs that may decide a median or an end of its interval.
 """
 
 from __future__ import annotations
@@ -21,20 +22,22 @@ from .pixel_pairs import Pairs, RegionPairs
 
 SCORE = "contrast_detection"
 TIE = 1e-9  # probabilities this close count as equal
-NEXT = 32  # pairs next to each median of a further realisation that are worked out
+# number of pairs near each median of a further realisation for which the exact probability is
+# computed
+NEXT = 32
 
 
 class Probabilities(NamedTuple):
     """The probabilities of all pairs in one noise realisation."""
 
     regions: list[RegionPairs]
-    pairs: Pairs  # of all regions, one after the other
-    # probability of each pair: exact where it may decide a median or an end of its interval
+    pairs: Pairs  # pairs of all regions, one region after the other
+    # probability of each pair, exact if it may decide a median or an end of its interval
     value: np.ndarray
     estimate: np.ndarray  # quick estimate of each pair's probability (`photon_counts.estimated`)
 
     def starts(self) -> np.ndarray:
-        """Return where the pairs of each region start."""
+        """Return the index of the first pair of each region."""
         sizes = [region.pairs.first.size for region in self.regions]
         return np.concatenate([[0], np.cumsum(sizes)[:-1]]).astype(int)
 
@@ -44,12 +47,13 @@ class Probabilities(NamedTuple):
 
 
 def probability(model: Expected, pairs: Pairs, interval: float) -> np.ndarray:
-    """Return the probability of each pair; 0 where a pixel is not valid.
+    """Return the probability of each pair; 0 if a pixel is not valid.
 
     Parameters
     ----------
-    model : what the camera makes of each pixel. `pairs` : of pixels.
-    interval : accepted deviation of the measured contrast, as a share of the true one.
+    model : mean and variance of each pixel.
+    pairs : pairs of pixels.
+    interval : accepted deviation of the measured contrast, as a share of the true contrast.
     """
     value = of_signals(*model.signals(pairs), pairs.contrast, interval)
     return np.where(model.both_valid(pairs), value, 0.0)
@@ -60,7 +64,7 @@ def estimated_probability(model: Expected, pairs: Pairs, interval: float) -> Est
 
     Parameters
     ----------
-    model, pairs, interval : as of `probability`.
+    model, pairs, interval : as in `probability`.
     """
     found = estimated(*model.signals(pairs), pairs.contrast, interval)
     valid = model.both_valid(pairs)
@@ -70,22 +74,23 @@ def estimated_probability(model: Expected, pairs: Pairs, interval: float) -> Est
 def right_near_medians(
     model: Expected, pairs: Pairs, regions: list[RegionPairs], interval: float
 ) -> Probabilities:
-    """Return the probability of each pair; only those that may decide the median of their
-    region, or the ends of its interval where that is wanted, are worked out.
+    """Return the probability of each pair. It is exact for pairs that may decide the median of
+    their region, or the ends of its interval if intervals are wanted, and estimated for others.
 
     Parameters
     ----------
-    model : what the camera makes of each pixel.
-    pairs : of all regions, one after the other.
+    model : mean and variance of each pixel.
+    pairs : pairs of all regions, one region after the other.
     regions : the same pairs by region.
-    interval : accepted deviation of the measured contrast, as a share of the true one.
+    interval : accepted deviation of the measured contrast, as a share of the true contrast.
 
     Notes
     -----
-    All others have an estimate and a bound on its error. Those that may be the estimated median
-    are worked out first. The median of the region then lies between the medians of what its
-    pairs, or means of pairs, are at least and at most. One that is certainly on one side of it
-    keeps its estimate. The ends of the interval are other quantiles, found in the same way.
+    Estimate and bound give a smallest and a largest possible value of each pair. First, the pairs
+    that may be the median of the estimates are computed exactly. The true median of the region then
+    lies between the median of the smallest and that of the largest possible values of its members
+    (pairs, or means of pairs). Of the other pairs, those that may lie between these medians are
+    computed as well. The ends of the interval are other quantiles, found in the same way.
     """
     bright, dark = model.signals(pairs)
     estimate, bound = estimated_probability(model, pairs, interval)
@@ -99,7 +104,9 @@ def right_near_medians(
 
 
 def scores_of(found: Probabilities) -> list[Score]:
-    """Return the median of each region with its interval; state the regions without pairs."""
+    """Return the median of each region with its interval. State regions without pairs in the
+    ledger.
+    """
     scores = []
     for region, values in zip(found.regions, found.by_region(found.value), strict=True):
         if not values.size:
@@ -118,14 +125,15 @@ def scores_of_further(first: Probabilities, model: Expected, interval: float) ->
 
     Parameters
     ----------
-    first : of the first realisation. `model` : of the further one.
-    interval : accepted deviation of the measured contrast, as a share of the true one.
+    first : probabilities of the first realisation.
+    model : mean and variance of each pixel of the further realisation.
+    interval : accepted deviation of the measured contrast, as a share of the true contrast.
 
     Notes
     -----
-    The probability of a pair is that in the first realisation plus the change of its estimate,
-    whose error mostly cancels. The rest of the error is found from a few pairs next to each median,
-    whose probabilities are worked out, and is taken off the median.
+    The probability of a pair is that in the first realisation plus the change of its estimate; the
+    errors of the two estimates mostly cancel. The mean of the remaining error is found from exact
+    probabilities of a few pairs near each median, and is subtracted from the median.
     """
     changed = estimated_probability(model, first.pairs, interval).value
     values = first.by_region(first.value + changed - first.estimate)
@@ -143,15 +151,15 @@ def scores_of_further(first: Probabilities, model: Expected, interval: float) ->
 
 
 def _independent(region: RegionPairs, count: int) -> int:
-    """Return how many of `count` members have noise of their own: one pixel in `SMOOTH` x `SMOOTH`,
-    because the mean of the picture is taken over such windows.
+    """Return the number of members with independent noise, at most `count`: one pixel in each
+    `SMOOTH` x `SMOOTH` pixels, because the mean of the picture is averaged over such windows.
     """
     return min(count, region.pixels // SMOOTH**2)
 
 
 def _next_to_median(region: RegionPairs, values: np.ndarray) -> np.ndarray:
-    """Return `NEXT` pairs of a region, as indices, that are next to its median, or the pairs of a
-    few pixels that are.
+    """Return the indices of about `NEXT` pairs of a region that are nearest to its median. For the
+    frame, they are all pairs of the pixels nearest to it.
     """
     if not values.size:
         return np.zeros(0, int)
@@ -166,12 +174,14 @@ def _next_to_median(region: RegionPairs, values: np.ndarray) -> np.ndarray:
 def _corrected_median(
     region: RegionPairs, values: np.ndarray, at: np.ndarray, right: np.ndarray
 ) -> float:
-    """Return the median of a region, less the error of the values next to it.
+    """Return the median of a region, corrected by the mean error of the values near it.
 
     Parameters
     ----------
-    region : whose median it is. `values` : of its pairs.
-    at : pairs next to the median, as indices. `right` : their probabilities.
+    region : the region.
+    values : (pair,) approximate probabilities of its pairs.
+    at : indices of pairs near the median.
+    right : exact probabilities of these pairs.
     """
     median = float(np.median(region.of_members(values)) + np.mean(right - values[at]))
     return min(max(median, 0.0), 1.0)
@@ -180,14 +190,14 @@ def _corrected_median(
 def _may_be_median(
     value: np.ndarray, bound: np.ndarray, regions: list[RegionPairs], first_guess: bool
 ) -> np.ndarray:
-    """Return which pairs (bool) are uncertain and may decide the median of their region, or the
-    ends of its interval where that is wanted.
+    """Return which pairs (bool) are not exact and may decide the median of their region, or the
+    ends of its interval if intervals are wanted.
 
     Parameters
     ----------
-    value, bound : probability of each pair of all regions, and what it is wrong by at most.
+    value, bound : probability of each pair of all regions, and the bound on its error.
     regions : the same pairs by region.
-    first_guess : the medians are taken to be where they are estimated.
+    first_guess : if True, the medians of `value` are taken as the medians.
     """
     uncertain = bound > 0
     end = 0
@@ -202,7 +212,7 @@ def _may_be_median(
         middle = region.of_members(value[some])
         low, high = (middle, middle) if first_guess else (least, most)
         shares = median_shares(_independent(region, len(middle)))
-        # a little wider: sums in another order are rounded differently
+        # slightly wider, because sums in another order are rounded differently
         from_below = _around(low, shares)[0] - TIE
         to_above = _around(high, shares)[1] + TIE
         near = np.zeros(len(middle), bool)
@@ -213,7 +223,7 @@ def _may_be_median(
 
 
 def _around(values: np.ndarray, shares: Sequence[float]) -> np.ndarray:
-    """Return the two values (2, share) that the quantile at each of `shares` lies between."""
+    """Return the two values (2, share) between which the quantile at each of `shares` lies."""
     place = np.asarray(shares) * (len(values) - 1)
     places = np.stack([np.floor(place), np.ceil(place)]).astype(int)
     return np.partition(values, np.unique(places))[places]

@@ -1,4 +1,6 @@
-"""Pair probability: whether the contrast of two pixels with noise is measured about right."""
+"""Pair probability: the probability that the contrast of two noisy pixels is measured nearly
+correctly.
+"""
 
 from __future__ import annotations
 
@@ -21,11 +23,12 @@ def pair_probability(  # noqa: PLR0913 - means and variances of two pixels, each
     Parameters
     ----------
     bright, dark : numbers or arrays, means of the truly brighter pixel and of the other, any unit.
-    bright_variance, dark_variance : variances of the two independent pixels, that unit squared.
+    bright_variance, dark_variance : variances of the two independent pixels, in that unit squared.
     contrast : true Michelson contrast, above 0.
-    interval : share of the contrast, below 1.
-    step : signal of one electron, in the unit of the means. None takes the growth of the variance
-        with the mean between the two pixels, which is that step where both have one read noise.
+    interval : accepted deviation as a share of the contrast, below 1.
+    step : signal of one electron, in the unit of the means. None: the difference of the variances
+        divided by the difference of the means, which is the step if both pixels have the same read
+        noise.
 
     Returns
     -------
@@ -34,11 +37,11 @@ def pair_probability(  # noqa: PLR0913 - means and variances of two pixels, each
     Notes
     -----
     A pixel is a Poisson count times `step`, plus normal noise with the rest of its variance. The
-    sum over both counts is exact; where counts are many or read noise covers the steps, normal
-    distributions replace the counts with an error below 0.005 (`photon_counts.representation`). A
+    sum over both counts is exact. If counts are large or read noise covers the steps, normal
+    distributions replace the counts, with an error below 0.005 (`photon_counts.representation`). A
     pair without any signal, 0 and 0, has no contrast and counts as not detected. The definition
-    follows Geese, Seger, Paolillo 2018 and IEEE Std 2020-2024; the order of bright and dark has to
-    be kept.
+    follows Geese, Seger, Paolillo 2018 and IEEE Std 2020-2024. The measured contrast must have the
+    sign of the true contrast.
     """
     values = np.broadcast_arrays(bright, bright_variance, dark, dark_variance, contrast)
     b, b_variance, d, d_variance, k = (np.asarray(v, float).ravel() for v in values)
@@ -57,7 +60,7 @@ def pair_probability(  # noqa: PLR0913 - means and variances of two pixels, each
 def _growth(
     bright: np.ndarray, bright_variance: np.ndarray, dark: np.ndarray, dark_variance: np.ndarray
 ) -> np.ndarray:
-    """Return how much the variance grows per unit of the mean, 0 where it does not grow."""
+    """Return the growth of the variance per unit of the mean; 0 if it does not grow."""
     apart = bright - dark
     slope = (bright_variance - dark_variance) / np.where(apart > 0, apart, 1.0)
     return np.where(apart > 0, np.maximum(slope, 0.0), 0.0)

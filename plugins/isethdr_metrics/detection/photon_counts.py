@@ -13,8 +13,11 @@ from scipy.special import gammaln, xlogy
 from .count_sums import Counts, of_counts, sharp, terms_of
 from .wedge import probability_between, skewness_effect, wedges_between
 
-NO_WEIGHT = 1e-11  # a pair of components of less weight: all together change nothing by 1e-8
-NO_READ_NOISE = 1e-12  # share of the variance; less than this is rounding of the shot noise
+# Weight below which a pair of components is neglected. All such pairs together change the result by
+# less than 1e-8.
+NO_WEIGHT = 1e-11
+# share of the variance below which read noise counts as 0, because it is rounding of the shot noise
+NO_READ_NOISE = 1e-12
 
 # Limits between the three representations of a pixel, from the errors listed in `representation`
 SMALL_SKEWNESS = 0.06
@@ -26,37 +29,38 @@ NORMAL = 0
 TWO_NORMALS = 1
 COUNTS = 2
 
-ESTIMATED_READ_NOISE_E = 0.2  # from which on the bound of an estimate was measured
+ESTIMATED_READ_NOISE_E = 0.2  # smallest read noise for which the bound of an estimate was measured
 
-PIECE = 8192  # pairs worked out together: what is needed on the way stays in the processor's memory
-LARGEST_PIECE = 200_000  # terms of a sum over counts, for the same reason
-LARGEST_SUM = 2_000_000  # pairs of counts that are held in memory together
+# number of pairs computed together, so that intermediate results stay in the processor's cache
+PIECE = 8192
+LARGEST_PIECE = 200_000  # largest number of terms of sums over counts, for the same reason
+LARGEST_SUM = 2_000_000  # largest number of pairs of counts in memory
 
 
 class Signal(NamedTuple):
-    """Signals of pixels: flat arrays in one unit of luminance."""
+    """Signals of pixels, as flat arrays in one unit of luminance."""
 
     mean: np.ndarray
     variance: np.ndarray
-    step: np.ndarray  # luminance of one electron; 0 where the noise is normal
+    step: np.ndarray  # luminance of one electron; 0 if the noise is normal
 
 
 class Mixture(NamedTuple):
-    """Each signal as a mixture of normal distributions of one variance."""
+    """Each signal as a mixture of normal distributions with the same variance."""
 
-    weight: np.ndarray  # (signal, component), adds up to 1
+    weight: np.ndarray  # (signal, component); the sum over components is 1
     mean: np.ndarray  # (signal, component)
     variance: np.ndarray  # (signal,)
 
 
 def of_signals(bright: Signal, dark: Signal, contrast: np.ndarray, interval: float) -> np.ndarray:
-    """Return `pair_probability` of flat arrays; each signal has its own step.
+    """Return `pair_probability` for flat arrays; each signal has its own step.
 
     Parameters
     ----------
-    bright, dark : signals of the truly brighter pixel and of the other of each pair.
+    bright, dark : signals of the truly brighter pixel and of the other pixel of each pair.
     contrast : true Michelson contrast (pair,), above 0.
-    interval : share of the contrast, below 1.
+    interval : accepted deviation as a share of the contrast, below 1.
 
     Notes
     -----
@@ -80,7 +84,7 @@ def of_signals(bright: Signal, dark: Signal, contrast: np.ndarray, interval: flo
 
 
 class Estimate(NamedTuple):
-    """Probabilities of pairs, and what each is wrong by at most."""
+    """Estimated probabilities of pairs, and bounds on their errors."""
 
     value: np.ndarray
     bound: np.ndarray
@@ -91,16 +95,16 @@ def estimated(bright: Signal, dark: Signal, contrast: np.ndarray, interval: floa
 
     Parameters
     ----------
-    bright, dark : signals of the truly brighter pixel and of the other of each pair.
+    bright, dark : signals of the truly brighter pixel and of the other pixel of each pair.
     contrast : true Michelson contrast (pair,), above 0.
     interval : largest accepted deviation, as a share of the contrast, below 1.
 
     Notes
     -----
-    At both ends of the interval the first term of Edgeworth's series is taken off. For means of
-    0.03 to 10 000 electrons, 0.2 to 50 e of read noise, contrasts of 0.05 to 1 with and without
-    flare, and steps that differ by a factor of two, `of_signals` is at most 0.6 of the bound away.
-    Below 0.2 e of read noise nothing is promised.
+    The correction is the first term of Edgeworth's series at both ends of the interval. For means
+    of 0.03 to 10 000 electrons, 0.2 to 50 e of read noise, contrasts of 0.05 to 1 with and without
+    flare, and steps that differ by a factor of two, the difference from `of_signals` is at most 0.6
+    of the bound. Below 0.2 e of read noise the bound is 1.
     """
     bright = _limited(bright)
     dark = _limited(dark)
@@ -132,15 +136,16 @@ def representation(signal: Signal) -> np.ndarray:
 
     Notes
     -----
-    Largest errors against the sum over all counts, for means of 0.1 to 300 electrons and contrasts
-    of 0.06 to 1: a normal distribution of a skewness below 0.06 is wrong by 0.002; two normals with
-    the first four cumulants by 0.004 from 1.5 e of read noise, or from 20 electrons and 0.3 e.
+    Errors relative to the sum over all counts, for means of 0.1 to 300 electrons and contrasts of
+    0.06 to 1, are at most: 0.002 for a normal distribution, if the skewness is below 0.06; 0.004
+    for two normal distributions with the same first four cumulants, from 1.5 e of read noise on, or
+    from 20 electrons and 0.3 e of read noise on.
     """
     return _shape(signal).kind
 
 
 class _Shape(NamedTuple):
-    """How far signals are from normal."""
+    """Representation and shape of the distributions of signals."""
 
     kind: np.ndarray  # NORMAL, TWO_NORMALS or COUNTS
     counts: np.ndarray  # mean electrons
@@ -159,7 +164,9 @@ def _shape(signal: Signal) -> _Shape:
 
 
 def _limited(signal: Signal) -> Signal:
-    """Return the signals with steps whose shot noise does not exceed the variance."""
+    """Return the signals with means of at least 0, and with steps limited so that the shot noise
+    does not exceed the variance.
+    """
     mean = np.maximum(signal.mean, 0.0)
     most = np.divide(signal.variance, mean, out=np.full(mean.shape, np.inf), where=mean > 0)
     return signal._replace(step=np.minimum(signal.step, most))
@@ -192,7 +199,9 @@ def _mixture(signal: Signal, kind: int) -> Mixture:
 
 
 def _range(counts: np.ndarray) -> tuple[int, int]:
-    """Return first count and number of counts that hold all but 1e-6 of these Poisson laws."""
+    """Return the first count and the number of counts that contain all but 1e-6 of these Poisson
+    distributions.
+    """
     low = float(counts.min())
     high = float(counts.max())
     first = max(0, int(low - 5 * np.sqrt(low)))
@@ -200,16 +209,16 @@ def _range(counts: np.ndarray) -> tuple[int, int]:
 
 
 def _two_points(counts: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return weights, places and variance of two points with the third and fourth cumulant of a
-    Poisson law.
+    """Return weights (signal, 2), positions (signal, 2) and variance (signal,) of two points with
+    the third and fourth cumulants of a Poisson distribution.
 
     Notes
     -----
-    Two points of variance t and skewness g have the third cumulant g t^1.5 and the fourth
-    (g^2 - 2) t^2. Both are the mean m where 2 t^3 + m t = m^2, whose one real root is below m;
-    a normal distribution takes the rest of the variance, m - t.
+    Two points with variance t and skewness g have the third cumulant g t^1.5 and the fourth
+    cumulant (g^2 - 2) t^2. Both equal the mean m if 2 t^3 + m t = m^2. The only real root t is
+    below m; normal noise has the rest of the variance, m - t.
     """
-    # Cardano's formula divided by m, in the form that loses no digits where m is small
+    # Cardano's formula divided by m, in a form that loses no digits for small m
     u = np.cbrt(counts * (np.sqrt(counts**2 / 16 + counts / 216) + counts / 4))
     t = np.clip(counts**2 / (2 * (u**2 + counts / 6 + (counts / (6 * u)) ** 2)), 0.0, counts)
     skewness = counts / t**1.5
@@ -222,7 +231,7 @@ def _two_points(counts: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]
 def _pieces(
     pairs: np.ndarray, bright: Signal, dark: Signal, of_counts: bool
 ) -> Iterator[np.ndarray]:
-    """Yield groups of `pairs` with like counts, small enough for memory."""
+    """Yield groups of `pairs` with similar counts that are small enough for memory."""
     if not len(pairs):
         return
     if not of_counts:
@@ -252,8 +261,8 @@ def _of_counts(
     contrast: np.ndarray,
     interval: float,
 ) -> np.ndarray:
-    """Write the probabilities of these pairs into `out`, counts on both sides; return those that
-    are left because they have no noise but that of counts.
+    """Write the probabilities of `pairs`, with COUNTS for both pixels, into `out`. Return the pairs
+    that were not computed, because they have hardly any noise except shot noise.
     """
     bright, dark = (Signal(*(v[pairs] for v in signal)) for signal in signals)
     counts, noise_e2 = zip(_electrons(bright), _electrons(dark), strict=True)
@@ -262,7 +271,8 @@ def _of_counts(
     wedges = wedges_between(*noise, contrast[pairs], interval)
     left = sharp(wedges, second)
     size = terms_of(wedges, first, second)
-    # similar ones together: all pairs of a piece have as many terms as the largest needs
+    # similar pairs together, because all pairs of a piece get the number of terms that the largest
+    # needs
     order = np.lexsort((first.mean, np.log2(size).astype(int)))
     order = order[~left[order]]
     start = 0
@@ -275,12 +285,12 @@ def _of_counts(
 
 
 def _sum(bright: Mixture, dark: Mixture, contrast: np.ndarray, interval: float) -> np.ndarray:
-    """Return the probability of mixtures: the weighted sum of that of their components."""
+    """Return the probability of mixtures: the weighted sum of the probabilities of components."""
     weight = bright.weight[:, :, None] * dark.weight[:, None, :]
     between = wedges_between(bright.variance, dark.variance, contrast, interval)
     if weight.size == len(contrast):
         return np.clip(probability_between(between, bright.mean[:, 0], dark.mean[:, 0]), 0.0, 1.0)
-    # one row per pair of components that matters: most pairs of counts of a rectangle do not
+    # only pairs of components with enough weight; most pairs of counts have less
     pair, i, j = np.nonzero(weight > NO_WEIGHT)
     out = np.empty(len(pair))
     for start in range(0, len(pair), PIECE):

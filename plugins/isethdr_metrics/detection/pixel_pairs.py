@@ -1,7 +1,7 @@
-"""Pixel pairs: the pairs of pixels whose contrast is looked for in a picture.
+"""Pixel pairs: choice of the pairs of pixels for contrast detection.
 
-Pairs follow from the reference picture and its labels alone, so that all cameras and noise
-realisations of a scene are asked about the same contrasts.
+Pairs depend only on the reference picture and its labels, so that all cameras and noise
+realisations of a scene are tested with the same contrasts.
 """
 
 from __future__ import annotations
@@ -19,20 +19,22 @@ from ..regions import Region, regions_of
 if TYPE_CHECKING:
     import xarray as xr
 
-PAIRS = 4000  # drawn per object: the median is then known to about 0.01
-FRAME_PIXELS = 4000  # drawn for the frame's score, for the same reason
-# pairs looked at together: what is worked out on the way stays in the processor's memory
+PAIRS = 4000  # number of pairs drawn per object; the median is then known to about 0.01
+FRAME_PIXELS = 4000  # number of pixels drawn for the score of the frame, for the same reason
+# number of pairs computed together, so that intermediate results stay in the processor's cache
 PIECE = 8192
 
 
 class Pairs(NamedTuple):
-    """Pairs of pixels of a region with contrast in the truth, as indices of the flat picture."""
+    """Pairs of pixels of a region with contrast in the reference picture. Pixels are indices into
+    the flattened picture.
+    """
 
     first: np.ndarray
     second: np.ndarray
-    bright: np.ndarray  # the one that is truly brighter
-    dark: np.ndarray
-    contrast: np.ndarray  # of the truth
+    bright: np.ndarray  # the pixel that is brighter in the reference picture
+    dark: np.ndarray  # the other pixel
+    contrast: np.ndarray  # Michelson contrast in the reference picture
 
     def some(self, at: np.ndarray) -> Pairs:
         """Return some of the pairs."""
@@ -40,22 +42,22 @@ class Pairs(NamedTuple):
 
 
 def joined(parts: list[Pairs]) -> Pairs:
-    """Return all pairs, one list after the other."""
+    """Return all pairs, joined one list after the other."""
     return Pairs(*(np.concatenate(values) for values in zip(*parts)))
 
 
 class RegionPairs(NamedTuple):
-    """The pairs of one region. Its median is over members: pairs of an object, pixels of the
-    frame.
+    """The pairs of one region. The median of a region is over its members. A member of an object is
+    a pair; a member of the frame is a pixel with all its pairs.
     """
 
     name: str  # "" for the frame
     pairs: Pairs
-    pixels: int  # of the region; of the frame those that have contrast
-    member: np.ndarray | None  # number of each pair's pixel; None: each pair is a member
+    pixels: int  # number of pixels of the region; for the frame, only pixels with contrast
+    member: np.ndarray | None  # (pair,) number of its member; None: each pair is a member
 
     def of_members(self, values: np.ndarray) -> np.ndarray:
-        """Return the values of members from those of pairs: the means over their pairs."""
+        """Return the value of each member: the mean of the values of its pairs."""
         if self.member is None:
             return values
         return np.bincount(self.member, values) / np.bincount(self.member)
@@ -67,9 +69,9 @@ class RegionPairs(NamedTuple):
 
 @dataclass(frozen=True)
 class PairChoice:
-    """Which pairs of pixels count."""
+    """Rules for the choice of pairs of pixels."""
 
-    lowest_contrast: float  # Michelson contrast in the reference picture
+    lowest_contrast: float  # smallest Michelson contrast in the reference picture
     reach: int  # largest distance of the two pixels, in pixels
 
     def of_regions(self, true: np.ndarray, labels: xr.Dataset | None) -> list[RegionPairs]:
@@ -77,7 +79,8 @@ class PairChoice:
 
         Parameters
         ----------
-        true : (y, x), luminance of the reference picture, cd/m2. `labels` : on its grid, or None.
+        true : (y, x), luminance of the reference picture, cd/m2.
+        labels : labels on its grid, or None.
         """
         frame, *objects = regions_of(true.shape, labels)
         out = [self.of_frame(true)]
@@ -103,11 +106,11 @@ class PairChoice:
         r = self.reach
         steps = [(dy, dx) for dy in (-r, 0, r) for dx in (-r, 0, r) if dy or dx]
         has_contrast = np.zeros(height * width, bool)
-        for dy, dx in steps[4:]:  # the first four join the same pixels
+        for dy, dx in steps[4:]:  # the first four are the opposites, with the same pairs of pixels
             firsts = self._pixels_with_contrast(true, dy, dx)
             has_contrast[firsts] = has_contrast[firsts + dy * width + dx] = True
         pixels = np.flatnonzero(has_contrast)
-        # the choice is part of the score's definition: the same picture has the same score
+        # the seed is fixed, so that the same picture has the same score
         chosen = pixels
         if pixels.size > FRAME_PIXELS:
             chosen = np.random.default_rng(0).choice(pixels, FRAME_PIXELS, replace=False)
@@ -122,16 +125,18 @@ class PairChoice:
             pairs, counts = self._with_contrast(true, first, first + dy * width + dx)
             places.append(place[counts])
             counted.append(pairs)
-        # pixels without any pair that counts are no members
+        # pixels without a pair that counts are no members
         _, member = np.unique(np.concatenate(places), return_inverse=True)
         return RegionPairs("", joined(counted), pixels.size, member)
 
     def at_offset(self, true: np.ndarray, dy: int, dx: int) -> Iterator[Pairs]:
-        """Yield all pairs of pixels `dy` rows and `dx` columns apart that count, in pieces.
+        """Yield, in pieces, all pairs of pixels that are `dy` rows and `dx` columns apart and have
+        enough contrast.
 
         Parameters
         ----------
-        true : (y, x), luminance of the reference picture, cd/m2. `dy`, `dx` : `dy` at least 0.
+        true : (y, x), luminance of the reference picture, cd/m2.
+        dy, dx : rows and columns from the first pixel to the second; `dy` is at least 0.
         """
         width = true.shape[1]
         firsts = self._pixels_with_contrast(true, dy, dx)
@@ -140,14 +145,14 @@ class PairChoice:
             yield self._with_contrast(true, first, first + dy * width + dx)[0]
 
     def _pixels_with_contrast(self, true: np.ndarray, dy: int, dx: int) -> np.ndarray:
-        """Return the pixels, as indices of the flat picture, that have about the lowest contrast or
-        more with the one `dy` rows and `dx` columns on.
+        """Return the pixels, as indices into the flattened picture, with at least about the lowest
+        contrast to the pixel `dy` rows and `dx` columns away.
         """
         height, width = true.shape
         left = max(-dx, 0)
         across = max(width - abs(dx), 0)
         rows = max(PIECE // width, 1)
-        # less by rounding: decided when the contrast is worked out
+        # a slightly lower limit, because of rounding; `_with_contrast` makes the final decision
         least = self.lowest_contrast * (1 - 1e-9)
         pixels = [np.zeros(0, int)]
         for top in range(0, height - dy, rows):
@@ -160,11 +165,12 @@ class PairChoice:
     def _with_contrast(
         self, true: np.ndarray, first: np.ndarray, second: np.ndarray
     ) -> tuple[Pairs, np.ndarray]:
-        """Return the pairs that have contrast, and which they are.
+        """Return the pairs with contrast, and their positions in `first` and `second`.
 
         Parameters
         ----------
-        true : luminance (y, x). `first`, `second` : indices of the flat picture.
+        true : (y, x) luminance of the reference picture, cd/m2.
+        first, second : pixels of each pair, as indices into the flattened picture.
         """
         true = true.ravel()
         a = true[first]
@@ -183,8 +189,16 @@ class PairChoice:
 def draw_pairs(
     mask: np.ndarray, reach: int
 ) -> tuple[tuple[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]]:
-    """Return (first, second) index pairs: pixels of `mask` and pixels outside it at most `reach`
-    away.
+    """Draw pairs of a pixel of `mask` and a pixel outside it, at most `reach` pixels away.
+
+    Parameters
+    ----------
+    mask : (y, x) bool.
+    reach : largest distance, pixels.
+
+    Returns
+    -------
+    Rows and columns of the first pixels, and of the second pixels.
     """
     rows, columns = np.nonzero(mask)
     window = tuple(slice(i.min(), i.max() + 1) for i in (rows, columns))
@@ -194,10 +208,11 @@ def draw_pairs(
 def draw_pairs_of(
     region: Region, reach: int
 ) -> tuple[tuple[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]]:
-    """Return the `draw_pairs` of a region (`regions.Region`)."""
+    """Return `draw_pairs` for a region (`regions.Region`)."""
     from scipy.ndimage import distance_transform_edt
 
-    # one pixel more on each side, but for what is beyond the frame: that is not beside the object
+    # The window has one more pixel on each side, except at the border of the frame. Pixels at the
+    # border of the frame are therefore not treated as the edge of the object.
     window = tuple(
         slice(max(cut.start - 1, 0), min(cut.stop + 1, size))
         for cut, size in zip(region.window, region.shape, strict=True)
@@ -207,9 +222,9 @@ def draw_pairs_of(
     mask[tuple(slice(c.start - b, c.stop - b) for c, b in zip(region.window, start))] = region.mask
     inside = np.argwhere((distance_transform_edt(mask) <= reach) & mask) + start
     if region.mask.size == np.prod(region.shape) and region.mask.all() or not len(inside):
-        none = np.zeros(0, int)  # an object that fills the frame has nothing beside it
+        none = np.zeros(0, int)  # an object that fills the frame has no pixels outside it
         return (none, none), (none, none)
-    # the draw is part of the score's definition: the same picture, the same score
+    # the seed is fixed, so that the same picture has the same score
     rng = np.random.default_rng(0)
     pick = inside[rng.integers(len(inside), size=8 * PAIRS)]
     offsets = np.argwhere(np.hypot(*np.indices((2 * reach + 1,) * 2) - reach) <= reach) - reach

@@ -1,9 +1,10 @@
-"""Wedge: the probability that two noisy levels show a ratio within an interval.
+"""Wedge: the probability that the measured contrast of two noisy levels lies in an interval.
 
-Both levels are normal. A ratio between two ends is a wedge in the plane of the levels, its tip at
-the origin. Its probability is 1 less that of its complement, by two normal probabilities, but for
-levels so dark that both may be measured negative: those are counted twice, and are added by a
-quadrature over the angle of the opposite wedge.
+Both levels are normal. In the plane of the two levels, contrasts between two ends are a wedge with
+its tip at the origin. The probability of the wedge is 1 minus the probabilities of the half planes
+beyond its two sides. For dark levels, both of which may be measured negative, these half planes
+overlap in the opposite wedge. Its probability is subtracted twice and therefore added again; it is
+computed by quadrature over its angle.
 """
 
 from __future__ import annotations
@@ -13,31 +14,37 @@ from typing import NamedTuple
 import numpy as np
 from scipy.special import ndtr, owens_t
 
-FAR_SD = 6.0  # a sum this many standard deviations above 0 is never measured below 0: 1e-9
-TIE = 1e-9  # relative: a ratio of levels this close to an end of the interval lies on the end
-# Gauss and Legendre's quadrature over an angle of at most 2 x NARROW: 5 nodes are right to 1e-9
+# standard deviations above 0 from which a sum of levels is never measured below 0; the probability
+# is 1e-9
+FAR_SD = 6.0
+TIE = 1e-9  # relative distance from an end of the interval below which a contrast lies on the end
+# Gauss-Legendre quadrature over the angle of a wedge; with 5 nodes and an angle of at most
+# 2 x NARROW, the error is below 1e-9
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(5)
-NARROW = 0.5
-LARGEST_SQUARE = 1000.0  # of the distance of the mean from the tip: exp(500) is still finite
-# 1 - x times Mills's ratio as a ratio of polynomials, 0 <= x <= 9, lowest power first; times
-# exp(-x^2 / 2) it is right to 2e-12
+NARROW = 0.5  # largest half angle for the quadrature, rad
+# largest squared distance of the mean from the tip for the quadrature; exp(500) is still finite
+LARGEST_SQUARE = 1000.0
+# Coefficients of 1 - x M(x), with Mills's ratio M, as a ratio of polynomials for 0 <= x <= 9,
+# lowest power first. Multiplied by exp(-x^2 / 2), its error is below 2e-12.
 NUMERATOR = (1.0, 0.53623549, 0.16395286, 0.02620425, 0.00191795)
 DENOMINATOR = (1.0, 1.78954962, 1.40682071, 0.62649993, 0.16839927, 0.0262984, 0.00191465)
 
 
 class Wedges(NamedTuple):
-    """The wedge of each pair of levels, flat arrays; levels are divided by their own deviations
-    where an angle is meant.
+    """The wedge of each pair of levels, as flat arrays. Angles are those in the plane of levels
+    divided by their standard deviations.
     """
 
-    ends: tuple[np.ndarray, np.ndarray]  # Michelson contrasts at both ends of the interval
-    sd: tuple[np.ndarray, np.ndarray]  # of (1 - c) bright - (1 + c) dark at these ends
+    ends: tuple[np.ndarray, np.ndarray]  # Michelson contrasts c at both ends of the interval
+    # standard deviation of (1 - c) bright - (1 + c) dark at these ends
+    sd: tuple[np.ndarray, np.ndarray]
     noise_free: np.ndarray  # bool
-    correlation: np.ndarray  # of both sides
-    scale: tuple[np.ndarray, np.ndarray]  # deviations of both levels; 1 without noise
-    far: np.ndarray  # a sum of levels above it is never measured below 0
-    middle: np.ndarray  # angle of the middle of the wedge
-    half_angle: np.ndarray  # between the middle of the wedge and its sides
+    # correlation between this difference at the lower end and its negative at the upper end
+    correlation: np.ndarray
+    scale: tuple[np.ndarray, np.ndarray]  # standard deviations of both levels; 1 without noise
+    far: np.ndarray  # sum of levels from which the sum is never measured below 0
+    middle: np.ndarray  # angle of the middle of the wedge, rad
+    half_angle: np.ndarray  # angle between the middle of the wedge and its sides, rad
 
     def some(self, pairs: np.ndarray) -> Wedges:
         """Return the wedges of some pairs."""
@@ -53,14 +60,14 @@ class Wedges(NamedTuple):
         )
 
     def nodes(self, pair: np.ndarray) -> np.ndarray:
-        """Return the nodes of the quadrature over the angle, (2, node, component): the direction of
-        each node over the deviation of each level.
+        """Return the nodes (2, node, component) of the quadrature over the angle: the direction of
+        each node divided by the standard deviation of each level.
 
         Parameters
         ----------
-        pair : which wedge each component is asked of (component,).
+        pair : number of the wedge of each component (component,).
         """
-        if pair.size > self.middle.size:  # each wedge is asked of several times
+        if pair.size > self.middle.size:  # each wedge is used several times
             every: np.ndarray = self.nodes(np.arange(self.middle.size))
             return every[:, :, pair]
         half = self.half_angle[pair]
@@ -77,13 +84,13 @@ def wedges_between(
 
     Parameters
     ----------
-    bright_variance, dark_variance : of the two levels of each pair (pair,), any unit squared.
+    bright_variance, dark_variance : variances of the two levels (pair,), any unit squared.
     contrast : true Michelson contrast (pair,), above 0.
-    interval : share of the contrast, below 1.
+    interval : accepted deviation as a share of the contrast, below 1.
 
     Notes
     -----
-    (b - d) / (b + d) >= c is (1 - c) b - (1 + c) d >= 0 where b + d > 0.
+    For b + d > 0, (b - d) / (b + d) >= c is equivalent to (1 - c) b - (1 + c) d >= 0.
     """
     ends = contrast * (1 - interval), contrast * (1 + interval)
     low, high = ends
@@ -92,7 +99,7 @@ def wedges_between(
     safe = [np.where(noise_free, 1.0, s) for s in sd]
     together = (1 - low) * (1 - high) * bright_variance + (1 + low) * (1 + high) * dark_variance
     scale = [np.sqrt(np.where(v > 0, v, 1.0)) for v in (bright_variance, dark_variance)]
-    # a level without noise has no angle of its own: both sides point along the other
+    # the angle of a wedge is not defined if a level has no noise
     noisy = (bright_variance > 0) & (dark_variance > 0)
     first, last = (np.arctan2((1 - c) / scale[1], (1 + c) / scale[0]) for c in ends)
     middle = (first + last) / 2
@@ -116,9 +123,10 @@ def probability_between(
 
     Parameters
     ----------
-    wedges : of some pairs.
+    wedges : wedges of pairs.
     bright, dark : mean levels (component,), in the unit of the wedges.
-    pair : which wedge each component is asked of (component,); None: one each, in order.
+    pair : number of the wedge of each component (component,); None: one component for each wedge,
+        in order.
     """
     every = slice(None) if pair is None else pair
     low, high = (c[every] for c in wedges.ends)
@@ -128,11 +136,11 @@ def probability_between(
     some_free = noise_free.any()
     if some_free and noise_free.all():
         return without_noise(mean, total)
-    # both have to be positive: above the lower end and below the upper end of the interval
+    # h and k are the distances from both sides in standard deviations, positive inside the wedge
     h = mean[0] / wedges.sd[0][every]
     k = -mean[1] / wedges.sd[1][every]
-    out = ndtr(h) + ndtr(k) - 1  # exact but for pairs that are measured negative
-    # outside the wedge by both of its sides lies only what has a negative sum
+    out = ndtr(h) + ndtr(k) - 1  # exact except for levels that may be measured negative
+    # points beyond both sides of the wedge have a negative sum
     close = np.flatnonzero((total < wedges.far[every]) & ~noise_free)
     if close.size:
         some = close if pair is None else pair[close]
@@ -143,12 +151,12 @@ def probability_between(
 def measured_negative(
     wedges: Wedges, pair: np.ndarray, bright: np.ndarray, dark: np.ndarray
 ) -> np.ndarray:
-    """Return the probability of the wedge opposite to each: both levels are measured negative.
+    """Return the probability (component,) of the opposite wedge: both levels are measured negative.
 
     Parameters
     ----------
-    wedges : of some pairs, with noise.
-    pair : which wedge each component is asked of (component,).
+    wedges : wedges of pairs with noise.
+    pair : number of the wedge of each component (component,).
     bright, dark : mean levels (component,), in the unit of the wedges.
     """
     square = (bright / wedges.scale[0][pair]) ** 2 + (dark / wedges.scale[1][pair]) ** 2
@@ -165,8 +173,8 @@ def measured_negative(
 def _opposite_by_sides(
     wedges: Wedges, pair: np.ndarray, bright: np.ndarray, dark: np.ndarray, square: np.ndarray
 ) -> np.ndarray:
-    """Return the probability of the wedge opposite to each, from those of the four sectors between
-    its sides; `square` is not needed.
+    """Return the probability (component,) of the opposite wedge from bivariate normal probabilities
+    of its sides. `square` is not used.
     """
     low, high = (c[pair] for c in wedges.ends)
     h = ((1 - low) * bright - (1 + low) * dark) / wedges.sd[0][pair]
@@ -177,15 +185,16 @@ def _opposite_by_sides(
 def _opposite(
     wedges: Wedges, pair: np.ndarray, bright: np.ndarray, dark: np.ndarray, square: np.ndarray
 ) -> np.ndarray:
-    """Return the probability of the wedge opposite to each, by quadrature over its angle.
+    """Return the probability (component,) of the opposite wedge by quadrature over its angle.
 
-    `square` : squared distance of the mean from the tip, in units of the deviations.
+    `square` is the squared distance of the mean from the tip, in units of the standard deviations.
 
     Notes
     -----
-    In units of the deviations, the probability of directions around one at which the mean lies by
-    x behind the tip is exp(-r^2 / 2) / (2 pi) (1 - x M(x)) per angle, where r is the distance of
-    the mean from the tip and M Mills's ratio (Divgi 1979, Annals of Statistics 7, 903).
+    In units of the standard deviations, let r be the distance of the mean from the tip, and x the
+    distance of the mean behind the tip along a direction. The probability per angle in this
+    direction is exp(-r^2 / 2) / (2 pi) (1 - x M(x)), where M is Mills's ratio (Divgi 1979, Annals
+    of Statistics 7, 903).
     """
     total = np.zeros(len(pair))
     for weight, along, across in zip(WEIGHTS, *wedges.nodes(pair), strict=True):
@@ -194,7 +203,7 @@ def _opposite(
 
 
 def _tail(x: np.ndarray) -> np.ndarray:
-    """Return 1 - x M(x), M being Mills's ratio of normal probabilities."""
+    """Return 1 - x M(x), where M is Mills's ratio of the normal distribution."""
     at = np.abs(x)
     over = np.full_like(at, NUMERATOR[-1])
     under = np.full_like(at, DENOMINATOR[-1])
@@ -219,18 +228,18 @@ def skewness_effect(
 ) -> np.ndarray:
     """Return the approximate change of a wedge's probability by the skewness of the levels.
 
-    It is the probability with skewed levels less that with normal levels.
+    It is the probability with skewed levels minus that with normal levels.
 
     Parameters
     ----------
-    wedges : one of each pair.
+    wedges : one wedge for each pair.
     bright, dark : mean levels (pair,).
-    bright_third, dark_third : their third cumulants (pair,).
+    bright_third, dark_third : third cumulants of the levels (pair,).
 
     Notes
     -----
-    The first term of Edgeworth's series (Kendall, Stuart, The Advanced Theory of Statistics,
-    volume 1, section 6.18) at both sides of the wedge, as if nothing were measured negative.
+    The change is the first term of Edgeworth's series (Kendall, Stuart, The Advanced Theory of
+    Statistics, volume 1, section 6.18) at both sides of the wedge. Negative levels are neglected.
     """
     out = np.zeros(len(bright))
     for c, sd, side in zip(wedges.ends, wedges.sd, (1.0, -1.0), strict=True):
@@ -247,8 +256,8 @@ def both_positive(
 
     Parameters
     ----------
-    h, k : means over their standard deviations, any shape.
-    rho : correlation, -1 to 1, of that shape.
+    h, k : means divided by their standard deviations, any shape.
+    rho : correlation, -1 to 1, same shape.
 
     Notes
     -----
@@ -265,7 +274,7 @@ def both_positive(
 
 
 def without_noise(mean: tuple[np.ndarray, np.ndarray], total: np.ndarray) -> np.ndarray:
-    """Return 1.0 where a contrast lies in the interval, ends included, and 0.0 elsewhere.
+    """Return 1.0 for contrasts in the interval, ends included, and 0.0 for others.
 
     Parameters
     ----------

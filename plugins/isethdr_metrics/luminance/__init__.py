@@ -9,5 +9,5 @@
 | `noise_line`          | read noise and shot noise of a picture                             |
 | `normalized_flare`    | stray light away from the sources                                  |
 | `slanted_edge`        | spatial frequency response after ISO 12233                         |
-| `snr_curve`           | signal to noise ratio against luminance                            |
+| `snr_curve`           | signal-to-noise ratio over luminance                               |
 """

@@ -23,7 +23,7 @@ from .noise_line import dark_medians, line_through
 if TYPE_CHECKING:
     import xarray as xr
 
-# chance that noise alone passes for a signal in a picture without any
+# probability that noise alone counts as a signal in a picture without signal
 FALSE_ALARM = 1e-3
 
 
@@ -35,7 +35,7 @@ class DynamicRange:
 
     THREAD_SAFE: ClassVar[bool] = True
 
-    # share of the pixels, from the darkest, whose variance is taken as the noise of the dark
+    # share of the pixels, from the darkest on, with a variance that counts as the noise in the dark
     darkest_share: Darkest = 0.2
 
     def __post_init__(self) -> None:
@@ -49,14 +49,14 @@ class DynamicRange:
         | score                      | lower end                                           |
         |----------------------------|-----------------------------------------------------|
         | `dynamic_range`            | SNR = 1: absolute sensitivity threshold, EMVA 1288  |
-        | `dynamic_range_dark_noise` | rms noise without light: flatters by the shot noise |
+        | `dynamic_range_dark_noise` | rms noise without light: ignores shot noise         |
         | `dynamic_range_snr_10db`   | SNR = 10 dB, rms: objects can be recognised         |
 
-        The variance is fitted by a + b Y (read noise and shot noise, a and b not negative), from
-        the dark to 12 times its noise. The fit is a relative least-squares fit to the medians of
-        groups of pixels with similar luminance, so that a few dark pixels with flare do not decide
+        The variance is fitted by a + b Y (read noise and shot noise, a and b not negative), up to
+        12 times the noise in the dark. The fit is a relative least-squares fit to the medians of
+        groups of pixels with similar luminance, so that a few dark pixels with flare do not change
         it. SNR = s is where Y^2 = s^2 (a + b Y). If all pixels are valid, the scene does not reach
-        the top of the sensor: the range is then a lower bound and has no upper confidence limit.
+        the top of the sensor. The range is then a lower bound and has no upper confidence limit.
         The interval of a range follows from a jackknife over the groups of dark pixels, and from
         the noise of the brightest pixel.
         """
@@ -113,22 +113,29 @@ class DynamicRange:
                 Score(f"dynamic_range{name}_bottom", float(bottom), "cd m-2"),
             ]
         scores.append(Score("dynamic_range_top", top, "cd m-2"))
-        return sorted(scores, key=lambda s: s.metric != "dynamic_range")  # the main one first
+        return sorted(scores, key=lambda s: s.metric != "dynamic_range")  # the main score first
 
 
 def highest_of_noise(noise: float, pixels: int) -> float:
-    """Return the level that the highest of many noisy zeros exceeds once in a thousand pictures.
+    """Return the level that the brightest of many pixels without signal exceeds with the
+    probability `FALSE_ALARM`.
 
     Parameters
     ----------
-    noise : standard deviation of a pixel, any unit. `pixels` : how many there are.
+    noise : standard deviation of a pixel, any unit.
+    pixels : number of pixels.
     """
     return float(-ndtri(FALSE_ALARM / pixels) * noise)
 
 
 def lower_ends(light: np.ndarray, noise: np.ndarray) -> dict[str, float]:
-    """Return the luminance of each definition, cd/m2, from the line through light and noise
-    variance.
+    """Return the lower end of the range by each definition, cd/m2, from the line through the
+    variances.
+
+    Parameters
+    ----------
+    light : (group,) luminance, cd/m2.
+    noise : (group,) variance of luminance, (cd/m2)^2.
     """
     a, b = line_through(light, noise)
     return {
@@ -139,8 +146,8 @@ def lower_ends(light: np.ndarray, noise: np.ndarray) -> dict[str, float]:
 
 
 def jackknife_sd(ends: Sequence[Any]) -> float:
-    """Return the standard deviation of the logarithm of a lower end from its values without one
-    group each (Efron 1982, eq. 3.1).
+    """Return the standard deviation of the logarithm of a lower end by the jackknife (Efron 1982,
+    eq. 3.1). `ends` are its values with one group left out each.
     """
     if len(ends) < 2 or min(ends) <= 0:
         return float("nan")

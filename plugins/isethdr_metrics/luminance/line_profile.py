@@ -35,8 +35,8 @@ class LineProfile:
     def __call__(
         self, picture: xr.Dataset, truth: xr.Dataset, labels: xr.Dataset | None = None
     ) -> list[Score]:
-        """Return the rms difference of the two log10 profiles over the row, with a 95 % interval by
-        resampling twelfths of the row.
+        """Return the rms difference of the two log10 profiles over the row. Its 95 % interval
+        follows from resampling twelfths of the row.
         """
         line = self.profile(picture, truth)
         square = (line["log10_picture"] - line["log10_truth"]) ** 2
@@ -46,8 +46,10 @@ class LineProfile:
         return [Score("line_profile_error", value, "log10", "", low, high)]
 
     def profile(self, picture: xr.Dataset, truth: xr.Dataset) -> dict:
-        """Return row, x_m, log10_picture, log10_truth (log10 cd/m2), log10_low, log10_high (95 % of
-        the noise), valid.
+        """Return the dict of row, x_m, log10_picture, log10_truth, log10_low, log10_high and valid.
+
+        The profiles are log10 of cd/m2; log10_low and log10_high are the limits of 95 % of the
+        noise.
         """
         y, true, valid = luminances(picture, truth)
         if not -1 <= self.row < len(y):

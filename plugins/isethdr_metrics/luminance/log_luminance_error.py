@@ -26,7 +26,8 @@ class LogLuminanceError:
 
     THREAD_SAFE: ClassVar[bool] = True
 
-    # of the picture, nearly: isethdr_core.uncertainty.score_errors may ask for some of it
+    # the score is nearly the mean of the scores of parts of the picture, which
+    # isethdr_core.uncertainty.score_errors uses
     MEAN_OF_PARTS: ClassVar[bool] = True
 
     # lower luminances are raised to this value, because an estimate of 0 or less has no logarithm
@@ -44,8 +45,7 @@ class LogLuminanceError:
     ) -> list[Score]:
         """Return one score per region, in log10 units (0.3 is a factor of two).
 
-        A saturated pixel counts with the luminance that the picture gives it, which is the highest
-        that it can measure.
+        A saturated pixel counts with its luminance in the picture, the highest that it can measure.
         """
         square = self._square(picture, truth)
         return [

@@ -45,8 +45,8 @@ class MeanLuminance:
                 )
                 continue
             value = float(y[use].mean())
-            # demosaic makes neighbours dependent: sum the deviations over 3 x 3 cells, an upper
-            # bound for bilinear
+            # A demosaic makes neighbours dependent. The factor 3 treats the noise of 3 x 3 pixels
+            # as the same, which is an upper bound for the bilinear demosaic.
             half = 1.96 * 3 * float(np.sqrt(variance[use].sum())) / use.sum()
             out.append(Score("luminance", value, "cd m-2", name, value - half, value + half))
         return out

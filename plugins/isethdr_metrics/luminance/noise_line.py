@@ -1,4 +1,6 @@
-"""Noise line: read and shot noise of a picture, from a line through variance over luminance."""
+"""Noise line: read noise and shot noise of a picture, from a line fitted to variance over
+luminance.
+"""
 
 from __future__ import annotations
 
@@ -6,14 +8,15 @@ from typing import NamedTuple
 
 import numpy as np
 
-# number of groups of dark pixels: several for two unknowns, few enough for medians of many pixels
+# number of groups of dark pixels: enough for two unknowns, and few enough for medians over many
+# pixels
 GROUPS = 20
-# the line is fitted up to this luminance, over the noise of the darkest pixels
+# largest luminance of the fit / noise of the darkest pixels
 REACH = 12.0
-# ratio of the brightest and the darkest group; all darker pixels are in one group
+# ratio of the luminances of the brightest and the darkest group; all darker pixels are in one group
 DEPTH = 1e3
-FEW = 16  # least number of pixels in a group
-DARKEST_SHARE = 0.2  # share of the pixels that are taken as dark
+FEW = 16  # smallest number of pixels in a group
+DARKEST_SHARE = 0.2  # share of the pixels that count as dark
 
 
 class NoiseLine(NamedTuple):
@@ -32,13 +35,13 @@ def noise_line(
     ----------
     luminance : number or flat array, cd/m2.
     variance : number or flat array, (cd/m2)^2, without fixed pattern.
-    darkest_share : share of the pixels whose noise limits the range of the fit.
+    darkest_share : share of the pixels that count as dark; their noise sets the range of the fit.
 
     Notes
     -----
-    A luminance that is the sum of Poisson counts N_i with weights w_i has the variance sum(w_i^2
-    N_i). Over the mean luminance this is sum(w_i^2 N_i) / sum(w_i N_i): the `step`. For one count
-    it is the weight of that count.
+    A luminance that is the sum of Poisson counts N_i with weights w_i has the variance
+    sum(w_i^2 N_i). Divided by the mean luminance, this is sum(w_i^2 N_i) / sum(w_i N_i), the
+    `step`. For a single count it is the weight of that count.
     """
     luminance, variance = (np.atleast_1d(np.asarray(v, float)) for v in (luminance, variance))
     if not luminance.size:
@@ -53,7 +56,7 @@ def dark_medians(luminance: np.ndarray, variance: np.ndarray, darkest_share: flo
     ----------
     luminance : flat array, cd/m2.
     variance : flat array, (cd/m2)^2.
-    darkest_share : share of the pixels whose noise limits the groups.
+    darkest_share : share of the pixels that count as dark; their noise sets the largest luminance.
     """
     dark = luminance <= np.quantile(luminance, darkest_share)
     noise = float(np.sqrt(np.median(variance[dark])))
@@ -84,7 +87,7 @@ def medians(luminance: np.ndarray, variance: np.ndarray, reach: float) -> tuple:
 
 
 def line_through(luminance: np.ndarray, variance: np.ndarray) -> NoiseLine:
-    """Return the line by relative least squares, with read and shot noise not negative."""
+    """Return the line by relative least squares; its read noise and shot noise are not negative."""
     from scipy.optimize import nnls
 
     luminance, variance = (np.atleast_1d(np.asarray(v, float)) for v in (luminance, variance))

@@ -21,13 +21,14 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class NormalizedFlare:
-    """Luminance above the reference picture, away from sources, over the brightest true luminance
-    (IEEE 2020).
+    """Luminance above that of the reference picture, away from sources, divided by the brightest
+    true luminance (IEEE 2020).
     """
 
     THREAD_SAFE: ClassVar[bool] = True
 
-    # border around a source, in pixels, that is not counted as flare: the blur of the source itself
+    # width of the border around a source, in pixels, that is not counted as flare, because it
+    # contains the blur of the source
     guard: Guard = 5
 
     def __post_init__(self) -> None:
@@ -36,7 +37,8 @@ class NormalizedFlare:
     def __call__(
         self, picture: xr.Dataset, truth: xr.Dataset, labels: xr.Dataset | None = None
     ) -> list[Any]:
-        """Return the mean and the 99th percentile over the valid pixels beyond the guard.
+        """Return the mean and the 99th percentile over the valid pixels beyond the guard, and the
+        brightest true luminance.
 
         IEEE Std 2020-2024 divides a picture of one lamp in the dark by the level of the lamp in a
         picture that is not saturated. Here the scene need not be dark, because the reference

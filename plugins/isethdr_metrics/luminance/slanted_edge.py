@@ -1,4 +1,4 @@
-"""Slanted edge: spatial frequency response after ISO 12233, with an interval from resampled
+"""Slanted edge: spatial frequency response as in ISO 12233, with an interval from resampled
 segments of the edge.
 """
 
@@ -20,13 +20,15 @@ from ..regions import NAN, luminances
 if TYPE_CHECKING:
     import xarray as xr
 
-OVERSAMPLING = 4  # samples a pixel across the edge, as in ISO 12233
-# rows: one passage of the edge through a pixel at 5 degrees, so that a segment holds all phases
+OVERSAMPLING = 4  # number of samples per pixel across the edge, as in ISO 12233
+# Number of rows of a segment. At 5 degrees, the edge crosses one pixel in 12 rows, so that a
+# segment contains all phases.
 SEGMENT = 12
-RESAMPLES = 200
-FEWEST_ROWS = 24
-STRAIGHT = 0.35  # pixels rms: how far the truth's edge may be from a line
-FREQUENCIES = 101  # 0 .. 1 cycles per pixel
+RESAMPLES = 200  # number of resamples of the segments
+FEWEST_ROWS = 24  # smallest number of rows of an edge
+# largest deviation of the edge in the reference picture from a straight line, pixels rms
+STRAIGHT = 0.35
+FREQUENCIES = 101  # number of frequencies, 0..1 cycles per pixel
 
 
 @dataclass(frozen=True)
@@ -46,7 +48,7 @@ class SlantedEdgeResponse:
         self, picture: xr.Dataset, truth: xr.Dataset, labels: xr.Dataset | None = None
     ) -> list[Score]:
         """Return slanted_edge_mtf50 (cycles per pixel) and slanted_edge_nyquist, with 95 %
-        intervals, and the rows used.
+        intervals, and the number of rows used.
 
         Without a straight, slanted edge across the frame there is no response, and the number of
         rows is 0.
@@ -72,8 +74,8 @@ class SlantedEdgeResponse:
         scores = []
         segments = curve["segments"]
         for name, unit, values in (("mtf50", "cycles per pixel", half), ("nyquist", "", nyquist)):
-            # Student's factor, and the correction n / (n - 1) of the variance from resampling n
-            # segments
+            # factor of Student's distribution, and correction n / (n - 1) for the variance from
+            # resampling n segments
             spread = (
                 np.std(values[1:])
                 * np.sqrt(segments / (segments - 1))
@@ -94,15 +96,16 @@ class SlantedEdgeResponse:
         return [*scores, Score("slanted_edge_rows", float(curve["rows"]), "rows")]
 
     def curve(self, picture: xr.Dataset, truth: xr.Dataset) -> dict:
-        """Return cycles_per_pixel, response, resampled (draw, frequency), angle_deg, rows,
-        segments; empty without an edge.
+        """Return the dict of cycles_per_pixel, response, resampled (draw, frequency), angle_deg,
+        rows and segments; empty without an edge.
 
-        The line of the edge is taken from the reference picture, which has no noise, so the
-        response is right in the dark too. Values are sorted by their distance from the line into
-        bins of a quarter pixel; each bin is placed at the mean of its distances. The difference of
-        neighbouring bins is windowed and transformed. The window is a Tukey window, half of it
-        flat: a Hamming window would cut twice as much off the long tails of diffraction. Binning
-        and differencing reduce the response by a sinc of a quarter pixel each, which is corrected.
+        The line of the edge is found in the reference picture, which has no noise, so that the
+        response is also correct in the dark. Values are sorted by their distance from the line into
+        bins of a quarter pixel; the position of a bin is the mean of its distances. The difference
+        of neighbouring bins is windowed and transformed. The window is a Tukey window with a flat
+        half, because a Hamming window would cut off twice as much of the long wings of diffraction.
+        Binning and differencing each reduce the response by a sinc of a quarter pixel, which is
+        corrected.
         """
         y, true, valid = luminances(picture, truth)
         sides = [(_line(t), t, v, w) for t, v, w in ((true, y, valid), (true.T, y.T, valid.T))]
@@ -162,14 +165,14 @@ class SlantedEdgeResponse:
 
 
 def _line(true: np.ndarray) -> tuple[float, float] | None:
-    """Return (slope, offset) of column = offset + slope * row along the one upright edge of `true`,
-    or None.
+    """Return (slope, offset) of the line column = offset + slope * row along the only nearly
+    vertical edge of `true`, or None if there is no such edge.
     """
     step = np.diff(true, axis=1)
     sign = np.sign(step.sum())
     strength = np.maximum(sign * step, 0.0)
     sums = strength.sum(1)
-    # this edge must be most of the change in every row
+    # the edge must be in every row, and account for most of the change
     if sign == 0 or np.any(sums <= 0) or np.abs(step).sum() > 1.2 * sums.sum():
         return None
     columns = np.arange(step.shape[1]) + 0.5
@@ -189,15 +192,23 @@ def _line(true: np.ndarray) -> tuple[float, float] | None:
 
 
 def _room(slope: float, offset: float, shape: tuple[int, int]) -> int:
-    """Return the number of pixels beside the edge, on the narrower side, over all rows."""
+    """Return the smallest number of pixels between the edge and the border, over both sides and all
+    rows.
+    """
     ends = offset, offset + slope * (shape[0] - 1)
     return int(min(min(ends), shape[1] - 1 - max(ends)))
 
 
 def _line_spread(count: np.ndarray, across: np.ndarray, total: np.ndarray) -> np.ndarray:
-    """Return the windowed line spread from the sums of one resample of segments."""
+    """Return the windowed line spread function from the sums of one resample of segments.
+
+    Parameters
+    ----------
+    count, across, total : (bin,) number of samples, sum of their positions in bins, and sum of
+        their values.
+    """
     filled = count > 0
-    # samples do not fill a bin evenly, so the bin is placed at their mean position
+    # samples do not fill a bin evenly, so the position of a bin is their mean position
     profile = np.interp(
         np.arange(len(total)) + 0.5, across[filled] / count[filled], total[filled] / count[filled]
     )
@@ -212,8 +223,8 @@ def _window(count: int) -> np.ndarray:
 
 
 def _falls_to_half(frequency: np.ndarray, response: np.ndarray) -> float:
-    """Return where the response first falls below a half, cycles per pixel; the last frequency
-    where it never does.
+    """Return the frequency at which the response first falls below a half, cycles per pixel, or the
+    last frequency if it never does.
     """
     below = np.flatnonzero(response < 0.5)
     if not len(below) or below[0] == 0:

@@ -1,5 +1,5 @@
-"""SNR curve: signal to noise ratio against luminance, as reported and as measured against the
-truth.
+"""SNR curve: signal-to-noise ratio over luminance, from the stated variance and from the difference
+to the reference picture.
 """
 
 from __future__ import annotations
@@ -27,9 +27,11 @@ from ..regions import (
 if TYPE_CHECKING:
     import xarray as xr
 
-PIXELS_PER_INDEPENDENT = 9  # demosaic makes neighbours alike: one pixel in 3 x 3 is independent
-# a median lies between the smallest and the largest of n values but for 2 * 0.5**n: 95 % takes 6
-FEWEST_PIXELS = 6 * PIXELS_PER_INDEPENDENT  # of a bin that a score may use
+# pixels per independent pixel; a demosaic correlates neighbours, so one pixel in 3 x 3 counts
+PIXELS_PER_INDEPENDENT = 9
+# Smallest number of pixels of a bin that a score may use. A median lies outside the smallest and
+# the largest of n values with the probability 2 * 0.5**n, so an interval of 95 % needs 6 values.
+FEWEST_PIXELS = 6 * PIXELS_PER_INDEPENDENT
 
 
 @dataclass(frozen=True)
@@ -40,7 +42,7 @@ class SnrCurve:
 
     THREAD_SAFE: ClassVar[bool] = True
 
-    # luminances to score; those that the scene lacks get no score
+    # luminances to score; luminances that the scene does not contain get no score
     luminances_cd_m2: tuple[Luminance, ...] = (0.01, 0.1, 1.0, 10.0, 100.0, 1000.0)
     bins_per_decade: Bins = 6  # number of bins of true luminance per decade
 
@@ -52,8 +54,9 @@ class SnrCurve:
     ) -> list[Any]:
         """Return one score per luminance with enough pixels near it, named snr_at_<cd/m2>.
 
-        A bin of true luminance is used where it has at least `FEWEST_PIXELS` valid pixels. The
-        median luminance of one such bin must lie within the width of a bin from the score's.
+        A bin of true luminance is used if it has at least `FEWEST_PIXELS` valid pixels. The median
+        luminance of one such bin must be at most one width of a bin away from the luminance of the
+        score.
         """
         picture = undenoised(picture)
         check_pair(picture, truth)
@@ -79,10 +82,11 @@ class SnrCurve:
         return scores
 
     def _at(self, rows: dict[str, np.ndarray], nearest: int, level: float) -> float:
-        """Return the SNR in dB at `level` cd/m2, on the line through the nearest two rows.
+        """Return the SNR in dB at `level` cd/m2, on the line through the two nearest rows of the
+        table.
 
-        The second row is the next one on the other side of the level. Where there is none within
-        two bins, it is the next one on the same side. The slope of one row alone is that of shot
+        The second row is the next one on the other side of the level. If there is none within two
+        bins, it is the next one on the same side. With a single row, the slope is that of shot
         noise.
         """
         x = np.log10(rows["luminance_cd_m2"] / level)
@@ -99,16 +103,20 @@ class SnrCurve:
         return float(snr[nearest] - slope * x[nearest])
 
     def curve(self, picture: xr.Dataset, truth: xr.Dataset) -> dict:
-        """Return the table, one row per bin of true luminance that holds a valid pixel.
+        """Return the table, with one row per bin of true luminance that contains a valid pixel.
 
         Returns
         -------
-        dict of equally long arrays: luminance_cd_m2 (median of the bin), low_cd_m2 and high_cd_m2
-        (its borders), snr_db (20 log10 of that over the root of the median stated variance, so that
-        a few pixels with flare do not decide it), snr_measured_db (the same over the rms difference
-        from the reference picture, so blur, demosaic and flare count as noise), pixels, and
-        snr_interval_db (bins, 2): the ends of the 95 % interval less snr_db. The interval counts
-        one pixel in 3 x 3 as independent, because demosaic correlates neighbours.
+        dict of arrays (bin,):
+            luminance_cd_m2 : median true luminance of the bin.
+            low_cd_m2, high_cd_m2 : borders of the bin.
+            snr_db : 20 log10 of the luminance / root of the median stated variance. The median is
+                not changed by a few pixels with flare.
+            snr_measured_db : 20 log10 of the luminance / rms difference from the reference picture.
+                Blur, demosaic and flare count as noise here.
+            pixels : number of valid pixels.
+            snr_interval_db : (bin, 2) ends of the 95 % interval minus snr_db. One pixel in 3 x 3
+                counts as independent, because a demosaic correlates neighbours.
         """
         y, true, valid = luminances(picture, truth)
         use = valid & (true > 0)
@@ -118,7 +126,7 @@ class SnrCurve:
             lowest = bin_of.min(initial=0)
             counts = np.bincount(bin_of - lowest)
             index = (np.cumsum(counts > 0) - 1).astype(np.uint16)[bin_of - lowest]
-            order = np.argsort(index, kind="stable")  # two bytes: sorted by counting
+            order = np.argsort(index, kind="stable")  # radix sort for two bytes
             return np.flatnonzero(counts) + lowest, counts[counts > 0], index, order
 
         key = "bins", self.bins_per_decade, valid.tobytes()
@@ -162,10 +170,11 @@ class SnrCurve:
 
 
 def _rows_with_enough_pixels(table: dict) -> dict:
-    """Return the rows of the table whose medians rest on enough pixels.
+    """Return the rows of the table with at least `FEWEST_PIXELS` pixels.
 
-    A few pixels next to a lamp have its flare, and with it more noise than others of their
-    luminance. Renderer noise lifts other pixels into their bin, so its median would change.
+    A bin may have only a few pixels next to a lamp. They contain flare, and therefore more noise
+    than other pixels of their luminance. Renderer noise would move other pixels into this bin, and
+    so change its median.
     """
     enough = table["pixels"] >= FEWEST_PIXELS
     return {name: column[enough] for name, column in table.items()}

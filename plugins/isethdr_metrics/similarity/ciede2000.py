@@ -1,5 +1,5 @@
-"""Colour difference between a picture and its truth, both against one white: CIEDE2000, and the
-older CIE 94 and CIE 76.
+"""Colour difference between a picture and its reference picture, relative to the same white:
+CIEDE2000, and the older CIE 94 and CIE 76.
 """
 
 from __future__ import annotations
@@ -34,7 +34,8 @@ class Ciede2000:
 
     THREAD_SAFE: ClassVar[bool] = True
 
-    # of the picture, nearly: isethdr_core.uncertainty.score_errors may ask for some of it
+    # the score is nearly the mean of the scores of parts of the picture, which
+    # isethdr_core.uncertainty.score_errors uses
     MEAN_OF_PARTS: ClassVar[bool] = True
 
     WHITE_SCORE: ClassVar[str] = "ciede2000_white"
@@ -94,7 +95,7 @@ class Ciede2000:
         return [[Score(score, float(value), unit)] for value in values]
 
     def _map(self, picture: xr.Dataset, truth: xr.Dataset, white: float) -> np.ndarray:
-        """Return the colour difference (y, x) of each pixel; not to be changed."""
+        """Return the colour difference (y, x) of each pixel. The array must not be changed."""
         key = "colour difference", self.formula, float(white)
         return once(key, (picture, truth), lambda: self._differences(picture, truth, white))
 
@@ -123,7 +124,7 @@ class Cie94(Ciede2000):
 
 @dataclass(frozen=True)
 class Cie76(Ciede2000):
-    """Mean CIE 1976 difference of pixels up to the white: the plain distance in CIELAB."""
+    """Mean CIE 1976 difference of pixels up to the white: the Euclidean distance in CIELAB."""
 
     WHITE_SCORE: ClassVar[str] = "cie76_white"
     formula: ClassVar[Formula] = ("cie76", colour_spaces.de76, "dE76")

@@ -1,4 +1,4 @@
-"""SSIM: structural similarity of the two pictures as a display shows them."""
+"""SSIM: structural similarity of picture and reference picture as displayed."""
 
 from __future__ import annotations
 
@@ -31,7 +31,8 @@ class Ssim:
 
     THREAD_SAFE: ClassVar[bool] = True
 
-    # of the picture, nearly: isethdr_core.uncertainty.score_errors may ask for some of it
+    # the score is nearly the mean of the scores of parts of the picture, which
+    # isethdr_core.uncertainty.score_errors uses
     MEAN_OF_PARTS: ClassVar[bool] = True
 
     WHITE_SCORE: ClassVar[str] = "ssim_white"
@@ -54,9 +55,10 @@ class Ssim:
     ) -> list[Score]:
         """Return the mean of the similarity map per region and the white that was used.
 
-        The window is a Gaussian of 1.5 pixels, 11 wide, as in the paper. The three display channels
-        are averaged. The similarity of a pixel that is not valid is 0, unless the reference picture
-        is above the white there: a display then shows both as white.
+        The window is a Gaussian with a standard deviation of 1.5 pixels, 11 pixels wide, as in the
+        paper. The three display channels are averaged. The similarity of a pixel that is not valid
+        is 0, unless the reference picture is at or above the white there, because a display then
+        shows both as white.
         """
         white = self.white_cd_m2 or once("white", (truth,), lambda: white_cd_m2(truth))
         similarities = self._map(picture, truth, white)
@@ -82,7 +84,7 @@ class Ssim:
         return [[Score("ssim", float(value), "")] for value in values]
 
     def _map(self, picture: xr.Dataset, truth: xr.Dataset, white: float) -> np.ndarray:
-        """Return the similarity (y, x) of each pixel; not to be changed."""
+        """Return the similarity (y, x) of each pixel. The array must not be changed."""
         key = "ssim", float(white), self.compression
         return once(key, (picture, truth), lambda: self._similarities(picture, truth, white))
 
@@ -99,8 +101,8 @@ class Ssim:
             lambda: display(truth, white, self.compression),
         )
         displayed = true_shown, display(picture, white, self.compression)
-        # float32 halves the time; the smallest stabilising constant is 6.5, rounding of the
-        # windowed squares 2e-3
+        # float32 halves the time; the rounding error of the windowed squares is 2e-3, much less
+        # than the smallest stabilising constant, 6.5
         similarities: np.ndarray = (
             sum(
                 similarity(*(p[..., k].astype(np.float32) for p in displayed), data_range=255.0)

@@ -1,6 +1,4 @@
-"""SSIM on PU21: structural similarity of two absolute luminances in a perceptually uniform
-encoding.
-"""
+"""SSIM on PU21: structural similarity of absolute luminances in a perceptually uniform encoding."""
 
 from __future__ import annotations
 
@@ -20,11 +18,11 @@ if TYPE_CHECKING:
 
     from isethdr_core.pipeline.demand import Demand
 
-# for which PU21 was fitted
+# lowest and highest luminance for which PU21 was fitted
 LOWEST_CD_M2 = 0.005
 HIGHEST_CD_M2 = 10000.0
-# Mantiuk, Azimi 2021, "PU21: a novel perceptually uniform encoding", the fit "banding_glare", its
-# default
+# coefficients of Mantiuk, Azimi 2021, "PU21: a novel perceptually uniform encoding", for its
+# default fit "banding_glare"
 P = (
     0.353487901,
     0.3734658629,
@@ -44,7 +42,8 @@ class SsimPu21:
 
     THREAD_SAFE: ClassVar[bool] = True
 
-    # of the picture, nearly: isethdr_core.uncertainty.score_errors may ask for some of it
+    # the score is nearly the mean of the scores of parts of the picture, which
+    # isethdr_core.uncertainty.score_errors uses
     MEAN_OF_PARTS: ClassVar[bool] = True
 
     def narrow(self, demand: Demand) -> Demand:
@@ -54,12 +53,12 @@ class SsimPu21:
     def __call__(
         self, picture: xr.Dataset, truth: xr.Dataset, labels: xr.Dataset | None = None
     ) -> list[Score]:
-        """Return the mean of the similarity map per region, and the share of the frame whose
-        luminance PU21 cannot hold.
+        """Return the mean of the similarity map per region, and the share of the frame with
+        luminances outside the range of PU21.
 
         Window and constants are those of `ssim`, with a range of 256, the PU21 code of 100 cd/m2.
-        The similarity of a pixel that is not valid is 0, unless the reference picture is above the
-        range of PU21 there.
+        The similarity of a pixel that is not valid is 0, unless the reference picture is at or
+        above the upper end of the range of PU21 there.
         """
         y, true, valid = luminances(picture, truth)
         if min(y.shape) < 11:
@@ -79,8 +78,8 @@ class SsimPu21:
 
 
 def pu21(luminance_cd_m2: float | np.ndarray) -> float | np.ndarray:
-    """Return PU21 code values of luminances in cd/m2, which are first clamped to 0.005 .. 10 000;
-    100 cd/m2 gives 256.
+    """Return the PU21 codes of luminances, cd/m2, clamped to 0.005..10 000. The code of 100 cd/m2
+    is 256.
     """
     y = np.clip(luminance_cd_m2, LOWEST_CD_M2, HIGHEST_CD_M2) ** P[3]
     return np.maximum(P[6] * (((P[0] + P[1] * y) / (1 + P[2] * y)) ** P[4] - P[5]), 0.0)

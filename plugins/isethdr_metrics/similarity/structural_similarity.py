@@ -4,29 +4,28 @@ from __future__ import annotations
 
 import numpy as np
 
-REACH = 5  # pixels to each side of the middle of the window, 11 in all
-SIGMA = 1.5  # pixels: standard deviation of the window
-STRIP = 24  # rows worked out together
-# from the end of the window to its middle
+REACH = 5  # pixels on each side of the centre of the window, which has 11 pixels in all
+SIGMA = 1.5  # standard deviation of the window, pixels
+STRIP = 24  # number of rows computed together
+# weights of the window from its end to its centre
 TAPS = np.exp(-0.5 * (np.arange(REACH + 1) - REACH) ** 2 / SIGMA**2)
 TAPS /= 2 * TAPS.sum() - TAPS[-1]
 
 
 def similarity(first: np.ndarray, second: np.ndarray, data_range: float) -> np.ndarray:
     """Return the map (y, x) of structural similarity (Wang, Bovik, Sheikh, Simoncelli 2004, eq. 13)
-    of two planes of one kind of float.
+    of two planes of the same floating-point type.
 
     Parameters
     ----------
-    first, second : (y, x), float32 or float64; beyond its borders a plane goes on as its mirror
-        image.
-    data_range : largest value less the smallest that there can be.
+    first, second : (y, x), float32 or float64, mirrored beyond their borders.
+    data_range : difference between the largest and the smallest possible value.
 
     Notes
     -----
-    Window and constants of the paper: Gaussian, 0.01 and 0.03. Only the sum of both variances is
-    needed, so four windowed means suffice. Half of the range is subtracted first, which reduces the
-    rounding of the squares to a quarter.
+    Window and constants are those of the paper: a Gaussian, 0.01 and 0.03. Only the sum of both
+    variances is needed, so four windowed means suffice. Half of the range is subtracted first,
+    which reduces the rounding error of the squares to a quarter.
     """
     middle = data_range / 2
     of_means = (0.01 * data_range) ** 2
@@ -56,8 +55,8 @@ def similarity(first: np.ndarray, second: np.ndarray, data_range: float) -> np.n
 
 
 def windowed(values: np.ndarray) -> np.ndarray:
-    """Return the means of `values` (y, x) over the window, for the (y, x) less `REACH` on each side
-    where all of it lies within.
+    """Return the weighted means of `values` (y, x) over the window. The result is smaller by
+    `REACH` on each side, where the window would extend beyond the values.
     """
     for turn in (np.asarray, np.transpose):  # down, then across
         values = turn(values)
