@@ -8,7 +8,7 @@ shapes.
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.ndimage import gaussian_filter
@@ -32,33 +32,41 @@ def dead_leaves(rows: int, columns: int, colours: Any, rng: np.random.Generator)
     """
     height = rows * FINE
     width = columns * FINE
-    out = np.empty((colours.shape[1], height, width), np.float32)
-    out[:] = colours[rng.integers(len(colours)), :, None, None]
+    leaves = [colours[rng.integers(len(colours))].astype(np.float32)]  # the ground
+    drawn = _Drawn(np.zeros((height, width), np.intp), np.ones((height, width), np.float32))
     for _ in range(int(SHAPES_PER_PIXEL * rows * columns)):
-        _cover(out, colours, rng)
+        leaves.append(_cover(drawn, len(leaves), colours, rng))
+    out = np.array(leaves).T[:, drawn.leaf] * drawn.stripes
     blur = FINE * rng.uniform(0.0, 0.5)  # samples: lenses from sharp to a blur of half a pixel
     out = gaussian_filter(out, (0, blur, blur), mode="mirror")
     planes = out.reshape(len(out), rows, FINE, columns, FINE).mean((2, 4), dtype=float)
     return planes / planes.mean((1, 2)).max()
 
 
-def _cover(out: np.ndarray, colours: np.ndarray, rng: np.random.Generator) -> None:
-    """Cover part of the planes `out` (channel, y, x) with one leaf."""
-    height, width = out.shape[1:]
+class _Drawn(NamedTuple):
+    """A picture as the leaf that each sample shows; colours are filled in at the end."""
+
+    leaf: np.ndarray  # (y, x) number of the leaf on top
+    stripes: np.ndarray  # (y, x) factor of its stripes, 1 without
+
+
+def _cover(drawn: _Drawn, number: int, colours: np.ndarray, rng: np.random.Generator) -> np.ndarray:
+    """Cover part of a picture with leaf `number`, and return its colour (channel,)."""
+    height, width = drawn.leaf.shape
     # the density of radii is r^-3, so that small and large shapes are equally visible
     radius = FINE / np.sqrt(rng.uniform(RADII_PX[1] ** -2, RADII_PX[0] ** -2))
     centre_y = rng.uniform(0, height)
     centre_x = rng.uniform(0, width)
     rows = slice(int(max(centre_y - radius, 0)), int(min(centre_y + radius + 1, height)))
     columns = slice(int(max(centre_x - radius, 0)), int(min(centre_x + radius + 1, width)))
-    y, x = np.mgrid[rows, columns] - np.array([centre_y, centre_x])[:, None, None]
+    y = (np.arange(rows.start, rows.stop) - centre_y)[:, None]
+    x = np.arange(columns.start, columns.stop) - centre_x
     inside = _inside(x, y, radius, rng)
     colour = colours[rng.integers(len(colours))] * DARKEST ** rng.uniform(0, 1)
-    leaf = colour.astype(np.float32)[:, None, None]
-    if rng.uniform() < STRIPED:
-        leaf = leaf * _stripes(x, y, rng)
-    covered = out[:, rows, columns]
-    covered[...] = np.where(inside, leaf, covered)
+    stripes = _stripes(x, y, rng) if rng.uniform() < STRIPED else np.float32(1)
+    np.copyto(drawn.leaf[rows, columns], number, where=inside)
+    np.copyto(drawn.stripes[rows, columns], stripes, where=inside)
+    return colour.astype(np.float32)
 
 
 def _inside(x: np.ndarray, y: np.ndarray, radius: float, rng: np.random.Generator) -> np.ndarray:
