@@ -4,19 +4,25 @@ from __future__ import annotations
 
 import io
 from collections.abc import Callable, Iterator, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from isethdr_core.cli.progress import track
+from isethdr_core.pipeline.chain.side_by_side import sharing, side_by_side
 from isethdr_core.storage.home_folder import home
 from isethdr_core.store import content_hash
 
 from ..files import write_file
 
+AT_A_TIME = 8  # number of pictures in memory
 
-def bank(title: str, recipe: Any, count: int, make: Callable[[int], np.ndarray]) -> np.ndarray:
+
+def bank(
+    title: str, recipe: Any, count: int, make: Callable[[int], np.ndarray], threads: int = 1
+) -> np.ndarray:
     """Return pictures (picture, plane, y, x) float32, from their file where it is there.
 
     Parameters
@@ -25,6 +31,7 @@ def bank(title: str, recipe: Any, count: int, make: Callable[[int], np.ndarray])
     recipe : all that decides the pictures; its hash names the file.
     count : number of pictures.
     make : picture of a number (plane, y, x), all of one size.
+    threads : number of threads that make pictures at the same time, if `make` allows it.
 
     Raises
     ------
@@ -32,21 +39,30 @@ def bank(title: str, recipe: Any, count: int, make: Callable[[int], np.ndarray])
     """
     path = folder() / f"{title}-{content_hash(recipe)[:16]}.npy"
     if not is_complete(path):
-        write_file(path, _content(title, count, make))
+        write_file(path, _content(title, count, make, threads))
     return np.load(path, mmap_mode="r")
 
 
-def _content(title: str, count: int, make: Callable[[int], np.ndarray]) -> Iterator[bytes]:
-    """Yield the parts of a file of pictures, one at a time: all together may not fit memory."""
-    for number in track(range(count), f"making {title}"):
-        picture = np.ascontiguousarray(make(number), np.float32)
-        if number == 0:
-            header = io.BytesIO()
-            shape = (count, *picture.shape)
-            described = {"descr": "<f4", "fortran_order": False, "shape": shape}
-            np.lib.format.write_array_header_1_0(header, described)
-            yield header.getvalue()
-        yield picture.tobytes()
+def _content(
+    title: str, count: int, make: Callable[[int], np.ndarray], threads: int
+) -> Iterator[bytes]:
+    """Yield the parts of a file of pictures, a few at a time: all together may not fit memory."""
+    for first in track(range(0, count, AT_A_TIME), f"making {title}"):
+        numbers = range(first, min(first + AT_A_TIME, count))
+        with sharing(threads):
+            pictures = side_by_side([partial(make, number) for number in numbers])
+        if first == 0:
+            yield _header((count, *pictures[0].shape))
+        for picture in pictures:
+            yield np.ascontiguousarray(picture, np.float32).tobytes()
+
+
+def _header(shape: tuple[int, ...]) -> bytes:
+    """Return the header of a NumPy file of float32 values."""
+    header = io.BytesIO()
+    described = {"descr": "<f4", "fortran_order": False, "shape": shape}
+    np.lib.format.write_array_header_1_0(header, described)
+    return header.getvalue()
 
 
 def is_complete(path: Path) -> bool:

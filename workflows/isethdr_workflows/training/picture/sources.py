@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from isethdr_core.cli.terminal import number_of
+from isethdr_core.pipeline.chain.side_by_side import threads_for
 from isethdr_core.store import open_scene
 
 from .bank import bank
@@ -138,5 +139,6 @@ def leaves_source(camera: TrainingCamera, recipe: LeavesRecipe, share: float) ->
         [*recipe, WAVELENGTH_NM, _rounded(weights)],
         recipe.pictures,
         lambda number: leaves(camera, recipe, number),
+        threads=threads_for(()),
     )
     return Source("dead leaves", pictures, WAVELENGTH_NM, share)
