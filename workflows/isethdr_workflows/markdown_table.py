@@ -6,7 +6,7 @@ from collections.abc import Iterable, Sequence
 
 
 def markdown_table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
-    """Return a table, which ends with a line break.
+    """Return a table as Markdown text that ends with a line break.
 
     Parameters
     ----------

@@ -1,5 +1,5 @@
-"""Preview of a scene: a rendering with few paths, denoised light group by light group, without a
-camera. The result is a view and is not stored as light.
+"""Preview of a scene: a rendering with few paths, without a camera. Each light group is denoised
+separately. The result is a picture and is not stored as radiance.
 """
 
 from __future__ import annotations
@@ -33,20 +33,21 @@ def preview(
     ----------
     overrides : overrides of scene, renderer and lighting, as for `isethdr run`: scene=street_city
         lighting=night_city.
-    experiment : experiment whose scene, renderer and lighting are used.
-    samples, width : paths per tile, tiles across; the height is 9/16 of the width.
-    denoise : 1 averages similar tiles, 0 shows the rendering as it is.
+    experiment : experiment that gives scene, renderer and lighting.
+    samples, width : paths per tile, and tiles across; the height is 9/16 of the width.
+    denoise : 1 denoises by averaging similar tiles, 0 shows the rendering as it is.
     picture : file to write (png or jpg).
 
     Returns
     -------
-    one row per light group: weight, noise of the rendering, change of luminance by denoising
-    (median, relative), share of its light that denoising kept, CPU seconds.
+    one row per light group: weight, noise of the rendering, moved (change of luminance by
+    denoising: median, relative), light_kept (its light after denoising over that before), CPU
+    seconds.
 
     Raises
     ------
-    ConfigError : `denoise` is neither 0 nor 1; or as the renderer.
-    UnitError : too few paths to estimate their noise.
+    ConfigError : `denoise` is neither 0 nor 1, or the renderer refuses its settings.
+    UnitError : there are too few paths to estimate their noise.
     """
     from PIL import Image
 
@@ -91,11 +92,11 @@ def preview(
 
 
 def without_overscan(xyz: np.ndarray, height: int, width: int) -> np.ndarray:
-    """Return the middle of a picture, or all of it where it is smaller.
+    """Return the middle of a picture, or all of it along an axis that is shorter.
 
     Parameters
     ----------
-    xyz : (y, x, 3), cd/m2.
+    xyz : (y, x, 3) XYZ, cd/m2.
     height, width : rows and columns of the middle.
     """
     top = max(0, (xyz.shape[0] - height) // 2)
@@ -104,8 +105,12 @@ def without_overscan(xyz: np.ndarray, height: int, width: int) -> np.ndarray:
 
 
 def moved(denoised_y: np.ndarray, plain_y: np.ndarray) -> float:
-    """Return by how much luminance (y, x) changed: the median, relative, of tiles above 1 % of the
-    mean; 0 where there is no light.
+    """Return the relative change of luminance by denoising: the median over tiles above 1 % of the
+    mean; 0 if there is no light.
+
+    Parameters
+    ----------
+    denoised_y, plain_y : (y, x) luminance with and without denoising, same unit.
     """
     lit = plain_y > 0.01 * plain_y.mean()
     return float(np.median(np.abs(denoised_y[lit] / plain_y[lit] - 1))) if lit.any() else 0.0

@@ -33,8 +33,9 @@ class Studies:
     Parameters
     ----------
     table : {name: "module:function" in the package}; a function returns rows, list[dict].
-    package : package of the modules.
-    shown : {name: "module:function"} of a summary that a terminal shows in place of all rows.
+    package : name of the package.
+    shown : {name: "module:function"} of functions that make a summary for the terminal from all
+        rows.
     """
 
     table: Mapping[str, str]
@@ -42,13 +43,19 @@ class Studies:
     shown: Mapping[str, str] = field(default_factory=dict)
 
     def function_of(self, name: str) -> Callable[..., list[dict]]:
-        """Return the function of a study; ConfigError where there is none of that name."""
+        """Return the function of a study; raise ConfigError if there is none of that name."""
         if name not in self.table:
             raise ConfigError(f"no study {name!r}{did_you_mean(name, self.table)}")
         return self._function(self.table[name])
 
     def for_people(self, name: str, rows: list[dict]) -> list[dict]:
-        """Return the rows that a terminal shows."""
+        """Return the rows that a terminal shows.
+
+        Parameters
+        ----------
+        name : name of the study.
+        rows : all rows of the study.
+        """
         return self._function(self.shown[name])(rows) if name in self.shown else rows
 
     def _function(self, target: str) -> Callable[..., list[dict]]:
@@ -66,7 +73,7 @@ def summary_of(function: Callable[..., object]) -> str:
 
 
 def settings_of(function: Callable[..., object]) -> str:
-    """Return the settings of a study with their defaults, as they are typed."""
+    """Return the settings of a study with their defaults, in the form in which they are typed."""
     words = [
         "overrides ..." if one.kind is one.VAR_POSITIONAL else f"{one.name}={one.default}"
         for one in inspect.signature(function).parameters.values()
@@ -75,7 +82,7 @@ def settings_of(function: Callable[..., object]) -> str:
 
 
 def study_of(studies: Studies) -> Callable[..., None]:
-    """Return the command of some studies."""
+    """Return the command that runs the studies of a package."""
 
     def study(
         name: Annotated[str, typer.Argument(help="name of a study; none lists them")] = "",
@@ -127,13 +134,13 @@ def run_study(name: str, settings: list[str], studies: Studies = OF_USERS) -> li
     Parameters
     ----------
     name : name of the study.
-    settings : key=value, converted to the number that the function's parameter names. A function
-        with `*overrides` gets all others as they are: they compose a config.
+    settings : settings as typed, key=value, converted to the type of the function's parameter. A
+        function with `*overrides` gets all other settings unchanged, as overrides of a config.
     studies : studies to choose from.
 
     Raises
     ------
-    ConfigError : an unknown study or setting, or a value that is no number.
+    ConfigError : the study or a setting is unknown, or a value is not a number.
     """
     function = studies.function_of(name)
     known = inspect.signature(function).parameters
@@ -162,8 +169,8 @@ def run_study(name: str, settings: list[str], studies: Studies = OF_USERS) -> li
 
 
 def keep(name: str, settings: list[str], rows: list[dict]) -> Path:
-    """Return the path of the store that keeps the rows for the catalog: `isethdr catalog find
-    kind=study name=accuracy`.
+    """Store the rows of a study and return the path of the store. `isethdr catalog find kind=study
+    name=accuracy` finds it.
 
     Parameters
     ----------
@@ -199,7 +206,7 @@ def keep(name: str, settings: list[str], rows: list[dict]) -> Path:
             for key, (dim, values) in columns.items()
         }
     )
-    # seconds differ from one time to the next: each time is a result of its own
+    # measured seconds differ from run to run, so each run is stored as a result of its own
     return store.write_store(
         store.home() / "studies",
         f"{name}-{store.content_hash([name, settings, created])[:8]}",
@@ -209,6 +216,12 @@ def keep(name: str, settings: list[str], rows: list[dict]) -> Path:
 
 
 def show(rows: list[dict], title: str) -> None:
-    """Print rows as one table; numbers with four digits."""
+    """Print rows as one table, with four digits for numbers.
+
+    Parameters
+    ----------
+    rows : rows of a study, {column: value}.
+    title : title of the table.
+    """
     cells = [[f"{v:.4g}" if isinstance(v, float) else v for v in row.values()] for row in rows]
     print_table(rows[0] if rows else ["no rows"], cells, title)

@@ -159,7 +159,9 @@ def solved(gram: np.ndarray, cross: Any, taps: Any, base: Any, ridge: float) -> 
 
 
 def base_filters(cell: str) -> np.ndarray:
-    """Return the bilinear filters (row, column, channel, tap), used where nothing was learned."""
+    """Return the bilinear filters (row, column, channel, tap), which are used for classes without
+    training samples.
+    """
     taps = sampled(cell)
     out = np.zeros(taps.shape)
     for place in np.ndindex(taps.shape[:3]):

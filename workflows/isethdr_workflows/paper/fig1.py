@@ -19,9 +19,9 @@ from .rendered_scene import rendered, thinned, write_sheet
 if TYPE_CHECKING:
     import xarray as xr
 
-DECADES = 6  # of the false colours of a light group, down from its brightest tile
-LONGEST_M = 150.0  # of the picture of distances
-GOLDEN = 0.618033988749895  # neighbouring numbers of objects get colours far apart
+DECADES = 6  # range of the false colours of a light group, down from its brightest tile
+LONGEST_M = 150.0  # longest distance in the picture of distances
+GOLDEN = 0.618033988749895  # step of the hue, which gives consecutive objects different colours
 
 
 def paper_fig1(
@@ -33,14 +33,14 @@ def paper_fig1(
     ----------
     picture : file for light groups, night, day, objects and distances (png or jpg); empty writes
         none.
-    scene : experiment whose lightings are used, and whose rendering if `store` is empty.
-    store : stored scene, by its name or the beginning of it, or a dataset, whose first scene it is:
-        its radiance is used.
+    scene : experiment that gives the lightings, and the rendering if `store` is empty.
+    store : stored radiance to use: a stored scene by its name or the beginning of its name, or a
+        dataset, of which the first scene is used; empty: that of `scene`.
 
     Returns
     -------
-    rows with group, median_cd_m2 and brightest_cd_m2 at weight 1, night_share and day_share of the
-    light of all groups.
+    rows with group, median_cd_m2 and brightest_cd_m2 at weight 1, night_share and day_share (share
+    of the light of all groups by night and by day).
     """
     night, radiance = rendered(f"experiment={scene}") if not store else (None, stored(store))
     lightings = {
@@ -128,7 +128,7 @@ def write(path: str, radiance: xr.Dataset, groups: dict, mixed: dict) -> None:
 
 
 def coloured(instance: np.ndarray) -> np.ndarray:
-    """Return numbers of objects as colours (y, x, 3 bytes); 0 is black."""
+    """Return numbers of objects (y, x) as colours, uint8 (y, x, 3); 0 is black."""
     hue = (instance.astype(float) * GOLDEN)[..., None] % 1.0 + np.array([0.0, 1 / 3, 2 / 3])
     colours = 255 * (0.55 + 0.45 * np.cos(2 * np.pi * hue))
     return np.where(instance[..., None] == 0, 0, colours).astype(np.uint8)

@@ -1,8 +1,8 @@
-"""Beam angle control: area lights of one flux with narrower and narrower beams, on a road.
+"""Beam angle control: area lights of equal flux with beams of decreasing width, on a road.
 
 The paper's renderer narrows an area light to the half angle c: its radiance at the angle a from the
-normal is that of the light times n max(0, 1 - cot(c) tan(a)), with n = 1 / (1 - c cot(c)). Then the
-flux stays that of the Lambertian light: 2 pi times the integral of n (1 - cot(c) tan a) cos a sin a
+normal is that of the light times n max(0, 1 - cot(c) tan(a)), with n = 1 / (1 - c cot(c)). This
+keeps the flux of the Lambertian light: 2 pi times the integral of n (1 - cot(c) tan a) cos a sin a
 from 0 to c is pi. isethdr has tables of intensity instead (docs/explanation/lamps.md); its dipped
 beam is the last picture.
 """
@@ -23,14 +23,14 @@ if TYPE_CHECKING:
 
 
 HALF_ANGLES_DEG = (90.0, 45.0, 22.5, 15.0, 7.5)  # 22.5, 15 and 7.5 are those of the shipped cars
-FLUX_LM = 1000.0  # of the lamp: that of a headlamp
-HEIGHT_M = 0.65  # of the lamp over the road
-DOWN_DEG = 0.57  # of its axis: 1 %
+FLUX_LM = 1000.0  # flux of the lamp, as of a headlamp
+HEIGHT_M = 0.65  # height of the lamp over the road
+DOWN_DEG = 0.57  # tilt of the lamp's axis below the horizontal: 1 %
 DIPPED = "dipped_r112_b"
-ROAD_X_M = (1.0, 81.0)  # of the pictures
-ROAD_Y_M = (-20.0, 20.0)
-TILE_M = 0.25
-LUX = (0.01, 100.0)  # of the false colours
+ROAD_X_M = (1.0, 81.0)  # range of the pictures, ahead
+ROAD_Y_M = (-20.0, 20.0)  # range of the pictures, to the left
+TILE_M = 0.25  # width of a tile of the pictures
+LUX = (0.01, 100.0)  # range of the false colours
 
 
 def paper_fig2(picture: str = "") -> list[dict[str, Any]]:
@@ -44,8 +44,8 @@ def paper_fig2(picture: str = "") -> list[dict[str, Any]]:
     Returns
     -------
     rows with beam, axis_cd (intensity along the axis), flux_lm (integrated over all directions),
-    lux_at_25_m (on the road, straight ahead), reach_1_lux_m (farthest place straight ahead with
-    1 lx on the road).
+    lux_at_25_m (on the road, straight ahead), reach_1_lux_m (largest distance straight ahead with
+    1 lx or more on the road).
     """
     x, y = road()
     rows = []
@@ -92,7 +92,9 @@ def beam_cd(angle_deg: np.ndarray, half_angle_deg: float) -> np.ndarray:
 
 
 def flux_lm(half_angle_deg: float) -> float:
-    """Return the flux of the area light, lm: the integral of its intensity over all directions."""
+    """Return the flux of the area light, lm, which is the integral of its intensity over all
+    directions.
+    """
     edges = np.radians(np.linspace(0, half_angle_deg, 2001))
     angle = (edges[1:] + edges[:-1]) / 2
     values = beam_cd(np.degrees(angle), half_angle_deg)
@@ -100,7 +102,7 @@ def flux_lm(half_angle_deg: float) -> float:
 
 
 def table_flux_lm(lamp: Any) -> float:
-    """Return the flux of a table of intensity, lm."""
+    """Return the flux of a lamp with a table of intensity, lm."""
     left = np.radians(np.arange(-89.5, 90.0, 0.25))
     up = np.radians(np.arange(-89.5, 90.0, 0.25))
     values = lamp.table.at(np.degrees(left), np.degrees(up)[:, None])
@@ -109,14 +111,14 @@ def table_flux_lm(lamp: Any) -> float:
 
 
 def road() -> tuple[np.ndarray, np.ndarray]:
-    """Return the places of the tiles of the road: x ahead and y to the left, m."""
+    """Return the positions of the tiles of the road, m: x (x,) ahead, and y (y, 1) to the left."""
     x = np.arange(ROAD_X_M[0], ROAD_X_M[1], TILE_M) + TILE_M / 2
     y = np.arange(ROAD_Y_M[0], ROAD_Y_M[1], TILE_M) + TILE_M / 2
     return x, y[:, None]
 
 
 def illuminance(intensity_cd: Callable[..., np.ndarray], x: np.ndarray, y: np.ndarray) -> Any:
-    """Return the horizontal illuminance (y, x), lx, of a lamp at the origin, `HEIGHT_M` high.
+    """Return the horizontal illuminance (y, x), lx, by a lamp at the origin, at `HEIGHT_M`.
 
     Parameters
     ----------
@@ -131,7 +133,12 @@ def illuminance(intensity_cd: Callable[..., np.ndarray], x: np.ndarray, y: np.nd
 
 
 def dipped(x: np.ndarray, y: np.ndarray) -> Any:
-    """Return the horizontal illuminance (y, x), lx, of the dipped beam."""
+    """Return the horizontal illuminance (y, x), lx, by the dipped beam.
+
+    Parameters
+    ----------
+    x, y : positions on the road, m.
+    """
     lamp = family(DIPPED)
     distance = np.sqrt(x**2 + y**2 + HEIGHT_M**2)
     left = np.degrees(np.arctan2(y, x))
@@ -140,7 +147,13 @@ def dipped(x: np.ndarray, y: np.ndarray) -> Any:
 
 
 def ahead(lux: np.ndarray, x: np.ndarray) -> dict[str, float]:
-    """Return what lies straight ahead on the road."""
+    """Return the figures straight ahead on the road: illuminance at 25 m, and reach of 1 lx.
+
+    Parameters
+    ----------
+    lux : (y, x) horizontal illuminance, lx.
+    x : (x,) distance ahead, m.
+    """
     line = lux[lux.shape[0] // 2]
     bright = x[line >= 1.0]
     return {

@@ -1,5 +1,5 @@
-"""Day and night: one rendering, two mixes of its light groups, and the light on the sensor along a
-line through a headlight.
+"""Day and night: one rendering, two weighted sums of its light groups, and the light on the sensor
+along a line through a headlight.
 """
 
 from __future__ import annotations
@@ -21,12 +21,12 @@ def paper_fig3(picture: str = "", scene: str = "night_drive") -> list[dict]:
     Parameters
     ----------
     picture : file for both views and the profile (png or jpg); empty writes none.
-    scene : experiment whose rendering is used; its stored radiance serves.
+    scene : experiment that gives the rendering; its stored radiance is reused.
 
     Returns
     -------
-    rows with version, lux_headlight (peak), lux_median, decades between them, and sky_share of the
-    light.
+    rows with version, lux_headlight (at the brightest tile by night), lux_median, and decades
+    between them.
     """
     scene_chain, radiance = rendered(f"experiment={scene}")
     lightings = {
@@ -54,7 +54,7 @@ def paper_fig3(picture: str = "", scene: str = "night_drive") -> list[dict]:
 
 
 def write(path: str, light: dict, row: int) -> None:
-    """Write the views in false colour on one scale, with the line, and its profile.
+    """Write the views in false colours on one scale, with a dotted line, and the profile along it.
 
     Parameters
     ----------

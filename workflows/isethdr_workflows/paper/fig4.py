@@ -1,5 +1,5 @@
-"""Flare of apertures: blades across, dirt down, five lights that each step down by ten; a table and
-one picture sheet.
+"""Flare of apertures with different numbers of blades and densities of dirt, for five lights, each
+ten times dimmer than the previous one: a table and a sheet of pictures.
 """
 
 from __future__ import annotations
@@ -13,8 +13,8 @@ from isethdr_core.errors import ConfigError
 from isethdr_core.physics.photometry import luminance
 from isethdr_core.plugins.registry import build
 
-BLADES = (4, 5, 6, 8, 0)  # 0: round
-DIRT = {  # dust grains and scratches per mm2 of pupil: assumed densities, from dense to none
+BLADES = (4, 5, 6, 8, 0)  # numbers of blades; 0 is a round aperture
+DIRT = {  # assumed densities: dust grains and scratches per mm2 of the pupil
     "dense": (120.0, 40.0),
     "some": (40.0, 12.0),
     "little": (10.0, 3.0),
@@ -24,10 +24,10 @@ FOCAL_MM = 4.38
 F_NUMBER = 2.8
 PITCH_UM = 6.0
 BANDS = {"first_nm": 430.0, "last_nm": 670.0, "step_nm": 40.0}
-DECADES = 8  # of the false colour, down from the brightest tile
-MARGIN = 3  # white tiles between cells
-RING = 8  # tiles from a disc to the ring around it
-# tiles of a cell that holds the rings of five discs
+DECADES = 8  # range of the false colours, down from the brightest tile
+MARGIN = 3  # number of white tiles between cells
+RING = 8  # distance from a disc to the ring around it, tiles
+# smallest size of a cell that holds the rings of five discs, tiles
 LEAST_WIDTH = 100
 LEAST_HEIGHT = 2 * RING
 
@@ -42,12 +42,13 @@ def paper_fig4(picture: str = "", width: int = 240, height: int = 135) -> list[d
 
     Returns
     -------
-    rows with transmitted (share of the open round stop), lux_peak, lux_median (what flare leaves in
-    the dark), decades between the two, and discs_seen (of five, twice the median ring around them).
+    rows with dirt, blades, dust_per_mm2, scratches_per_mm2, transmitted (light over that of the
+    open round aperture), lux_peak, lux_median (flare in the dark), decades between the two, and
+    discs_seen (how many of the five discs have more than twice the median of the ring around them).
 
     Raises
     ------
-    ConfigError : a cell too small for the rings around the discs.
+    ConfigError : a cell is too small for the rings around the discs.
     """
     if width < LEAST_WIDTH or height < LEAST_HEIGHT:
         raise ConfigError(
@@ -84,8 +85,12 @@ def paper_fig4(picture: str = "", width: int = 240, height: int = 135) -> list[d
 
 
 def lights(width: int, height: int) -> Any:
-    """Return mixed radiance of five discs, 1e6 to 1e2 cd/m2, on a ground of 1e-3 cd/m2; a tile is
-    `PITCH_UM` on the sensor.
+    """Return mixed radiance of five discs of 1e6 to 1e2 cd/m2 on a background of 1e-3 cd/m2. A tile
+    is `PITCH_UM` wide on the sensor.
+
+    Parameters
+    ----------
+    width, height : tiles of one cell.
     """
     field = np.degrees(2 * np.arctan(width * PITCH_UM * 1e-3 / FOCAL_MM / 2))
     scene = build(
@@ -102,7 +107,7 @@ def lights(width: int, height: int) -> Any:
 
 
 def figures(lux: np.ndarray) -> dict:
-    """Return the figures of one cell from its illuminance (y, x)."""
+    """Return the figures of one cell from its illuminance (y, x), lux."""
     height, width = lux.shape
     visible = 0
     for k in range(5):
@@ -123,7 +128,14 @@ def figures(lux: np.ndarray) -> dict:
 
 
 def write_sheet(path: str, cells: list) -> None:
-    """Write cells, one row per density of dirt, as one picture; all share one logarithmic scale."""
+    """Write the cells as one picture, with one row per density of dirt. All cells share one
+    logarithmic scale.
+
+    Parameters
+    ----------
+    path : file of the picture.
+    cells : (y, x) illuminance of each cell, lux, row by row.
+    """
     from PIL import Image
 
     top = max(float(c.max()) for c in cells)

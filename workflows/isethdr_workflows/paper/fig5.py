@@ -1,5 +1,5 @@
-"""Exposure ladder of a phone camera at night: road users come out of the dark and drown in the
-growing flare of headlights.
+"""Exposure ladder of a phone camera at night: with longer exposures, road users become visible, but
+the flare of headlights grows and hides them.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from .rendered_scene import rendered, seen_by, shown, thinned, through, write_sh
 if TYPE_CHECKING:
     import xarray as xr
 
-# the white of each picture is inversely proportional to its exposure, not to its content
+# white of a picture times its exposure; the white does not depend on the content of the picture
 WHITE_CD_S_M2 = 0.3
 PHONE = {"f_number": 1.73, "focal_length_mm": 4.38}  # Google Pixel 4a
 
@@ -29,12 +29,12 @@ class Ladder(NamedTuple):
     exposures_s: tuple[float, ...]
 
 
-# the text names a Pixel 4a and 5 to 40 ms; the scripts take an AR0132AT and other exposures
+# the text states a Pixel 4a and 5 to 40 ms; the scripts use an AR0132AT and other exposures
 LADDERS = {
     PAPER: Ladder("bayer_imx363", (0.005, 0.010, 0.020, 0.040)),
     SCRIPTS: Ladder("bayer_isethdr", (0.005, 0.0405, 0.3242)),
 }
-OBJECTS = ("cyclist", "pedestrian", "person", "bicycle")
+OBJECTS = ("cyclist", "pedestrian", "person", "bicycle")  # words in the names of people
 
 
 def paper_fig5(
@@ -45,14 +45,14 @@ def paper_fig5(
     Parameters
     ----------
     picture : file for the ladder (png or jpg); empty writes none.
-    scene : experiment whose rendering is used; stored radiance is read.
+    scene : experiment that gives the rendering; its stored radiance is reused.
     parameters : paper (Pixel 4a, 5 to 40 ms), or scripts (AR0132AT of 3 um, 5, 40.5 and 324.2 ms).
 
     Returns
     -------
-    rows with exposure_s, saturated_percent of the pixels, snr_person (median signal over noise of
-    pixels of people and cyclists), detection (median contrast detection probability of those
-    objects).
+    rows with exposure_s, saturated_percent (of the pixels), snr_person (median ratio of signal to
+    noise over pixels of people and cyclists), detection (median contrast detection probability of
+    these objects).
     """
     ladder = chosen("paper_fig5", parameters, LADDERS)
     scene_chain, radiance = rendered(f"experiment={scene}", f"sensor={ladder.sensor}")

@@ -1,5 +1,5 @@
-"""Split pixel, three captures: in a tunnel, and beside headlights whose flare fills the large
-photodiode.
+"""Three captures of a split pixel: in a tunnel, and close to headlights with flare that saturates
+the large photodiode.
 """
 
 from __future__ import annotations
@@ -20,7 +20,8 @@ if TYPE_CHECKING:
     import xarray as xr
 
 SCENES = {"tunnel": "tunnel_exit", "night": "night_drive"}
-# the text names no exposure: that of the sensor; the scripts take long ones, {scene: seconds}
+# {parameters: {scene: exposure, s}}; None is the exposure of the sensor, because the text states
+# none; the scripts use long exposures
 EXPOSURES_S: dict[str, dict[str, float | None]] = {
     PAPER: {"tunnel": None, "night": None},
     SCRIPTS: {"tunnel": 0.120, "night": 0.342},
@@ -41,13 +42,13 @@ def paper_fig6_7(picture: str = "", scene: str = "tunnel", parameters: str = PAP
 
     Returns
     -------
-    rows with capture, saturated_percent, decades of luminance between the darkest pixel with a
-    signal to noise of 1 and the brightest unsaturated pixel, and log_error: median over pixels of
-    |log10 of measured over true luminance|.
+    rows with capture, saturated_percent, decades (of luminance, from the darkest pixels with a
+    signal above their noise to the brightest unsaturated pixel), and log_error (median over pixels
+    of |log10 of measured over true luminance|).
 
     Raises
     ------
-    ConfigError : an unknown scene.
+    ConfigError : the scene is unknown.
     """
     if scene not in SCENES:
         raise ConfigError(f"study paper_fig6_7 has no scene {scene!r}{did_you_mean(scene, SCENES)}")
@@ -82,7 +83,13 @@ def paper_fig6_7(picture: str = "", scene: str = "tunnel", parameters: str = PAP
 
 
 def shown_luminance(picture: xr.Dataset, true: xr.Dataset) -> dict:
-    """Return the decades of luminance in a picture, and its distance from the truth."""
+    """Return the decades of luminance in a picture, and its error against the reference.
+
+    Parameters
+    ----------
+    picture : picture of the camera.
+    true : reference picture on the same grid.
+    """
     y = picture["xyz"].values[..., 1]
     sd = np.sqrt(picture["variance"].values[..., 1])
     want = true["xyz"].values[..., 1]
@@ -96,7 +103,7 @@ def shown_luminance(picture: xr.Dataset, true: xr.Dataset) -> dict:
 
 
 def write(path: str, pictures: dict, true: xr.Dataset, white: float, row: int) -> None:
-    """Write the captures and their combination at one white, and the luminance along a row.
+    """Write the captures and their combination with the same white, and the luminance along a row.
 
     Parameters
     ----------
@@ -104,7 +111,7 @@ def write(path: str, pictures: dict, true: xr.Dataset, white: float, row: int) -
     pictures : {title: picture of a capture, or of all of them}.
     true : reference picture, without flare.
     white : luminance that is shown as white, cd/m2.
-    row : row of the profile, in which most of the large photodiode is full.
+    row : row of the profile, in which the large photodiode is saturated in the most pixels.
     """
     views = [shown(p, white) for p in pictures.values()]
 

@@ -1,5 +1,5 @@
 """RGB against RGBW filters from starlight to a lit room: structural similarity and colour error,
-classical and learned demosaic.
+with a classical and a learned demosaic.
 """
 
 from __future__ import annotations
@@ -20,16 +20,18 @@ if TYPE_CHECKING:
     from isethdr_core.plugins.protocols import Isp, Metric, Sensor
 
 SENSORS = {"RGB": "bayer", "RGBW": "rgbw"}
-DEMOSAICS = ("bilinear", "learned")  # classical, and linear per local class
-SHOWN_LUX = (0.1, 0.25)  # the two levels whose pictures the sheet shows
-# range for the design of the colour matrix; outside it noise dominates or is negligible
+DEMOSAICS = ("bilinear", "learned")  # the classical one, and linear filters per local class
+SHOWN_LUX = (0.1, 0.25)  # the two levels of which the sheet shows pictures
+# range of the signal to noise ratio for which the colour matrix is designed; outside this range
+# noise dominates or is negligible
 DESIGN_SNR = (
     0.5,
     40.0,
 )
 LENS = {"f_number": 4.0}
 OWN = "own"
-# mean illuminances, lx: of the text's graph, and of the published script; pixels 3 um, 1/60 s
+# mean illuminances, lx, of the graph in the text and of the published script, both with pixels of
+# 3 um and 1/60 s
 LEVELS_LUX = {
     OWN: (),
     PAPER: (*np.arange(1, 11) / 10, *range(2, 11)),
@@ -51,9 +53,10 @@ def paper_fig8_9_classical(
     ----------
     picture : file for the pictures at 0.1 and 0.25 lux and the two curves (png or jpg); empty
         writes none.
-    scene : experiment whose rendering is used, lit by its sky alone; its stored radiance serves.
-    levels : mean illuminances, 0.01 to 10 lux, equal steps of their logarithm.
-    draws : shots that each score is the mean of.
+    scene : experiment that gives the rendering, lit by its sky alone; its stored radiance is
+        reused.
+    levels : number of mean illuminances from 0.01 to 10 lux, in equal steps of their logarithm.
+    draws : number of shots over which each score is averaged.
     parameters : own (`levels`, the bundled sensors), paper (0.1 to 1 and 2 to 10 lux) or scripts
         (0.01, 0.316 and 10 lux), both with pixels of 3 um and 1/60 s.
 
@@ -129,7 +132,7 @@ def driving(scene: str) -> LitScene:
 
 
 def colour_chart() -> LitScene:
-    """Return the chart with 24 patches."""
+    """Return a colour chart with 24 patches."""
     scene = build("scene", "macbeth", width=240, height=160)()
     mixed = build("lighting", "weights", weights={"sky": 1.0})(scene)
     light = build(
@@ -143,10 +146,10 @@ def colour_chart() -> LitScene:
 
 
 def at_noise(isp: Isp, sensor: Sensor, scene: LitScene, lux: float) -> Any:
-    """Return the isp with its colour matrix solved for the noise at one illuminance: clear pixels
-    only help where noise counts beside colour.
+    """Return the isp with a colour matrix designed for the noise at one illuminance. Clear pixels
+    only help if the design weighs noise against colour errors.
 
-    The noise is that of a bilinear picture: a learned demosaic states none.
+    The noise is that of a bilinear picture, because a learned demosaic does not state its noise.
 
     Parameters
     ----------
@@ -175,7 +178,7 @@ def scored(
     isp : isp of the figure.
     scene : scene and its light on the sensor plane.
     lux : illuminance of the scene, lux.
-    draws : number of shots with other noise.
+    draws : number of shots with different noise.
     """
     values = []
     for seed in range(draws):
@@ -187,7 +190,7 @@ def scored(
 
 
 def displayed(sensor: Sensor, isp: Isp, scene: LitScene, lux: float) -> Any:
-    """Return the displayed picture of one shot; its white is that of the reference picture.
+    """Return the displayed picture of one shot, with the white of the reference picture.
 
     Parameters
     ----------

@@ -1,5 +1,5 @@
 """RGB against RGBW filters at low light, with networks and with classical developments, on roads
-that no network has seen.
+that were not used for training.
 """
 
 from __future__ import annotations
@@ -40,8 +40,11 @@ class Filters(NamedTuple):
 
     Parameters
     ----------
-    best : classical settings by illuminance and score.
-    known : scores that the study `learned_picture` has left beside the model, by illuminance and
+    camera : camera with these filters.
+    overrides : overrides of the config of the camera.
+    network : isp with the network.
+    best : best classical settings, {illuminance: {score: setting}}.
+    known : scores from the study `learned_picture`, in the folder of the model, by illuminance and
         road.
     """
 
@@ -76,11 +79,12 @@ def paper_fig8_9_networks(
     Parameters
     ----------
     overrides : overrides of the config of both cameras, such as the lens.
-    rgb, rgbw : ONNX files of `isp=network`; `classical_grid.csv` of the study `learned_picture`
-        stands beside each of them, and names the illuminances. Its `held_out_scores.csv` of the
-        same model, camera and roads saves the computation.
+    rgb, rgbw : ONNX files of `isp=network`. The folder of each must hold `classical_grid.csv` of
+        the study `learned_picture`, which states the illuminances. If it also holds
+        `held_out_scores.csv` of the same model, camera and roads, these scores are not computed
+        again.
     sensors : sensors of the two models, separated by a comma.
-    dataset : name of a dataset of the home, or the folder of one in another home.
+    dataset : name of a dataset in the home folder, or the folder of a dataset in another one.
     part : part of the dataset: test, or validation.
     picture : file for pictures of the first road at night and the curves (png or jpg); empty
         writes none.
@@ -88,12 +92,12 @@ def paper_fig8_9_networks(
     Returns
     -------
     rows with lux, score, development (network, classical), the means of rgb and rgbw, difference
-    (rgbw less rgb) with low and high (95 % over roads), roads, and crossing_lux with crossing_low
-    and crossing_high: the illuminance above which RGB is better; NaN where there is none.
+    (rgbw minus rgb) with low and high (95 % over roads), roads, and crossing_lux with crossing_low
+    and crossing_high (illuminance above which RGB is better; NaN if there is none).
 
     Raises
     ------
-    ConfigError : a model or its table is missing, or no road of the part is there.
+    ConfigError : a model or its table is missing, or the part has no stored road.
     """
     cameras = filters_of(rgb, rgbw, sensors, overrides)
     roads = roads_of(dataset)
@@ -168,8 +172,7 @@ def filters_of(rgb: str, rgbw: str, sensors: str, overrides: Sequence[str]) -> d
 
 
 def known_of(name: str, filters: Filters, road: Road) -> list[Found]:
-    """Return the scores of a road that stand beside the model; none unless they are of all
-    illuminances.
+    """Return the stored scores of a road; none unless there are scores for all illuminances.
 
     Parameters
     ----------
@@ -187,7 +190,8 @@ def known_of(name: str, filters: Filters, road: Road) -> list[Found]:
 
 
 def found_of(name: str, filters: Filters, road: Road, lux: float, shot: Shot) -> Found:
-    """Return the scores of one shot: the network's, and each score of its best setting.
+    """Return the scores of one shot: those of the network, and each score of the classical setting
+    that is best for it.
 
     Parameters
     ----------
@@ -195,7 +199,7 @@ def found_of(name: str, filters: Filters, road: Road, lux: float, shot: Shot) ->
     filters : camera with its network and classical settings.
     road : stored scene.
     lux : illuminance on the sensor, lux.
-    shot : captures of the road and its true picture.
+    shot : captures of the road and its reference picture.
     """
     classical = {
         score: scores_of(build("isp", "merge", **best.fields())(shot.captures), shot.reference)
@@ -211,7 +215,7 @@ def found_of(name: str, filters: Filters, road: Road, lux: float, shot: Shot) ->
 
 
 def rows_of(found: Sequence[Found]) -> list[dict]:
-    """Return the rows of the table, both kinds of filters paired by road."""
+    """Return the rows of the table. Both kinds of filters are compared on the same roads."""
     levels = sorted({one.lux for one in found})
     roads = list(dict.fromkeys(one.road for one in found))
     rows = []
@@ -266,12 +270,18 @@ def is_at_night(road: Road) -> bool:
 
 
 def shown_lux(levels: Any) -> list[float]:
-    """Return the illuminances whose pictures are shown."""
+    """Return the illuminances for which pictures are shown."""
     return [lux for lux in levels if lux in SHOWN_LUX]
 
 
 def shown(filters: Filters, shot: Shot) -> np.ndarray:
-    """Return the network's picture in bytes; the white is the truth's."""
+    """Return the network's picture in bytes, with the white of the reference picture.
+
+    Parameters
+    ----------
+    filters : camera with its network.
+    shot : captures of a road and its reference picture.
+    """
     return display(filters.network(shot.captures), white_cd_m2(shot.reference))
 
 

@@ -1,4 +1,4 @@
-"""Parameters of a figure: those of the paper's text, or those of its published scripts."""
+"""Parameters of a figure: those in the paper's text, or those in its published scripts."""
 
 from __future__ import annotations
 
@@ -19,11 +19,11 @@ def chosen(figure: str, parameters: str, known: dict[str, Of]) -> Of:
     ----------
     figure : name of the figure's study, for messages.
     parameters : parameters as typed.
-    known : {paper, scripts or more: the parameters}.
+    known : {name: the parameters}; names are `paper`, `scripts` and others.
 
     Raises
     ------
-    ConfigError : none of these.
+    ConfigError : `parameters` is none of the names.
     """
     if parameters not in known:
         raise ConfigError(

@@ -77,7 +77,7 @@ def seen_by(
 def write_sheet(
     path: str, rows: list[list], names: list[list[str]], plot: Callable[..., Any] | None = None
 ) -> None:
-    """Write rows of pictures with their names, and a drawing below them.
+    """Write a sheet with rows of titled pictures, and a drawing below them.
 
     Parameters
     ----------
@@ -123,16 +123,16 @@ def write_sheet(
 
 
 def lux_of(light: xr.DataArray) -> np.ndarray:
-    """Return illuminance (y, x) of an irradiance, lux, float64."""
+    """Return the illuminance (y, x), lux, float64, of an irradiance."""
     return luminance(light.values.astype(float), light.wavelength.values)
 
 
 def shown(picture: xr.Dataset, white_cd_m2: float) -> np.ndarray:
-    """Return a picture in sRGB bytes at a stated white. No picture is scaled by its own maximum."""
+    """Return a picture in sRGB bytes with a given white. It is not scaled by its own maximum."""
     return display(picture, white_cd_m2)
 
 
 def thinned(picture: np.ndarray, widest: int = 900) -> np.ndarray:
-    """Return a picture with every n-th pixel, at most `widest` across, for a sheet."""
+    """Return every n-th pixel of a picture, so that it is at most `widest` pixels wide."""
     step = -(-picture.shape[1] // widest)
     return picture[::step, ::step]

@@ -1,4 +1,4 @@
-"""Study `dirt`: which share of the loss behind a dirty lens is scatter, ghosts and noise."""
+"""Study `dirt`: shares of scatter, ghosts and noise in the loss of scores through a dirty lens."""
 
 from __future__ import annotations
 
@@ -25,8 +25,8 @@ from .shares import ratio_over_roads, shares
 from .tables import checked_page, columns, shown, write_page
 from .term_scores import SCORES, SUBSETS, TERMS, Values, checked_chain, key_of, term_scores
 
-OF_CONFIG = ("bayer", "split_pixel", "rgbw")  # cameras that the main config has
-# the prescription of the ghosts opens to f/3; no denoising, which would hide what noise costs
+OF_CONFIG = ("bayer", "split_pixel", "rgbw")  # cameras of the main config
+# f/3 is the largest aperture of the ghosts' prescription; denoising would hide the loss by noise
 OWN = (
     "lens.f_number=3",
     "+flare@flare.ghosts=ghosts_broadband",
@@ -37,7 +37,7 @@ OWN = (
 
 @dataclass(frozen=True)
 class Asked:
-    """What a study asks of each scene."""
+    """The scenes, cameras and shots of a study."""
 
     sources: tuple[Source, ...]
     cameras: tuple[str, ...]
@@ -58,16 +58,17 @@ def dirt(
     ----------
     overrides : overrides of all scenes, for example flare@flare.dirt=aperture_fingerprint.
     dataset : name of the dataset; its stored radiance is read.
-    cameras : names of cameras of the main config, or of sensor presets, parted by commas.
-    scenes : only the first ones; 0: all.
-    shots : noise realisations that each score is the mean of.
+    cameras : names of cameras of the main config, or of sensor presets, separated by commas.
+    scenes : number of scenes, from the first one; 0: all.
+    shots : number of noise realisations over which each score is averaged.
     page : file for the tables (Markdown); empty writes none.
 
     Returns
     -------
-    rows with camera, score, term, `loss` (of all terms together, positive where the picture is
-    worse), `first`, `last` and `shapley` (of the term), `share` of the loss by Shapley's rule; each
-    with 95 % limits over roads; scenes and roads.
+    rows with camera, score, term, `loss` (of all terms together, positive if the picture is worse),
+    `first`, `last` and `shapley` (loss by the term as the first one, as the last one, and by
+    Shapley's rule), `share` (of the loss by Shapley's rule), each with 95 % limits over roads;
+    number of scenes and roads.
     """
     checked_page(page)
     asked = asked_of(dataset, cameras, scenes, shots, overrides)
@@ -80,20 +81,20 @@ def dirt(
 def asked_of(
     dataset: str, cameras: str, scenes: int, shots: int, overrides: Sequence[str]
 ) -> Asked:
-    """Return what a study asks, after the chain of every kind of scene has been checked.
+    """Return the scenes, cameras and shots of a study. The chain of every kind of scene is checked.
 
     Parameters
     ----------
     dataset : name of the dataset.
     cameras : names of sensors, separated by commas.
     scenes : number of scenes; 0: all.
-    shots : shots of each scene with other noise.
+    shots : number of shots of each scene with different noise.
     overrides : overrides of the config, as typed.
 
     Raises
     ------
-    ConfigError : a mistake in a setting, or a chain without dirt or without ghosts.
-    CatalogError : no such dataset.
+    ConfigError : a setting has a mistake, or a chain has no dirt or no ghosts.
+    CatalogError : there is no such dataset.
     """
     if shots < 1 or scenes < 0:
         raise ConfigError(
@@ -113,8 +114,8 @@ def asked_of(
 
 
 def scored(asked: Asked, version: str = STORED) -> list[dict[str, Values]]:
-    """Return {camera: {terms: {score: value}}} of each scene. Scenes that were scored before are
-    read: a study that was interrupted goes on where it stopped.
+    """Return {camera: {terms: {score: value}}} of each scene. Stored scores are read, so an
+    interrupted study continues where it stopped.
 
     Parameters
     ----------
@@ -191,7 +192,14 @@ def rows_of(asked: Asked, scenes: Sequence[dict[str, Values]]) -> list[dict[str,
 
 
 def losses(values: Values, score: str) -> dict[str, float]:
-    """Return the loss of a score in one scene: of all terms, and of each by each rule."""
+    """Return the loss of a score in one scene: that of all terms, and that of each term by each
+    rule.
+
+    Parameters
+    ----------
+    values : scores of the scene with each set of terms.
+    score : name of the score.
+    """
     sign = -SCORES[score]
     of_subsets = {subset: sign * _number(values[key_of(subset)][score]) for subset in SUBSETS}
     every = frozenset(TERMS)
@@ -210,7 +218,13 @@ def _number(value: float | None) -> float:
 
 
 def text_of(rows: Sequence[dict[str, Any]], asked: Asked) -> str:
-    """Return the tables as a page."""
+    """Return the tables as a page in Markdown.
+
+    Parameters
+    ----------
+    rows : rows of the study.
+    asked : scenes and cameras of the study.
+    """
     lines = []
     for camera in asked.cameras:
         own = [row for row in rows if row["camera"] == camera]

@@ -1,10 +1,10 @@
-"""Study `picture_noise`: whether noise of the renderer, or denoising, changes what networks win
-over classical pictures, and RGBW over RGB.
+"""Study `picture_noise`: whether noise of the renderer, or denoising of its light, changes the
+advantage of networks over classical pictures, and of RGBW over RGB.
 
-Each road is developed from the stored radiance and from versions of it. Its two half buffers are
-two renderings with different seeds and half the samples each. A picture from one of them is scored
-against the true picture of the same one, whose noise it shares, and of the other one, whose noise
-is independent.
+Pictures of each road are made from the stored radiance and from versions of it. The two half
+buffers of the radiance are two renderings with different seeds and half the samples each. A picture
+from one half buffer is scored against two reference pictures: that of the same half buffer, which
+has the same noise, and that of the other one, which has independent noise.
 """
 
 from __future__ import annotations
@@ -28,14 +28,15 @@ from .tables import columns
 
 HALF_BUFFERS = ("half_a", "half_b")
 DENOISED = "denoised"
-# {change: [(version of the captures, version of the true picture), ...]}, averaged
+# {change: pairs (version of the captures, version of the reference picture)}; the scores of the
+# pairs are averaged
 CHANGES: dict[str, tuple[tuple[str, str], ...]] = {
     "half_buffers": tuple((half, half) for half in HALF_BUFFERS),
     "other_half": (HALF_BUFFERS, (HALF_BUFFERS[1], HALF_BUFFERS[0])),
     DENOISED: ((DENOISED, DENOISED),),
 }
 PAIRS = {pair for pairs in CHANGES.values() for pair in pairs} | {(STORED, STORED)}
-EVERY = "all"  # parts of a dataset that no training has read
+EVERY = "all"  # stands for all parts, of a dataset that was not used for training
 
 
 class Found(NamedTuple):
@@ -63,26 +64,27 @@ def picture_noise(
     Parameters
     ----------
     overrides : overrides of the config of both cameras, such as the lens.
-    rgb, rgbw : ONNX files of `isp=network`; `classical_grid.csv` of the study `learned_picture`
-        stands beside each of them, and names the illuminances.
+    rgb, rgbw : ONNX files of `isp=network`. The folder of each must hold `classical_grid.csv` of
+        the study `learned_picture`, which states the illuminances.
     sensors : sensors of the two models, separated by a comma.
-    dataset : name of a dataset of the home, or the folder of one in another home; its scenes hold
-        half buffers.
-    part : part of the dataset: test, validation, or all, of a dataset that no training has read.
+    dataset : name of a dataset in the home folder, or the folder of a dataset in another one; its
+        scenes must have half buffers.
+    part : part of the dataset: test or validation; or all, for a dataset that was not used for
+        training.
     scenes : number of scenes; 0: all of the part.
 
     Returns
     -------
-    rows with answer, lux, score, `stored` (the mean difference by the stored radiance) and its
-    changes, paired by road, all with 95 % limits over roads: `half_buffers` (half the samples,
-    twice the variance of the renderer's noise), `other_half` (the same against the true picture of
-    the other half) and `denoised`; `changes`: which of them differ from 0 and lead out of the
-    limits of `stored`.
+    rows with answer, lux, score, `stored` (mean difference with the stored radiance) and changes of
+    it, paired by road, all with 95 % limits over roads: `half_buffers` (half the samples, so twice
+    the variance of the renderer's noise), `other_half` (the same against the reference picture of
+    the other half buffer) and `denoised`; and `changes`, the names of those that differ from 0 and
+    move the result beyond the limits of `stored`.
 
     Raises
     ------
-    ConfigError : a model or its table is missing, or no road of the part is there.
-    UnitError : a scene holds no half buffers.
+    ConfigError : a model or its table is missing, or the part has no stored road.
+    UnitError : a scene has no half buffers.
     """
     cameras = filters_of(rgb, rgbw, sensors, overrides)
     roads = chosen(dataset, part, scenes)
@@ -143,7 +145,7 @@ def jobs_of(name: str, filters: Filters, road: Road) -> list[tuple[Any, ...]]:
 
 
 def _taken(shots: dict[tuple[str, float], Shot], pair: tuple[str, str], lux: float) -> Shot:
-    """Return captures of the first version with the true picture of the second one."""
+    """Return captures of the first version with the reference picture of the second one."""
     of, against = pair
     return shots[of, lux]._replace(reference=shots[against, lux].reference)
 
@@ -159,15 +161,15 @@ def compared(
     filters : camera with its network and classical settings.
     road : stored scene.
     lux : illuminance on the sensor, lux.
-    pair : versions of captures and true picture.
-    shot : captures and true picture.
+    pair : versions of captures and reference picture.
+    shot : captures and reference picture.
     """
     scores = found_of(name, filters, road, lux, shot)
     return Found(road.record.road, name, lux, pair, scores.network, scores.classical)
 
 
 def rows_of(found: Sequence[Found]) -> list[dict[str, Any]]:
-    """Return the rows of the study: differences by the stored radiance, and their changes."""
+    """Return the rows of the study: differences with the stored radiance, and their changes."""
     known = {(one.road, one.filters, one.lux, one.pair): one for one in found}
     roads = list(dict.fromkeys(one.road for one in found))
     levels = sorted({one.lux for one in found})
@@ -193,7 +195,8 @@ def rows_of(found: Sequence[Found]) -> list[dict[str, Any]]:
     return rows
 
 
-# {answer: ((filters, development), (filters, development))}: the first less the second
+# {answer: ((filters, development), (filters, development))}; an answer is the score of the first
+# minus that of the second
 ANSWERS = {
     "network less classical, RGB": ((RGB, NETWORK), (RGB, CLASSICAL)),
     "network less classical, RGBW": ((RGBW, NETWORK), (RGBW, CLASSICAL)),
@@ -216,8 +219,8 @@ def _score(
 
 
 def changes(row: dict[str, Any]) -> str:
-    """Return which changes differ from 0 with 95 % confidence and lead out of the 95 % limits of
-    the stored result; none otherwise.
+    """Return the names of the changes that differ from 0 with 95 % confidence and move the result
+    beyond the 95 % limits of the stored one; `none` if there are none.
     """
     found = []
     for name in CHANGES:

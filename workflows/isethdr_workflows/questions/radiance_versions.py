@@ -1,8 +1,8 @@
 """Versions of stored radiance: as it is, either of its half buffers, or denoised.
 
-A renderer that states half buffers stores half of the luminance difference of buffers A and B.
-Radiance times (Y + difference) / Y is that of one buffer: its noise is the square root of two times
-larger. All bands of a tile are scaled alike, since they share their paths.
+A renderer with half buffers stores half of the luminance difference of buffers A and B. Radiance
+times (Y + difference) / Y is that of one buffer, and its noise is larger by the square root of two.
+All bands of a tile are scaled by the same factor, because they share their paths.
 """
 
 from __future__ import annotations
@@ -24,7 +24,13 @@ STORED = "stored"
 
 
 def _half(scene: xr.Dataset, sign: float) -> np.ndarray:
-    """Return the luminance (light_group, y, x) of one half of the samples, cd/m2."""
+    """Return the luminance (light_group, y, x) of one half buffer, cd/m2.
+
+    Parameters
+    ----------
+    scene : scene radiance with half buffers.
+    sign : 1 for buffer A, -1 for buffer B.
+    """
     if HALF_DIFFERENCE not in scene or not np.isfinite(scene[HALF_DIFFERENCE].values).all():
         raise UnitError(
             f"the scene has no variable {HALF_DIFFERENCE!r}: it was rendered in a single pass;"
@@ -35,7 +41,7 @@ def _half(scene: xr.Dataset, sign: float) -> np.ndarray:
     )
 
 
-# {version: luminance (light_group, y, x) of a scene, cd/m2}
+# {version: function of a scene that returns luminance (light_group, y, x), cd/m2}
 VERSIONS: dict[str, Callable[[Any], np.ndarray]] = {
     STORED: lambda scene: tristimulus(scene)[:, 1],
     "half_a": lambda scene: _half(scene, 1.0),
@@ -46,11 +52,11 @@ VERSIONS: dict[str, Callable[[Any], np.ndarray]] = {
 
 @dataclass(frozen=True)
 class RadianceVersion:
-    """A scene whose stored radiance is changed before it is used.
+    """A stored scene with radiance that is changed before it is used.
 
     Parameters
     ----------
-    scene : returns scene radiance and knows its field, bands and groups.
+    scene : component that returns stored scene radiance, its field, bands and groups.
     version : name of the version.
     """
 
@@ -58,7 +64,7 @@ class RadianceVersion:
     version: str
 
     def __call__(self) -> xr.Dataset:
-        """Return radiance of this version, with the labels of the stored scene."""
+        """Return scene radiance of this version, with the labels of the stored scene."""
         return changed(self.scene(), self.version)
 
     def bands_nm(self) -> list[float]:
@@ -66,7 +72,7 @@ class RadianceVersion:
         return list(self.scene.bands_nm())
 
     def light_groups(self) -> tuple[str, ...]:
-        """Return the stored light groups."""
+        """Return the names of the stored light groups."""
         return tuple(self.scene.light_groups())
 
     def camera_field(self) -> tuple[float, float, str]:
@@ -76,7 +82,7 @@ class RadianceVersion:
 
 
 def checked_version(version: str) -> str:
-    """Return the name of a version; ConfigError where there is none of that name."""
+    """Return the name of a version; raise ConfigError if there is none of that name."""
     if version not in VERSIONS:
         raise ConfigError(
             f"there is no version of radiance {version!r}{did_you_mean(version, VERSIONS)}"
@@ -89,7 +95,7 @@ def changed(scene: xr.Dataset, version: str) -> xr.Dataset:
 
     Raises
     ------
-    UnitError : the scene does not state its noise, or no half buffers.
+    UnitError : the scene does not state the noise or the half buffers that the version needs.
     """
     if version == STORED:
         return scene

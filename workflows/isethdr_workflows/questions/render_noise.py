@@ -44,8 +44,8 @@ def render_noise(
     Returns
     -------
     rows with camera, score, term, `shapley` (loss by the stored radiance), `half_buffers` and
-    `denoised` (change of this loss, paired by scene, with 95 % limits over roads), `changes`: which
-    of the two changes differs from 0 and leads out of the 95 % limits of `shapley`.
+    `denoised` (change of this loss, paired by scene, with 95 % limits over roads), and `changes`,
+    the names of those that differ from 0 and move the result beyond the 95 % limits of `shapley`.
     """
     checked_page(page)
     asked = asked_of(dataset, cameras, scenes, shots, overrides)
@@ -79,7 +79,7 @@ def rows_of(asked: Asked, answers: dict[str, list[dict[str, Values]]]) -> list[d
         for score in SCORES:
             for term in TERMS:
                 rule = f"shapley {term}"
-                if score == "dynamic_range":  # without noise it has no value
+                if score == "dynamic_range":  # it is not defined without noise
                     rule = f"last {term}"
                 of = {
                     version: [losses(one[camera], score)[rule] for one in found]
@@ -100,7 +100,8 @@ def rows_of(asked: Asked, answers: dict[str, list[dict[str, Values]]]) -> list[d
 
 
 def changes(row: dict[str, Any]) -> str:
-    """Return which changes alter a result: `half_buffers`, `denoised`, both, or none.
+    """Return the names of the changes that alter a result: `half_buffers`, `denoised`, both, or
+    `none`.
 
     A change alters a result if it differs from 0 with 95 % confidence and the changed value lies
     beyond the 95 % limits of the stored result.

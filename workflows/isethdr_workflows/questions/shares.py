@@ -22,9 +22,9 @@ Scores = Mapping[frozenset[str], float]
 class Share:
     """Loss of a score by one term."""
 
-    first: float  # switched on alone
-    last: float  # switched on after all others
-    shapley: float  # mean over all orders
+    first: float  # loss if the term alone is switched on
+    last: float  # additional loss if the term is switched on after all others
+    shapley: float  # mean additional loss over all orders
 
 
 def shares(scores: Scores, terms: Sequence[str]) -> dict[str, Share]:
@@ -32,8 +32,8 @@ def shares(scores: Scores, terms: Sequence[str]) -> dict[str, Share]:
 
     Parameters
     ----------
-    scores : {set of terms switched on: score}, of all subsets; NaN where it has none.
-    terms : their names.
+    scores : {set of terms switched on: score} for all subsets; NaN if there is no score.
+    terms : names of the terms.
     """
     every = frozenset(terms)
     found = {}
@@ -63,9 +63,9 @@ def ratio_over_roads(
 
     Notes
     -----
-    With r = sum(part) / sum(whole), the deviations part - r whole have the mean 0, and their
-    interval over the mean whole is that of r (Cochran 1977, chapter 6). It is that of a normal
-    ratio: where the whole itself may be 0, the interval says little, and it is left out.
+    With r = sum(part) / sum(whole), the deviations part - r whole have the mean 0. Their interval
+    divided by the mean whole is the interval of r (Cochran 1977, chapter 6). This assumes a normal
+    ratio. If the whole itself may be 0, ratio and interval would mean little and are left out.
     """
     kept = [
         (p, w, r)

@@ -1,4 +1,4 @@
-"""Tables of a question: means with their intervals, and the page that holds them."""
+"""Tables of a question: means with their intervals, and the page with the tables."""
 
 from __future__ import annotations
 
@@ -14,12 +14,24 @@ from ..dataset.study.intervals import Mean
 
 
 def columns(name: str, mean: Mean) -> dict[str, float]:
-    """Return a mean and its interval as three columns of a row."""
+    """Return a mean and its interval as three columns of a row.
+
+    Parameters
+    ----------
+    name : name of the column of the mean.
+    mean : the mean with its interval.
+    """
     return {name: mean.value, f"{name}_low": mean.low, f"{name}_high": mean.high}
 
 
 def shown(row: Mapping[str, Any], name: str) -> str:
-    """Return a value with its interval for people: `0.12 (0.05 to 0.19)`; a dash for none."""
+    """Return a value of a row with its interval as text, `0.12 (0.05 to 0.19)`; a dash for NaN.
+
+    Parameters
+    ----------
+    row : row with the columns of `columns`.
+    name : name of the column of the mean.
+    """
     value = row[name]
     if math.isnan(value):
         return "–"
@@ -29,11 +41,11 @@ def shown(row: Mapping[str, Any], name: str) -> str:
 
 
 def checked_page(page: str) -> None:
-    """Check that a page can be written, before the work of hours.
+    """Check that a page can be written, before hours of computation.
 
     Raises
     ------
-    ConfigError : its folder is not there.
+    ConfigError : the folder of the page does not exist.
     """
     if page and not Path(page).resolve().parent.is_dir():
         raise ConfigError(
@@ -44,9 +56,14 @@ def checked_page(page: str) -> None:
 def write_page(page: str, text: str) -> None:
     """Write a page.
 
+    Parameters
+    ----------
+    page : file to write.
+    text : content of the page.
+
     Raises
     ------
-    CatalogError : it cannot be written.
+    CatalogError : the page cannot be written.
     """
     try:
         write_text(Path(page), text)

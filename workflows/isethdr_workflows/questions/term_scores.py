@@ -29,8 +29,9 @@ from ..export.labels.masks import is_thing
 from .radiance_versions import STORED, RadianceVersion
 
 TERMS = ("scatter", "ghosts", "noise")
-NOISELESS = 1e-6  # factor on the stated variance, as with a million times as many electrons
-# {score: 1 where more is better, -1 where less is}
+# factor on the stated variance of pictures without noise, as with a million times as many electrons
+NOISELESS = 1e-6
+# {score: 1 if larger is better, -1 if smaller is better}
 SCORES = {
     "detection of objects": 1,
     "ssim": 1,
@@ -38,7 +39,7 @@ SCORES = {
     "log_luminance_error": -1,
     "dynamic_range": 1,
 }
-NEED_NOISE = ("dynamic_range",)  # scores that are defined with noise only
+NEED_NOISE = ("dynamic_range",)  # scores that are not defined without noise
 SUBSETS = [
     frozenset(chosen) for count in range(len(TERMS) + 1) for chosen in combinations(TERMS, count)
 ]
@@ -51,11 +52,11 @@ def key_of(subset: frozenset[str]) -> str:
 
 
 def checked_chain(source: Source) -> Chain:
-    """Return the chain of a scene, after a check that it has both kinds of flares.
+    """Return the chain of a scene, and check that it has both kinds of flares.
 
     Raises
     ------
-    ConfigError : it has no flare that spreads light, or none that adds light.
+    ConfigError : the chain has no flare that spreads light, or none that adds light.
     """
     built = built_for(source)[1]
     kinds = {spreads(flare) for flare in built.flares.values()}
@@ -77,7 +78,7 @@ def term_scores(source: Source, version: str = STORED, shots: int = 1) -> dict[s
     Parameters
     ----------
     source : the scene.
-    version : version of its radiance.
+    version : name of the version of its radiance.
     shots : number of noise realisations over which noisy scores are averaged.
     """
     config, built = built_for(source)
@@ -92,8 +93,8 @@ def term_scores(source: Source, version: str = STORED, shots: int = 1) -> dict[s
     ]
     seen = light_of(config, built, members, source)
     light = seen.light
-    # Dirt does not change ghosts. On one grid, the light with both is therefore a sum, and the
-    # lens need not be computed a fourth time.
+    # Dirt does not change ghosts. If all light has the same grid, the light with both is a sum, and
+    # the lens need not be computed a fourth time.
     if all(one.dims == light[""].dims and one.shape == light[""].shape for one in light.values()):
         values = light["scatter"].values + (light["ghosts"].values - light[""].values)
         light["scatter+ghosts"] = light["scatter"].copy(data=np.maximum(values, 0.0))
@@ -145,15 +146,21 @@ def of_camera(seen: Imaged, sensor: Any, keys: Sequence[Generator]) -> Values:
 
 
 class Compared(NamedTuple):
-    """What pictures of one camera are compared with."""
+    """The data with which the pictures of one camera are compared."""
 
     reference: Any  # reference picture
-    labels: Any
-    things: frozenset[str]  # names of objects that count
+    labels: Any  # labels on the same pixels
+    things: frozenset[str]  # names of the objects that count
 
 
 def compared_with(seen: Imaged, picture: Any) -> Compared:
-    """Return reference picture and labels on the pixels of a picture."""
+    """Return reference picture and labels on the pixels of a picture.
+
+    Parameters
+    ----------
+    seen : scene as the lens images it.
+    picture : a picture of the camera.
+    """
     reference = collected(lambda: truth(seen.mixed, picture)).result
     labels = labels_on(seen.scene, picture)
     things = (name_of(r) for r in labels.attrs["objects"] if is_thing(r["category"]))
@@ -161,13 +168,13 @@ def compared_with(seen: Imaged, picture: Any) -> Compared:
 
 
 def scores_of(seen: Imaged, picture: Any, noisy: bool, compared: Compared) -> dict[str, float]:
-    """Return the scores of a picture; NaN where it has none.
+    """Return the scores of a picture; NaN if it has no such score.
 
     Parameters
     ----------
     seen : scene as the lens images it, with the components of the run.
     picture : picture of a camera.
-    noisy : whether the picture has noise; without, scores that need noise are NaN.
+    noisy : whether the picture has noise; otherwise scores that need noise are NaN.
     compared : reference picture, labels, and names of the objects that count.
     """
     if not noisy:
@@ -192,5 +199,7 @@ def scores_of(seen: Imaged, picture: Any, noisy: bool, compared: Compared) -> di
 
 
 def _is(score: Score, things: frozenset[str]) -> bool:
-    """Return whether a score is that of a thing; metrics number things of equal names."""
+    """Return whether a score belongs to one of the things. Metrics append a number to names that
+    occur more than once.
+    """
     return score.object in things or score.object.rpartition(" ")[0] in things

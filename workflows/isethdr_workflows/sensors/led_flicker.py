@@ -1,9 +1,9 @@
-"""LED lamps at night: short exposures that miss the lit phase of a lamp, and a small photodiode
-that catches all lamps.
+"""LED lamps at night: short exposures miss the lit phase of a lamp, and a small photodiode sees all
+lamps.
 
-Five lamps of 90 Hz, lit for a tenth of the time with different phases, are captured with staggered
-exposures (the first saturates, the short ones cover an instant) and with a split pixel (its small
-photodiode is exposed as long as the large one).
+Five lamps of 90 Hz, lit for a tenth of the time with different phases, are captured in two ways.
+With staggered exposures, the first one saturates and the short ones cover only an instant. In a
+split pixel, the small photodiode is exposed as long as the large one.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ DUTY = 0.1
 PHASES = tuple(0.1 + k / LAMPS for k in range(LAMPS))
 EXPOSURE_S = 0.016
 LINE_TIME_S = 22.2e-6
-MISSED = 0.1  # of a lamp's mean luminance: below it the lamp is called missed
+MISSED = 0.1  # luminance over the lamp's mean over time, below which a lamp counts as missed
 
 
 def led_flicker(folder: str = "", phases: int = 400) -> list[dict]:
@@ -38,14 +38,15 @@ def led_flicker(folder: str = "", phases: int = 400) -> list[dict]:
 
     Parameters
     ----------
-    folder : where to write led_flicker.png and rolling_bands.png; empty writes none.
-    phases : number of phases of a lamp, equally spaced, over which `never_lit_percent` counts.
+    folder : folder for led_flicker.png and rolling_bands.png; empty writes none.
+    phases : number of equally spaced phases of a lamp for `never_lit_percent`.
 
     Returns
     -------
-    rows with sensor, capture, exposure_ms, starts_ms, never_lit_percent (phases at which a lamp
-    gives this capture no light), lamps_seen (of five), darkest and brightest lamp over its mean
-    over time; saturated lamps count as seen, nan where all are.
+    rows with sensor, capture, exposure_ms, starts_ms, never_lit_percent (percent of the phases at
+    which a lamp gives this capture no light), lamps_seen (of five; saturated lamps count as seen),
+    darkest and brightest (luminance of the darkest and the brightest unsaturated lamp over its mean
+    over time; NaN if all are saturated).
     """
     shots = {name: shot(name) for name in ("staggered", "split_pixel")}
     rows = []
@@ -85,8 +86,8 @@ def led_flicker(folder: str = "", phases: int = 400) -> list[dict]:
 
 
 def shot(name: str) -> tuple[Any, Any, Any, Any, xr.Dataset]:
-    """Return (sensor, captures, captures without noise of lamps that never flash, picture,
-    truth).
+    """Return (sensor, captures, expected electrons under constant light, picture, reference
+    picture) of a named sensor.
     """
     from isethdr_core.truth import truth
 
@@ -99,8 +100,8 @@ def shot(name: str) -> tuple[Any, Any, Any, Any, xr.Dataset]:
 
 
 def lamps() -> Any:
-    """Return mixed radiance of five LED lamps in a row on dark ground, each a light group of its
-    own.
+    """Return mixed radiance of five LED lamps in a row on a dark background. Each lamp is a light
+    group of its own.
     """
     chart = build(
         "scene",
@@ -134,8 +135,12 @@ def lamps() -> Any:
 
 
 def electrons(data: Any, k: int) -> np.ndarray:
-    """Return electrons (y, x) of capture `k`, dark charge included, of captures or of expected
-    electrons.
+    """Return electrons (y, x) of one capture, including dark charge.
+
+    Parameters
+    ----------
+    data : captures, or expected electrons.
+    k : number of the capture.
     """
     if not isinstance(data, xr.Dataset):
         return data.values[k]
@@ -145,14 +150,13 @@ def electrons(data: Any, k: int) -> np.ndarray:
 
 
 def lamp_levels(light: np.ndarray, steady: Any, grid: np.ndarray) -> np.ndarray:
-    """Return the mean of `light` over the middle of each lamp, divided by that of `steady` unless
-    it is None.
+    """Return the mean of `light` over the middle of each lamp, divided by the mean of `steady`.
 
     Parameters
     ----------
-    light : values (y, x) of the picture or capture.
-    steady : values (y, x) under constant light; None: 1.
-    grid : Dataset or DataArray whose sizes `y` and `x` are those of the values.
+    light : (y, x) values of the picture or capture.
+    steady : (y, x) values under constant light; None: 1.
+    grid : Dataset or DataArray with the same sizes `y` and `x`.
     """
     height = grid.sizes["y"]
     width = grid.sizes["x"]
@@ -177,8 +181,8 @@ def never_lit_percent(model: SensorModel, diode: Any, phases: int) -> float:
 
     Parameters
     ----------
-    model : `SensorModel` with the exposure.
-    diode : photodiode that exposes.
+    model : model of the sensor, with its exposure.
+    diode : photodiode of the sensor.
     phases : number of phases, evenly spread over a period.
     """
     turns = (np.arange(phases) + 0.5) / phases

@@ -25,8 +25,13 @@ BANDS_DUTY = 0.3
 
 
 def draw_lamps(shots: dict, path: str) -> None:
-    """Draw the lit times of the lamps, the exposures of the captures, and the pictures of captures
-    and merge.
+    """Draw the lit times of the lamps, the exposures of the captures, the captures, and the merged
+    picture.
+
+    Parameters
+    ----------
+    shots : {name of the sensor: its shot, as `led_flicker.shot` returns it}.
+    path : file to write.
     """
     plt = _pyplot()
     longest = max(len(sensor.model().readings) for sensor, *_ in shots.values())
@@ -94,12 +99,12 @@ def _show(ax: Axes, values: np.ndarray, low: float, high: float, label: str) -> 
 
 
 def bands(line_time_s: float, exposure_s: float, phase: float = 0.0) -> np.ndarray:
-    """Return electrons (y, x) of a colour chart under a lamp of 1000 Hz, on for 30 % of the time,
-    without noise; monochrome.
+    """Return electrons (y, x) of a monochrome sensor without noise, for a colour chart under a lamp
+    of 1000 Hz that is on for 30 % of the time.
 
     Parameters
     ----------
-    line_time_s : time from row to row, s; 0 of a global shutter.
+    line_time_s : time from row to row, s; 0 for a global shutter.
     exposure_s : exposure time, s.
     phase : phase of the lamp at time 0, periods.
     """
@@ -117,8 +122,8 @@ def bands(line_time_s: float, exposure_s: float, phase: float = 0.0) -> np.ndarr
 
 
 def draw_bands(path: str) -> None:
-    """Draw a chart under a pulsed lamp with global and rolling shutters, each divided by the
-    picture under steady light.
+    """Draw a chart under a pulsed lamp with global and rolling shutters, and the light of each row
+    divided by that under steady light.
     """
     plt = _pyplot()
     cases = [

@@ -1,5 +1,5 @@
-"""Signal to noise and contrast detection of a sensor over eight decades of light, with the dips
-where captures take over.
+"""Signal to noise and contrast detection of a sensor over eight decades of light. The curves have
+dips where one capture replaces another.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from isethdr_core.errors import ConfigError
 from isethdr_core.extras import needed
 from isethdr_core.plugins.registry import build
 
-DECADES = (1e-3, 1e5)  # cd/m2
+DECADES = (1e-3, 1e5)  # range of luminance, cd/m2
 F_NUMBER = 4.0
 
 
@@ -28,20 +28,21 @@ def level_curves(
 
     Parameters
     ----------
-    sensor : registered name; its captures are merged by the isp `merge`.
+    sensor : registered name of a sensor; its captures are merged by the isp `merge`.
     contrast_percent : Michelson contrast of the pair of patches, above 0 and below 100.
-    per_decade : levels in every factor of ten.
+    per_decade : number of levels per decade.
     picture : file for both curves (png); empty writes none.
 
     Returns
     -------
-    rows with luminance_cd_m2 (of the brighter patch), snr_db (level over rms error, saturated
-    pixels count as they are), detection (share of pixel pairs whose measured contrast lies within
-    50 % of the true one, IEEE 2020) and valid_percent of the pixels.
+    rows with luminance_cd_m2 (of the brighter patch), snr_db (level over rms error, including
+    saturated pixels), detection (share of pixel pairs with a measured contrast within 50 % of the
+    true one, IEEE 2020) and valid_percent (of the pixels).
 
     Raises
     ------
-    ConfigError : a contrast that no pair of patches can have, fewer than one level a decade.
+    ConfigError : no pair of patches can have the contrast, or there is less than one level per
+        decade.
     """
     if not 0 < contrast_percent < 100:
         raise ConfigError(
@@ -77,8 +78,8 @@ def level_curves(
 
 
 def viewer(sensor: str) -> Callable[..., Any]:
-    """Return a function (cd/m2, seed) -> (luminance of every pixel as seen, true luminance, valid)
-    of a flat patch in daylight.
+    """Return a function (cd/m2, seed) -> (measured luminance of each pixel, true luminance, valid)
+    for a flat patch in daylight.
     """
     mixed = build("lighting", "weights", weights={"sky": 1.0})(
         build("scene", "uniform", width=80, height=80, luminance_cd_m2=1.0)()
@@ -109,10 +110,10 @@ def draw(path: str, rows: list[dict], sensor: str, contrast_percent: float) -> N
 
     Parameters
     ----------
-    path : file to write; its ending is the format.
-    rows : lines of the study, each with luminance in cd/m2, SNR in dB and detection.
-    sensor : name for the title.
-    contrast_percent : contrast whose detection is shown.
+    path : file to write; its ending selects the format.
+    rows : rows of the study, each with luminance in cd/m2, SNR in dB and detection.
+    sensor : name of the sensor, for the title.
+    contrast_percent : contrast of the pair of patches, percent.
     """
     with needed("a drawing", extra="report"):
         import matplotlib

@@ -2,8 +2,8 @@
 the model.
 
 Each row is computed by the components themselves (a shot, its captures, the merge), not by the
-formula from which the figure came, unless `how` says closed form. `limit` is the largest difference
-of a row that counts as met; a figure with an empty limit is only reported.
+formula behind the figure, unless `how` says closed form. `limit` is the largest difference at which
+a row counts as met. A figure with an empty limit is only reported.
 """
 
 from __future__ import annotations
@@ -32,7 +32,12 @@ BANDS_NM = np.arange(380.0, 781.0, 5.0)
 
 
 def published_figures(seed: int = 1) -> list[dict]:
-    """Compare the sensors with figures that data sheets and papers state."""
+    """Compare the sensors with figures from data sheets and papers.
+
+    Parameters
+    ----------
+    seed : seed of the noise.
+    """
     rows = [
         *ar0132at(seed),
         *split_pixel(seed),
@@ -56,11 +61,11 @@ def row(figure: str, published: Any, ours: Any, unit: str, limit: Any, how: str)
 
     Parameters
     ----------
-    figure : what is compared.
-    published, ours : the published figure and ours, in `unit`.
+    figure : name of the figure.
+    published, ours : the published and the simulated figure, in `unit`.
     unit : unit of both.
-    limit : largest accepted difference, as the table prints it.
-    how : how both were found, for people.
+    limit : largest accepted difference, in `unit`; "": the figure is only reported.
+    how : how both were found, as text for readers.
     """
     return {
         "figure": figure,
@@ -73,10 +78,10 @@ def row(figure: str, published: Any, ours: Any, unit: str, limit: Any, how: str)
 
 
 def ar0132at(seed: int) -> Iterator[dict[Any, Any]]:
-    """Yield rows of the AR0132AT data sheet: SNR at the top, responsivity, dynamic range of one
-    exposure.
+    """Yield rows of the AR0132AT data sheet: largest SNR, responsivity, dynamic range of several
+    exposures.
     """
-    # the data sheet's SNR is temporal: two shots, so that the fixed pattern cancels
+    # the data sheet's SNR is temporal, so it comes from two shots, in which fixed patterns cancel
     yield row(
         "AR0132AT largest SNR",
         43.9,
@@ -121,7 +126,7 @@ def ar0132at(seed: int) -> Iterator[dict[Any, Any]]:
 
 
 def split_pixel(seed: int) -> Iterator[dict[Any, Any]]:
-    """Yield the dynamic range and the step of the split-pixel sensor from its own numbers."""
+    """Yield rows of the split-pixel sensor: its dynamic range, and the step of its SNR."""
     model = build("sensor", "split_pixel").model()
     large, small = model.photodiodes
     top = small.full_well_e * large.fill_factor / small.fill_factor
@@ -162,7 +167,7 @@ def split_pixel(seed: int) -> Iterator[dict[Any, Any]]:
 
 
 def lofic(seed: int) -> dict[Any, Any]:
-    """Return the SNR of the overflow reading where light is 18 % of the full scale."""
+    """Return the row of the SNR of the overflow reading, at light of 18 % of the full scale."""
     sensor = build("sensor", "lofic")
     return row(
         "LOFIC 5.6 um, SNR at 18 % of the full scale, at least",
@@ -175,7 +180,7 @@ def lofic(seed: int) -> dict[Any, Any]:
 
 
 def photon_budget() -> dict[Any, Any]:
-    """Return the photons of 1 cd/m2 at 555 nm, f/4, on a 3 um pixel in 16 ms."""
+    """Return the row of the photons of 1 cd/m2 at 555 nm, f/4, on a 3 um pixel in 16 ms."""
     wavelength = np.array([545.0, 555.0, 565.0])
     throughput = np.pi / (1 + 4 * 4.0**2)
     light = irradiance(
@@ -193,8 +198,13 @@ def photon_budget() -> dict[Any, Any]:
 
 
 def responsivity(sensor: Sensor, temperature_k: float) -> float:
-    """Return V/lux-s of the green pixels in black body light: electrons of one lux for one second
-    times the conversion gain.
+    """Return the responsivity of the green pixels in black body light, V/lux-s. It is the number of
+    electrons for one lux and one second, times the conversion gain.
+
+    Parameters
+    ----------
+    sensor : an `ImagingSensor` with green pixels.
+    temperature_k : temperature of the black body, K.
     """
     spectrum = planck_radiance(BANDS_NM, temperature_k)
     light = irradiance(spectrum / luminance(spectrum, BANDS_NM), BANDS_NM, sensor.pitch_um, 1.0)
@@ -249,8 +259,8 @@ def irradiance(
 def snr_db(
     sensor: Sensor, level_e: float, seed: int, capture: int = 0, size: Any = (128, 128)
 ) -> Any:
-    """Return 20 log10(mean / temporal rms) of one capture at `level_e` mean electrons of its own
-    photodiode; nan if some pixels are saturated.
+    """Return the SNR of one capture, 20 log10(mean / temporal rms), dB; NaN if more than 0.1 % of
+    the pixels are saturated.
 
     Parameters
     ----------
@@ -269,13 +279,14 @@ def snr_db(
 def electrons(
     sensor: Sensor, level_e: float, capture: Any, seed: int, size: Any
 ) -> tuple[Any, Any]:
-    """Return (electrons read back, whether more than 0.1 % of them are saturated).
+    """Return the electrons (y, x) from the codes of one capture, and whether more than 0.1 % of the
+    pixels are saturated.
 
     Parameters
     ----------
     sensor : an `ImagingSensor`.
     level_e : mean electrons of every photodiode.
-    capture : number of the capture that is read back.
+    capture : number of the capture.
     seed : seed of the noise.
     size : rows and columns.
     """
@@ -290,7 +301,13 @@ def electrons(
 
 
 def largest_snr_db(sensor: Sensor, seed: int) -> float:
-    """Return the best SNR over levels up to the full well."""
+    """Return the largest SNR, dB, over levels up to the full well.
+
+    Parameters
+    ----------
+    sensor : an `ImagingSensor`.
+    seed : seed of the noise.
+    """
     well = min(sensor.model().photodiodes[0].full_well_e, sensor.model().readings[0].swing_e)
     return float(
         np.nanmax([snr_db(sensor, level, seed) for level in np.linspace(0.9, 1.0, 40) * well])
@@ -298,7 +315,7 @@ def largest_snr_db(sensor: Sensor, seed: int) -> float:
 
 
 def snr_step_db(seed: int) -> float:
-    """Return the SNR of LPLG just below its top less that of SPLG in the same light."""
+    """Return the SNR of LPLG just below its top minus that of SPLG in the same light, dB."""
     sensor = build("sensor", "split_pixel")
     large, small = sensor.model().photodiodes
     level = large.full_well_e - 5 * np.sqrt(large.full_well_e)
@@ -309,7 +326,7 @@ def snr_step_db(seed: int) -> float:
 
 def dynamic_range_db(sensor: Sensor, seed: int, dark: int, bright: int) -> float:
     """Return 20 log10(light that saturates capture `bright` / rms of capture `dark` in darkness),
-    both in light of one photodiode.
+    dB. Both are converted to the same scale of light.
 
     Parameters
     ----------

@@ -1,5 +1,5 @@
-"""A LOFIC pixel against the title of its paper: gain by photon transfer, full well, largest SNR, on
-shots of the preset.
+"""A LOFIC pixel against the figures in the title of its paper: gain by photon transfer, full well
+and largest SNR, measured on shots of the preset.
 """
 
 from __future__ import annotations
@@ -18,12 +18,12 @@ if TYPE_CHECKING:
     from isethdr_core.plugins.protocols import Sensor
 
 PRESET = "lofic_miyauchi2019"
-# Miyauchi et al. 2019, at a pitch of 2.8 um
+# figures of Miyauchi et al. 2019, at a pitch of 2.8 um
 PUBLISHED = {
     "full_well_e": 120000.0,
     "conversion_gain_uv_per_e": 160.0,
 }
-# of the scale of a capture, for the photon transfer
+# levels of the photon transfer, as shares of the scale of a capture
 SHARES = (
     0.1,
     0.2,
@@ -34,8 +34,8 @@ SHARES = (
     0.7,
     0.8,
 )
-NEAR = 0.98  # of the scale: where the SNR is largest, before clipping takes noise away
-SIZE = 128  # pixels a side
+NEAR = 0.98  # level of the largest SNR as a share of the scale, below the clipping of noise
+SIZE = 128  # side of the pictures, pixels
 
 
 def lofic_rows(seed: int) -> Iterator[tuple[Any, ...]]:
@@ -93,7 +93,7 @@ def measured(sensor: Sensor, capture: int, light_e: float, seed: int) -> dict:
     """
     bench = Bench(sensor, capture, 0, 540.0, SIZE, seed)
     reading = sensor.model().readings[capture]
-    photons = 1 / bench.efficiency()  # of an electron
+    photons = 1 / bench.efficiency()  # photons per electron
     top = min(reading.swing_e, sensor.full_well_e) * photons
     dark = pair(bench, 0.0)
     near = pair(bench, NEAR * top)

@@ -1,4 +1,4 @@
-"""The command `isethdr sequence`. Imports nothing that takes time: every command line loads it."""
+"""The command `isethdr sequence`. It has no slow imports, because every command line loads it."""
 
 from __future__ import annotations
 

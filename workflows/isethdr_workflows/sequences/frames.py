@@ -1,8 +1,8 @@
-"""Frames: the config of each frame of a sequence, and their runs one after the other.
+"""Frames: the config of each frame of a sequence, and the runs of all frames.
 
-Each frame is a run of its own, with the exposures that follow from what the frames before it have
-metered. Metering has no noise, so exposures do not depend on the seed, and a sequence that is typed
-again finds all its frames.
+Each frame is a run of its own, with exposures that follow from the metering of the previous frames.
+Metering has no noise, so exposures do not depend on the seed, and a sequence that is typed again
+finds all its stored frames.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ from isethdr_core.sweeps.record import Job, Sweep, begin, check_free, name_of, w
 from .request import Request
 
 TIME = "scene.time_s"
-ROUNDING = 1e-9  # relative: 1 / 30 s is no decimal number
+ROUNDING = 1e-9  # relative tolerance, because 1 / 30 s has no exact decimal number
 
 
 @dataclass(frozen=True)
@@ -41,7 +41,7 @@ class Frame:
 
     @property
     def exposures(self) -> Mapping[str, Any]:
-        """The record of the exposures, by camera; fixed ones are not in it."""
+        """The record of the automatic exposures, by camera."""
         return self.result.attributes.get(NODE, {})
 
 
@@ -73,7 +73,7 @@ class Plan:
         Parameters
         ----------
         number : number of the frame, from 0.
-        exposures : carried into the frame, by camera.
+        exposures : exposures that are carried into the frame, by camera.
         """
         config = self.config.copy()
         with open_dict(config):
@@ -88,8 +88,8 @@ def planned(request: Request) -> Plan:
 
     Raises
     ------
-    ConfigError : a wrong override; a scene that does not move; an exposure that is longer than a
-        frame; a time at which the scene does not exist.
+    ConfigError : an override is wrong, the scene does not move, an exposure is longer than a frame,
+        or the scene ends before the last frame.
     """
     config = compose(request.overrides)
     built = chain(config)
@@ -106,7 +106,7 @@ def planned(request: Request) -> Plan:
     plan = Plan(request, config, built)
     last = replace(built.scene, time_s=plan.times_s[-1])
     if isinstance(last, ListsGroups):
-        last.light_groups()  # fails where the scene ends before
+        last.light_groups()  # raises ConfigError if the scene ends before the last frame
     return plan
 
 
@@ -124,11 +124,11 @@ def _check_exposures(built: Chain, frame_s: float) -> None:
 
 
 def make(request: Request) -> Made:
-    """Compute the frames of a sequence, or read those that are stored, and keep their record.
+    """Compute the frames of a sequence, or read stored ones, and write the record of the sequence.
 
     Raises
     ------
-    IsetHdrError : bad input; frames that are finished stay stored.
+    IsetHdrError : an input is wrong; finished frames stay stored.
     """
     plan = planned(request)
     typed = request.typed()

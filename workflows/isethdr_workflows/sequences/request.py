@@ -1,4 +1,4 @@
-"""Request: the settings of a sequence, as typed, and checked."""
+"""Request: the checked settings of a sequence."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from isethdr_core.errors import ConfigError, did_you_mean
 from isethdr_core.sequence.exposure_control import ExposureControl
 
 MOST_FRAMES = 100_000
-LEAST_FRAMES_PER_SECOND = 0.1  # the range of scene.frames_per_s of a street
+LEAST_FRAMES_PER_SECOND = 0.1  # this and the next are the range of scene.frames_per_s of a street
 MOST_FRAMES_PER_SECOND = 10_000.0
 CONTROL = "exposure."  # before the names of the fields of `ExposureControl`
 NUMBERS: dict[str, Callable[[str], float]] = {
@@ -26,9 +26,9 @@ NAME = "name"
 
 @dataclass(frozen=True)
 class Request:
-    """A sequence that is asked for."""
+    """The settings of a sequence."""
 
-    overrides: tuple[str, ...] = ()  # of all frames
+    overrides: tuple[str, ...] = ()  # overrides of all frames
     frames: int = 10
     frames_per_second: float = 30.0
     control: ExposureControl = field(default_factory=ExposureControl)
@@ -48,7 +48,7 @@ class Request:
             )
 
     def typed(self) -> tuple[str, ...]:
-        """Return everything that makes the sequence, as it may be typed."""
+        """Return all settings that determine the sequence, in the form in which they are typed."""
         control = {
             f"{CONTROL}share_per_frame": self.control.share_per_frame,
             f"{CONTROL}delay_frames": self.control.delay_frames,
@@ -63,11 +63,11 @@ def request_of(settings: Sequence[str]) -> Request:
 
     Parameters
     ----------
-    settings : key=value, those of a sequence or overrides of all frames.
+    settings : settings as typed, key=value: those of a sequence, and overrides of all frames.
 
     Raises
     ------
-    ConfigError : a value is no number or out of its range, or a setting is misspelt.
+    ConfigError : a value is not a number or out of its range, or a setting is misspelt.
     """
     own: dict[str, Any] = {}
     overrides = []

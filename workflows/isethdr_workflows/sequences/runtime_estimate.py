@@ -1,7 +1,7 @@
-"""Runtime estimate of all frames of a sequence, from stored runs, before any work.
+"""Estimate of the run time of all frames of a sequence, from stored runs, before any work.
 
-Frames that show the same light are found by the scene's description, which is built for this as
-long as that is cheap. The rest of the frames count as frames to render.
+Frames with the same light are found from the description of the scene. Descriptions are built for
+this until a time limit. All other frames count as frames to render.
 """
 
 from __future__ import annotations
@@ -29,24 +29,24 @@ from isethdr_core.uncertainty.ledger import Ledger
 from .frames import planned
 from .request import Request
 
-LOOK_S = 20.0  # CPU s that building scenes may take in an estimate
+LOOK_S = 20.0  # CPU time limit for building descriptions of scenes in an estimate
 
 
 @dataclass
 class RuntimeEstimate:
-    """What the frames of a sequence take."""
+    """Expected run time of the frames of a sequence."""
 
     frames: int = 0
-    rendered: int = 0  # frames whose light is neither stored nor that of an earlier frame
+    rendered: int = 0  # frames with light that is neither stored nor that of an earlier frame
     equal: int = 0  # frames with the light of an earlier frame, or of another stored scene
-    partly: int = 0  # of those to render, frames of which some light groups are known
+    partly: int = 0  # frames of `rendered` for which some light groups are known
     unseen: int = 0  # frames that were not compared, because that would take too long
     seconds: dict[str, float | None] = field(default_factory=dict)  # by stage; None: not known
-    threads: int = 1  # that work on the cameras of a frame
+    threads: int = 1  # number of threads that work on the cameras of a frame
 
     @property
     def known_s(self) -> float:
-        """The time of all stages that are known, from start to end."""
+        """The elapsed time of all stages with an estimate, s."""
         return elapsed_s(self.seconds, self.threads)
 
     @property
@@ -57,23 +57,25 @@ class RuntimeEstimate:
 
 @dataclass
 class EqualFrames:
-    """Finds frames whose light is that of earlier ones, as long as that is cheap."""
+    """A search for frames with the light of earlier frames, up to a time limit."""
 
-    most_s: float = LOOK_S  # CPU s
+    most_s: float = LOOK_S  # limit of CPU time
     whole: set[str] = field(default_factory=set)  # names of the light of the frames so far
-    groups: set[str] = field(default_factory=set)  # of their light groups
-    spent_s: float = 0.0
+    groups: set[str] = field(default_factory=set)  # names of their light groups
+    spent_s: float = 0.0  # CPU time so far
 
     def missing(self, frame: Chain, demand: Demand, missing: Demand) -> Demand | None:
-        """Return what of a frame is left to render; None if it shows the light of another one.
+        """Return the part of a frame that is left to render; None if another frame has its light.
 
         Parameters
         ----------
-        frame : components. `demand` : on its scene. `missing` : what of it is not stored.
+        frame : components of the frame.
+        demand : demand on its scene.
+        missing : part of the demand that is not stored.
 
         Raises
         ------
-        TimeoutError : the scenes so far have taken longer than `most_s`.
+        TimeoutError : the search has taken longer than `most_s`.
         """
         if self.spent_s > self.most_s:
             raise TimeoutError
@@ -91,18 +93,22 @@ class EqualFrames:
         new = tuple(g for g in asked if content.groups[g] not in self.groups)
         self.whole.add(content.whole)
         self.groups.update(content.groups.values())
-        # labels come with the light of one group
+        # labels are rendered together with the light of one group, so one group is kept
         return missing if new == asked else replace(missing, groups=new or asked[:1])
 
 
 def runtime_estimate(request: Request, most_s: float = LOOK_S) -> RuntimeEstimate:
-    """Return what a sequence takes. A stage that is not known for one frame is not known.
+    """Return the expected run time of a sequence. A stage that is not known for one frame is not
+    known for the sequence.
 
-    `most_s` : CPU s for building scenes, to find frames that are equal.
+    Parameters
+    ----------
+    request : settings of the sequence.
+    most_s : limit of CPU time for building scenes to find equal frames, s.
 
     Raises
     ------
-    ConfigError : as of `frames.planned`.
+    ConfigError : as for `frames.planned`.
     """
     sequence = planned(request)
     found = RuntimeEstimate()
@@ -137,7 +143,7 @@ def runtime_estimate(request: Request, most_s: float = LOOK_S) -> RuntimeEstimat
 
 
 def print_runtime_estimate(request: Request) -> None:
-    """Print the number of frames, and how long they take."""
+    """Print the number of frames of a sequence, and their expected run time."""
     found = runtime_estimate(request)
     console().print(runtime_estimate_table(found.seconds, found.threads))
     total = f"{number_of(found.frames, 'frame')}, {found.rendered} of them to render"

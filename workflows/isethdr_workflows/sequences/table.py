@@ -31,7 +31,7 @@ HEADS = (
 def rows_of(made: Made) -> list[dict[str, Any]]:
     """Return one row for each frame and each camera with automatic exposure.
 
-    `stops` are factors of two of exposure x gain over the settled one: above 0 the frame is
+    `stops` is log2 of exposure x gain over the settled exposure x gain. Above 0 the frame is
     overexposed.
     """
     rows = []

@@ -1,4 +1,4 @@
-"""Training of networks, `isethdr train`: on data of our own, from nothing, with a model card.
+"""Training of networks, `isethdr train`: on simulated data, from random weights, with a model card.
 
 | module             | content                                                            |
 |--------------------|--------------------------------------------------------------------|
@@ -6,11 +6,11 @@
 | `clock`            | length of a training over restarts, and its learning rate          |
 | `command`          | the command line                                                   |
 | `curves`           | losses against steps, as CSV and as a drawing                      |
-| `files`            | files written as a whole or not at all                             |
-| `onnx_notes`       | what an exporter notes of the machine is removed from model files  |
-| `state`            | all that is needed to go on after a kill                           |
-| `torch_library`    | PyTorch, imported in this place alone                              |
-| `learned_picture/` | learned against classical pictures of held-out roads, a study      |
+| `files`            | files that are written completely or not at all                    |
+| `onnx_notes`       | removes notes of the exporter about the machine from model files   |
+| `state`            | the state from which an interrupted training continues             |
+| `torch_library`    | the only place that imports PyTorch                                |
+| `learned_picture/` | a study of learned and classical pictures on held-out roads        |
 | `detector/`        | a small detector of road users, for `study detector_scores`        |
 | `picture/`         | from raw captures to linear XYZ with a variance, for `isp=network` |
 """

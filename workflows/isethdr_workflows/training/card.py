@@ -1,4 +1,4 @@
-"""Model card: what a trained file is, in YAML for programs and in Markdown for people."""
+"""Model card: a description of a trained file, in YAML for programs and in Markdown for readers."""
 
 from __future__ import annotations
 
@@ -30,7 +30,13 @@ def write_card(folder: Path, title: str, sections: Mapping[str, Any]) -> list[Pa
 
 
 def card_yaml(title: str, sections: Mapping[str, Any]) -> str:
-    """Return the card as YAML."""
+    """Return the card as YAML.
+
+    Parameters
+    ----------
+    title : title of the card.
+    sections : sections, as in `write_card`.
+    """
     return yaml.safe_dump({"title": title, **sections}, sort_keys=False, width=98)
 
 
@@ -39,7 +45,7 @@ def card_markdown(title: str, sections: Mapping[str, Any]) -> str:
 
     Parameters
     ----------
-    title : heading.
+    title : title of the card.
     sections : {heading: text, list of texts, list of rows (a table), or table of names and
         values}.
     """

@@ -1,4 +1,4 @@
-"""Clock: how much of a training is done, in steps or in minutes, counted over restarts."""
+"""Clock: progress of a training in steps or minutes, counted over restarts."""
 
 from __future__ import annotations
 
@@ -9,19 +9,19 @@ from dataclasses import dataclass, field
 from isethdr_core.cli.terminal import number_of
 from isethdr_core.errors import ConfigError
 
-WARM_UP_STEPS = 200  # the rate rises over these
-LAST_RATE = 0.02  # of the largest
+WARM_UP_STEPS = 200  # number of first steps over which the learning rate rises
+LAST_RATE = 0.02  # last learning rate over the largest one
 
 
 @dataclass(frozen=True)
 class Length:
-    """Length of a training: minutes of computing or steps; the other one is 0."""
+    """Length of a training, in minutes of computing or in steps; the other one is 0."""
 
     minutes: float = 0.0
     steps: int = 0
 
     def __post_init__(self) -> None:
-        """Refuse a length that is no length."""
+        """Refuse negative numbers, and a length that has both or neither of the two."""
         for name in ("minutes", "steps"):
             value = getattr(self, name)
             if not (math.isfinite(value) and value >= 0):
@@ -45,8 +45,9 @@ class Clock:
     Parameters
     ----------
     length : length of the whole training.
-    step : steps done, over all starts.
-    seconds_before : computing time of earlier starts.
+    step : number of steps done, over all starts.
+    seconds_before : computing time of earlier starts, s.
+    started : time of this start by the monotonic clock, s.
     """
 
     length: Length
@@ -55,7 +56,7 @@ class Clock:
     started: float = field(default_factory=time.monotonic)
 
     def seconds(self) -> float:
-        """Return the computing time over all starts."""
+        """Return the computing time over all starts, s."""
         return self.seconds_before + time.monotonic() - self.started
 
     def share(self) -> float:
@@ -65,7 +66,7 @@ class Clock:
         return min(self.seconds() / (60 * self.length.minutes), 1.0)
 
     def rate_factor(self) -> float:
-        """Return the learning rate over the largest one: a linear rise, then half a cosine."""
+        """Return the learning rate over the largest one: a linear rise, times half a cosine."""
         rise = min(1.0, (self.step + 1) / self._warm_up())
         return rise * (LAST_RATE + (1 - LAST_RATE) * math.cos(math.pi / 2 * self.share()) ** 2)
 

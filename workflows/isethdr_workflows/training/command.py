@@ -1,4 +1,4 @@
-"""The command `isethdr train picture|detector`: networks trained from nothing, on our own data."""
+"""The command `isethdr train picture|detector`: networks trained on simulated data."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def picture(settings: Typed = None) -> None:
     dataset, loss (electrons, view), captures (merged, apart), seed, name;
     docs/how-to/train_picture.md.
     """
-    # `isethdr --help` does without NumPy
+    # imported late, because `isethdr --help` must not import NumPy
     action = import_module(".picture.action", __package__)
     raise typer.Exit(action.train_picture(settings or []))
 
