@@ -156,7 +156,7 @@ def sql(homes: Homes, text: str) -> tuple[list[str], list[tuple[Any, ...]]]:
             statements = _checked(base, text)
             if all(statement.type.name in READING for statement in statements):
                 return _result(base, text)
-        with _own_database(_homes(homes)) as base:  # tables that the text makes vanish with it
+        with _own_database(_homes(homes)) as base:  # closed with the tables that the query makes
             return _result(base, text)
     except (duckdb.Error, ValueError, OverflowError) as error:  # values that Python cannot hold
         # keep one line: after an empty line DuckDB repeats the query with a mark

@@ -54,7 +54,7 @@ def _luminaire(
 KINDS = {
     # vehicle headlamps
     "low_beam": _table("headlights", "led_white", "dipped_r112_b", HEADLAMP_GLOW),
-    # off where the dipped beam is on
+    # off while the dipped beam is on
     "daytime": _table("headlights", "led_white", "daytime"),
     "position": _table("headlights", "led_white", "front_position"),
     # signal lamps

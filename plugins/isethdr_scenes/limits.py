@@ -17,7 +17,7 @@ Diameter = Annotated[float, Range(1e-6, 180)]  # degrees
 Discs = Annotated[int, Range(1, 1000)]
 Step = Annotated[float, Range(1e-6, 1e6)]  # ratio of luminances
 Angle = Annotated[float, Range(-360, 360)]  # degrees
-Gap = Annotated[float, Range(0, 0.99)]  # a share; 1 would leave no patch
+Gap = Annotated[float, Range(0, 0.99)]  # a share; a gap of 1 would leave no patch
 Contrast = Annotated[float, Range(1, 1e9)]
 
 # --- roads: ranges in which the objects of a scene still fit next to each other ---

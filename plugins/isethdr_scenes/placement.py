@@ -89,7 +89,7 @@ def eye(ground: Ground, camera_height_m: float) -> np.ndarray:
 
 
 def bearing_deg(point: np.ndarray, seen_from: np.ndarray) -> float:
-    """Return the horizontal angle of a point to the left of +x, seen from another."""
+    """Return the horizontal angle at which one point is seen from another, to the left of +x."""
     d = np.asarray(point, float) - seen_from
     return float(np.degrees(np.arctan2(d[1], d[0])))
 

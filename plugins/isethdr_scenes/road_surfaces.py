@@ -36,7 +36,7 @@ from .retro_reflectors import luminous_mean
 from .road_photometry import EN_1436_DEG
 
 RoadSurfaceName = Literal["r1", "r2", "r3", "r4", "c1", "c2", "damp", "w1", "w2", "c2w3", "c2w4"]
-# the dry state of the asphalt whose wet states are damp, w1, w2, c2w3 and c2w4
+# asphalt in its dry state; damp, w1, w2, c2w3 and c2w4 are its wet states
 DEFAULT: RoadSurfaceName = "c2"
 FIELDS = (
     "name,kind,gloss,reflectance,roughness,flatness,narrow_share,wide_alpha,wide_index,"

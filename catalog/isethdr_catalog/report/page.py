@@ -122,7 +122,10 @@ def _views(
 
 
 def _range(scene: xr.Dataset) -> tuple[float, float] | None:
-    """Return the range of luminance of the false colours, cd/m2; None if it is uniform."""
+    """Return the range of luminance of the false colours, cd/m2.
+
+    It is None for a scene of uniform luminance.
+    """
     y = display_view.luminance(scene)
     low = max(float(np.percentile(y, 1)), y.max() * 1e-9)
     high = float(y.max())

@@ -73,7 +73,10 @@ class CubicRecord:
         return CubicHermiteSpline(s, p, along[-1] / self.length_m / self._speed(p))
 
     def at(self, ds_m: ArrayLike) -> Plan:
-        """Return the places `ds_m` after the record's start; it is straight beyond its ends."""
+        """Return the places `ds_m` after the record's start.
+
+        Beyond its ends the record continues as a straight line.
+        """
         ds = np.asarray(ds_m, float)
         inside = np.clip(ds, 0.0, self.length_m)
         p = np.clip(self._parameter(inside), 0.0, self.last)

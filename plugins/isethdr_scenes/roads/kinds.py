@@ -49,7 +49,7 @@ class BaseRoad:
     speed_limit_kmh: float
     lit: bool  # street lamps or luminaires stand along it
     urban: bool
-    curvature_limit_per_m: float  # largest curvature of all reference lines
+    curvature_limit_per_m: float  # largest allowed curvature of a reference line
     aside_m: float = 0.0  # offset of the camera's car to the left of its lane's middle
     turn_rad: float = 0.0  # turn of the camera's car to the left of its lane's direction
 

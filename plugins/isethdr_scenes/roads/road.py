@@ -94,7 +94,7 @@ class Structure:
 
     @property
     def end_m(self) -> float:
-        """Return where it ends."""
+        """Return the s at which the structure ends."""
         return self.start_m + self.length_m
 
 

@@ -55,7 +55,7 @@ def write_command(
 def check_command(
     file: Path = typer.Argument(help="OpenDRIVE file (.xodr)"),
 ) -> None:
-    """Check an OpenDRIVE file: lengths, lanes, junctions, gaps, and what is not carried."""
+    """Check an OpenDRIVE file: lengths, lanes, junctions, gaps, and contents that are left out."""
     for line in import_module(f"{__package__}.file_plan").report(file):
         typer.echo(line)
 

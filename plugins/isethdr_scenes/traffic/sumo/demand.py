@@ -85,7 +85,7 @@ class _Stream:
 
 
 class Maker:
-    """Draws vehicles and routes."""
+    """Generator of vehicles and routes."""
 
     def __init__(self, net: SumoNet, base: BaseRoad, stock: Stock, seed: int) -> None:
         self._net = net
