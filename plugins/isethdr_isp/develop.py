@@ -49,7 +49,7 @@ def develop(
     ----------
     merged : `combine.Merged`, electrons without dark charge, their variance, validity and source
         (y, x).
-    reads : `electrons.Readout` of the charge in whose electrons `merged` is given.
+    reads : `electrons.Readout` of the charge to which the electrons of `merged` refer.
     captures : the captures Dataset, for the filter array, the grid and the lens.
     how : the fields of the isp. A denoised picture also contains the picture before denoising
         (`truth.before_denoising`); it is made by the bilinear demosaic if `how.demosaic` states no

@@ -27,7 +27,7 @@ HELP = {
     "cuda": "needs an NVIDIA graphics card with a driver of version 535 or newer",
     "scalar": "reinstall mitsuba: `pip install --force-reinstall isethdr[mitsuba]`",
 }
-# a small scene whose compiled code fails with old LLVM versions
+# a small scene with compiled code that fails with old LLVM versions
 PROBE = """
 import sys, mitsuba as mi
 mi.set_variant(sys.argv[1])

@@ -295,7 +295,7 @@ class Built(NamedTuple):
     """The Mitsuba objects of a scene."""
 
     world: World
-    surfaces: dict  # of `world.materials.ramp_surfaces`, with which the world was built
+    surfaces: dict  # result of `world.materials.ramp_surfaces` with which the world was built
 
 
 def follower(

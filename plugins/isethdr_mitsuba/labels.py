@@ -362,7 +362,7 @@ def _boxes(triangles: np.ndarray, view: View) -> tuple[np.ndarray, np.ndarray, n
 
 def _rays(origin: np.ndarray, direction: np.ndarray) -> mi.Ray3f:
     """Return the rays from `origin` (3,) towards `direction` (n, 3). Their values are data in
-    whole vectors: every camera takes the same compiled code.
+    aligned memory, so that all cameras use the same compiled code.
     """
     return mi.Ray3f(
         mi.Point3f(*(dr.opaque(mi.Float, float(v)) for v in origin)),

@@ -69,8 +69,8 @@ def beam_lamp(
 
 
 def film(wavelength_nm: ArrayLike, step_nm: float, width: int, height: int) -> dict:
-    """Return a film with one top-hat channel per band, whose channels are integrals over the band
-    (divide by step_nm).
+    """Return the Mitsuba dictionary of a film with one top-hat channel per band. Its values are
+    integrals over the band; divide them by `step_nm` for means.
 
     Parameters
     ----------

@@ -267,7 +267,7 @@ def _rays(
     """
     a = flat[:, 1:-1] - flat[:, :1]
     b = flat[:, 2:] - flat[:, :1]
-    areas = np.abs(a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0]) / 2  # of the fan of triangles
+    areas = np.abs(a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0]) / 2  # fan of triangles
     points = _spread(flat, areas)
     # from the grid back to the plane of the triangle, which every ray meets on the emitting side
     ray = view.rays(points[..., 0], points[..., 1])

@@ -395,7 +395,7 @@ def _around(values: np.ndarray, reach: int) -> np.ndarray:
 
 
 def weighted_median(values: np.ndarray, weights: np.ndarray) -> float:
-    """Return the value below which half of the weight lies."""
+    """Return the weighted median: half of the weight lies below it."""
     order = np.argsort(values)
     below = np.cumsum(np.asarray(weights, float)[order])
     return float(np.asarray(values)[order][np.searchsorted(below, below[-1] / 2)])

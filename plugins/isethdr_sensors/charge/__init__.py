@@ -5,7 +5,7 @@
 | `blooming`          | charge beyond the full well runs along the column           |
 | `crosstalk`         | light and electrons that neighbouring pixels collect        |
 | `full_well`         | the largest charge that a photodiode holds                  |
-| `soft_knee`         | fields of a photodiode whose charge overflows exponentially |
+| `soft_knee`         | fields of a photodiode with exponential overflow            |
 | `soft_knee_in_time` | a soft knee under light that varies during the exposure     |
 | `soft_knee_shot`    | one shot of a pixel with a soft knee                        |
 """

@@ -1,4 +1,4 @@
-"""Soft knee: the fields of a photodiode whose charge overflows exponentially as it fills."""
+"""Soft knee: fields of a photodiode with an overflow current that grows exponentially."""
 
 from __future__ import annotations
 
@@ -20,9 +20,7 @@ REFERENCE_K = 333.15
 
 @runtime_checkable
 class HasSoftKnee(Protocol):
-    """A sensor whose photodiode loses charge before it is full, so that its response is
-    nonlinear.
-    """
+    """A sensor with a photodiode that loses charge before it is full. Its response is nonlinear."""
 
     def well(self) -> Well:
         """Return the soft knee of its pixels."""

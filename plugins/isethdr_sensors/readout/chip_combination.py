@@ -70,7 +70,7 @@ def sources(model: SensorModel) -> list[Source]:
 
 
 def check(model: SensorModel) -> None:
-    """Refuse models whose readings cannot be combined.
+    """Refuse models with readings that cannot be combined.
 
     Raises
     ------

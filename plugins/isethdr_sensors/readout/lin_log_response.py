@@ -60,8 +60,8 @@ def response(
     Notes
     -----
     The charge left by `n` arriving electrons is `flow(n)` plus thermal noise of variance rho(n)
-    that is independent of n. A table whose mean over this noise, read noise and rounding is n for
-    every n has no bias for any light and any pixel.
+    that is independent of n. If the mean of the table over this noise, read noise and rounding is n
+    for every n, the table has no bias for any light and any pixel.
     """
     knee = linear_top_dn(reading, exposure_s, soft, STRAIGHT_E)
     top = converter.top_code(reading)
