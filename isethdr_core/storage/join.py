@@ -150,7 +150,7 @@ def _ways(
 
 def _noise(
     scenes: Sequence[xr.Dataset], combinations: Sequence[tuple[tuple[Any, ...], ...]], group: str
-) -> str | None:
+) -> float | None:
     """Return the stated noise of a group, that of its noisiest bands; None if none is stated."""
     noises = []
     for combination in combinations:

@@ -35,12 +35,12 @@ def known_within(count: int) -> float:
     """
     from scipy.optimize import brentq
 
-    def share_beyond(factor: float) -> float:
+    def missing_share(factor: float) -> float:
         low, high = gammainc(count / 2, np.array([factor**-2, factor**2]) * count / 2)
         return float(high - low) - SURE
 
     # the share within a factor rises from 0 at factor 1; with one change it is 0.99 at factor 100
-    return float(brentq(share_beyond, 1.0, 100.0))
+    return float(brentq(missing_share, 1.0, 100.0))
 
 
 def movement_of_lots(changes: np.ndarray) -> Movement:

@@ -124,7 +124,7 @@ def publish(path: Path, address: Address) -> None:
     if entry is None:
         raise CatalogError(
             f"{address.url} lost the entry of {path.stem} right after it was written; another"
-            " process may have removed it; the store is kept in {path}"
+            f" process may have removed it; the store is kept in {path}"
         )
     # before the record of this machine: if the process is killed in between, the next one reads the
     # entry again and adds it
