@@ -1,4 +1,4 @@
-"""Arrays of other libraries than NumPy with the Python array API, for example on a graphics
+"""Arrays of libraries other than NumPy with the Python array API, for example on a graphics
 processor.
 """
 
@@ -17,7 +17,7 @@ def imported_library(name: str) -> ModuleType:
 
     Raises
     ------
-    ImportError : it is not installed.
+    ImportError : the library is not installed.
     """
     return import_module(name)
 
@@ -32,7 +32,7 @@ def namespace(a: Any) -> Any:
 
 
 def device(a: Any) -> Any:
-    """Return the device on which `a` lies, for new arrays beside it."""
+    """Return the device that holds `a`, for new arrays on the same device."""
     return "cpu" if isinstance(a, np.ndarray) else array_api_compat.device(a)
 
 
@@ -47,5 +47,5 @@ def on_host(a: Any) -> np.ndarray:
         RuntimeError,
         TypeError,
         ValueError,
-    ):  # libraries that do not copy arrays from a device by themselves
+    ):  # for libraries that cannot export an array directly from its device
         return np.array(np.from_dlpack(array_api_compat.to_device(a, "cpu")))

@@ -1,8 +1,8 @@
 """Photometry: spectra in cd/m2, lux and CIE XYZ.
 
-The colour matching functions are those of the CIE 1931 2 degree standard observer (CIE 015:2018, 5
-nm table beside this file; a test compares it with colour-science). They are linear between the
-nodes of the table.
+The colour matching functions are those of the CIE 1931 2 degree standard observer (CIE 015:2018).
+They are interpolated linearly between the entries of the 5 nm table in the folder of this file; a
+test compares the table with colour-science.
 """
 
 from __future__ import annotations
@@ -40,14 +40,14 @@ def v_lambda(wavelength_nm: npt.ArrayLike) -> np.ndarray:
 
 
 def xyz_weights(wavelength_nm: npt.ArrayLike) -> np.ndarray:
-    """Return (3, wavelength) weights that turn band means (per nm) into X, Y, Z: 683 * cmf * band
-    width.
+    """Return the weights (3, wavelength) that give X, Y, Z from band means (per nm): 683 lm/W x
+    colour matching function x band width.
     """
     return LM_PER_W * xyz_bar(wavelength_nm) * band_widths_nm(wavelength_nm)
 
 
 def luminance(radiance: npt.ArrayLike, wavelength_nm: npt.ArrayLike, axis: int = 0) -> np.ndarray:
-    """Return luminance in cd/m2 from spectral radiance; illuminance in lux from spectral
+    """Return luminance in cd/m2 from spectral radiance, or illuminance in lux from spectral
     irradiance.
 
     Parameters
@@ -61,7 +61,7 @@ def luminance(radiance: npt.ArrayLike, wavelength_nm: npt.ArrayLike, axis: int =
 
 
 def xyz(radiance: npt.ArrayLike, wavelength_nm: npt.ArrayLike, axis: int = 0) -> np.ndarray:
-    """Return X, Y, Z stacked on the last axis; Y in cd/m2.
+    """Return X, Y, Z, stacked on the last axis, of spectral radiance; Y is in cd/m2.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Radiometry: photons and joules, bands, and the irradiance that a lens makes of radiance."""
+"""Radiometry: photons and joules, bands, and the irradiance of a lens from radiance."""
 
 from __future__ import annotations
 
@@ -16,7 +16,8 @@ def photon_energy_j(wavelength_nm: npt.ArrayLike) -> np.ndarray:
 def photons_from_energy(
     energy: float | np.ndarray, wavelength_nm: npt.ArrayLike, axis: int = 0
 ) -> np.ndarray:
-    """Return photons per second from W, or from W per any unit, with the same unit.
+    """Return photons per second from W; or photons per second and unit from W per unit, for any
+    unit.
 
     Parameters
     ----------
@@ -30,7 +31,8 @@ def photons_from_energy(
 def energy_from_photons(
     photons: float | np.ndarray, wavelength_nm: npt.ArrayLike, axis: int = 0
 ) -> np.ndarray:
-    """Return W from photons per second, or per any unit, with the same unit.
+    """Return W from photons per second; or W per unit from photons per second and unit, for any
+    unit.
 
     Parameters
     ----------
@@ -42,7 +44,7 @@ def energy_from_photons(
 
 
 def band_widths_nm(wavelength_nm: npt.ArrayLike) -> np.ndarray:
-    """Return the width of each band, nm, whose borders lie half way between the centres.
+    """Return the width of each band, nm. Borders of bands lie half way between the centres.
 
     The outer bands are symmetric about their centres. A single band has a width of 1 nm by
     convention.
@@ -55,7 +57,7 @@ def band_widths_nm(wavelength_nm: npt.ArrayLike) -> np.ndarray:
 
 
 def photons_per_energy(wavelength_nm: npt.ArrayLike) -> np.ndarray:
-    """Return the photons (band,) of one joule per nm in each band: photons m-2 s-1 per W m-2
+    """Return the photons of each band per spectral energy, (band,): photons m-2 s-1 per W m-2
     nm-1.
     """
     return band_widths_nm(wavelength_nm) / photon_energy_j(wavelength_nm)
@@ -65,8 +67,9 @@ def irradiance_factor(f_number: float, magnification: float = 0.0) -> float:
     """Return irradiance / radiance on the axis, sr, in the tangent form pi / (1 + 4 N^2 (1 +
     |m|)^2).
 
-    ISETCam's rule (opticalimage/oiCalculateIrradiance.m): the solid angle's projection of a cone
-    whose half-angle has the tangent 1 / (2 N (1 + |m|)).
+    N is the f-number, m the magnification. This is ISETCam's rule
+    (opticalimage/oiCalculateIrradiance.m): the projected solid angle of a cone with a half-angle of
+    the tangent 1 / (2 N (1 + |m|)).
     """
     return np.pi / (1.0 + 4.0 * f_number**2 * (1.0 + abs(magnification)) ** 2)
 
@@ -75,7 +78,8 @@ def irradiance_factor_aplanatic(f_number: float, magnification: float = 0.0) -> 
     """Return irradiance / radiance on the axis, sr, of an aplanatic lens: pi sin^2 = pi / (4 N^2 (1
     + |m|)^2).
 
-    The sine condition allows no f-number below 0.5. Raises ValueError there.
+    N is the f-number, m the magnification. The sine condition allows no f-number below 0.5; a
+    smaller one raises ValueError.
     """
     if f_number < 0.5:
         raise ValueError(
@@ -86,7 +90,7 @@ def irradiance_factor_aplanatic(f_number: float, magnification: float = 0.0) -> 
 
 
 def cos4_falloff(x_m: npt.ArrayLike, y_m: npt.ArrayLike, focal_length_m: float) -> np.ndarray:
-    """Return relative illumination cos^4 of the field angle, 1 on the axis.
+    """Return the relative illumination cos^4 of the field angle; it is 1 on the axis.
 
     Parameters
     ----------
@@ -97,9 +101,7 @@ def cos4_falloff(x_m: npt.ArrayLike, y_m: npt.ArrayLike, focal_length_m: float) 
 
 
 def planck_radiance(wavelength_nm: npt.ArrayLike, temperature_k: float) -> np.ndarray:
-    """Return black body spectral radiance, W m-2 sr-1 nm-1 (Planck 1901), at `wavelength_nm` and
-    kelvin.
-    """
+    """Return the spectral radiance of a black body, W m-2 sr-1 nm-1 (Planck 1901)."""
     wl = np.asarray(wavelength_nm, float) * 1e-9
     return 2 * h * c**2 / wl**5 / np.expm1(h * c / (wl * k * temperature_k)) * 1e-9
 

@@ -3,5 +3,5 @@
 | module           | content                                                        |
 |------------------|----------------------------------------------------------------|
 | `colour_spaces`  | XYZ to linear and encoded sRGB, CIELAB, colour differences     |
-| `spectral_basis` | a few numbers per spectrum that give a sensor's response to it |
+| `spectral_basis` | a few numbers per spectrum that determine a sensor's response  |
 """

@@ -1,8 +1,8 @@
 """Colour: XYZ to linear and encoded sRGB, CIELAB, colour differences, and the matrix from a sensor
 to XYZ.
 
-The last axis of every argument holds the three values. XYZ may be of any scale; sRGB expects Y = 1
-for white. Functions that work pixel by pixel process pictures in pieces, so that intermediate
+The last axis of every argument holds the three values. XYZ may have any scale, but for sRGB white
+must have Y = 1. Functions that work pixel by pixel process pictures in pieces, so that intermediate
 results stay in the processor's cache.
 """
 
@@ -22,12 +22,12 @@ XYZ_TO_SRGB = np.array(
     [[3.2406, -1.5372, -0.4986], [-0.9689, 1.8758, 0.0415], [0.0557, -0.2040, 1.0570]]
 )
 D65_XYZ = np.array([0.95047, 1.0, 1.08883])  # white of sRGB, Y = 1
-PIECE = 16384  # pixels
+PIECE = 16384  # number of pixels of a piece
 
 
 def _in_pieces(function: Callable[..., Any]) -> Callable[..., Any]:
-    """Make a function of arrays (..., 3) that treats each pixel alone go over large ones in pieces;
-    the values are the same bit for bit.
+    """Return a function that applies `function` to large arrays (..., 3) in pieces. `function` must
+    work pixel by pixel; the values are then the same bit for bit.
     """
 
     @wraps(function)
@@ -81,7 +81,8 @@ def srgb_decode(code: np.ndarray) -> np.ndarray:
 def lab(xyz: np.ndarray, white_xyz: np.ndarray) -> np.ndarray:
     """Return CIELAB (CIE 015:2018, 8.2.1) of XYZ against a white of the same scale.
 
-    The linear branch also serves negative estimates, so noise around black stays around L* = 0.
+    The linear branch is also used for negative values, so that noise around black stays around
+    L* = 0.
     """
     t = np.asarray(xyz, float) / np.asarray(white_xyz, float)
     edge = 6 / 29
@@ -98,14 +99,14 @@ def de76(lab_1: np.ndarray, lab_2: np.ndarray) -> np.ndarray:
 
 
 def de94(lab_reference: np.ndarray, lab_sample: np.ndarray) -> np.ndarray:
-    """Return the CIE 1994 colour difference for graphic arts; not symmetric, the weights are the
-    reference's (CIE 116:1995).
+    """Return the CIE 1994 colour difference for graphic arts (CIE 116:1995). It is not symmetric:
+    the weights are those of the reference.
     """
     l1, a1, b1 = _unpack(lab_reference)
     l2, a2, b2 = _unpack(lab_sample)
     c1 = np.hypot(a1, b1)
     c2 = np.hypot(a2, b2)
-    # rounding may leave it just below 0
+    # rounding may make it slightly negative
     dh2 = np.maximum((a1 - a2) ** 2 + (b1 - b2) ** 2 - (c1 - c2) ** 2, 0.0)
     return np.sqrt(
         (l1 - l2) ** 2 + ((c1 - c2) / (1 + 0.045 * c1)) ** 2 + dh2 / (1 + 0.015 * c1) ** 2
@@ -146,7 +147,8 @@ def de2000(lab_1: np.ndarray, lab_2: np.ndarray) -> np.ndarray:
     s_c = 1 + 0.045 * mean_c
     s_h = 1 + 0.015 * mean_c * t
     mean_h = np.degrees(np.arctan2(sin, cos))
-    mean_h += 360 * (mean_h < -1e-12)  # rounding must not make 360 of 0: the turn below differs
+    # 0 rounded to a negative value must not become 360, because `turn` below would differ
+    mean_h += 360 * (mean_h < -1e-12)
     turn = (
         2
         * np.sqrt(_chromatic(mean_c))
@@ -166,33 +168,33 @@ def colour_matrix(
     noise_covariance: float | np.ndarray = 0.0,
 ) -> np.ndarray:
     """Return the matrix (3, channel) from a sensor's responses to XYZ that is exact for one white
-    and best for the rest.
+    and a least-squares fit for other colours.
 
     White-preserving least squares (Finlayson, Drew 1997): M minimises sum |M s - t|^2 + trace(M N
-    M^T) over the samples under M white_response = white_xyz. One channel leaves no freedom: M =
-    white_xyz / white_response.
+    M^T) over the samples, with the constraint M white_response = white_xyz. With one channel, the
+    constraint alone determines M = white_xyz / white_response.
 
     Parameters
     ----------
-    response : (sample, channel) array; scale each sample so that it has the weight it deserves.
-    xyz : (sample, 3) array, the XYZ of the same samples on the same scale.
-    white_response, white_xyz : (channel,) and (3,), the white that comes back exactly.
-    noise_covariance : (channel, channel) N, the noise of one response times the number of samples;
-        0 for none.
+    response : (sample, channel) responses s; the scale of a sample sets its weight.
+    xyz : (sample, 3) XYZ t of the same samples, with the same scale.
+    white_response, white_xyz : (channel,) and (3,) values of the white that is exact.
+    noise_covariance : (channel, channel) N, the covariance of the noise of one response times the
+        number of samples; 0 for no noise.
     """
     s = np.asarray(response, float)
     t = np.asarray(xyz, float)
     u = np.asarray(white_response, float)
     v = np.asarray(white_xyz, float)
     noise = np.broadcast_to(noise_covariance, (len(u), len(u)))
-    # signal and noise of channels differ by decades: each in units of its own signal
-    # and noise
+    # signal and noise of channels differ by decades: each channel is scaled by its own signal and
+    # noise
     size = np.sqrt(np.sum(s**2, axis=0) + np.diag(noise))
     size = np.where(size > 0, size, 1.0)
     s = s / size
     u = u / size
     noise = noise / np.outer(size, size)
-    # one matrix that keeps the white; the rest lives in its null space
+    # one matrix that maps the white; the rest of the solution lies in its null space
     base = np.outer(v, u) / np.sum(u**2)
     free = np.linalg.svd(u[None, :])[2][1:]
     if len(free):
@@ -217,12 +219,18 @@ def _chromatic(c: np.ndarray) -> np.ndarray:
 def _hues(
     a1: np.ndarray, b1: np.ndarray, c1: np.ndarray, a2: np.ndarray, b2: np.ndarray, c2: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return (dH, cosine and sine of the mean hue) of two colours: 2 sqrt(c1 c2) sin(dh / 2), and
-    the middle of the shorter arc.
+    """Return (dH, cosine of the mean hue, sine of the mean hue) of two colours.
 
-    By vectors, which needs no angle: dH = cross product / (sqrt(c1 c2) cos(dh / 2)), and the mean
-    hue is that of the sum of both directions. Where hues are nearly opposite that sum cancels, and
-    angles are taken. A grey has no hue: the mean is the other's, and dH is 0.
+    dH is 2 sqrt(c1 c2) sin(dh / 2), and the mean hue is the middle of the shorter arc. Both are
+    computed from vectors, without angles: dH = cross product / (sqrt(c1 c2) cos(dh / 2)), and the
+    mean hue is the direction of the sum of both unit vectors. For nearly opposite hues this sum
+    cancels, and angles are used. A grey has no hue: the mean hue is that of the other colour, and
+    dH is 0.
+
+    Parameters
+    ----------
+    a1, b1, c1 : a*, b* and chroma of the first colour.
+    a2, b2, c2 : a*, b* and chroma of the second colour.
     """
     both = c1 * c2
     along = a1 * a2 + b1 * b2
@@ -241,7 +249,7 @@ def _hues(
             np.degrees(np.arctan2(b[opposite], a[opposite])) % 360 for a, b in ((a1, b1), (a2, b2))
         )
         apart = (h2 - h1 + 180) % 360 - 180
-        # exactly opposite hues: the paper takes +180 when h2 > h1, the remainder above gives -180
+        # for exactly opposite hues with h2 > h1 the paper has +180; the remainder above gives -180
         apart = np.where((apart == -180) & (h2 > h1), 180.0, apart)
         mean = np.radians((h1 + h2) / 2 + 180 * (np.abs(h1 - h2) > 180))
         dh[opposite] = 2 * np.sqrt(both[opposite]) * np.sin(np.radians(apart / 2))

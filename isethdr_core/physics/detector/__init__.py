@@ -3,9 +3,9 @@
 | module                  | content                                                             |
 |-------------------------|---------------------------------------------------------------------|
 | `charge_dynamics`       | dQ/dt = current(t) - overflow(Q), exact, for any light              |
-| `charge_dynamics_noise` | mean, variance and covariance of a softly overflowing charge        |
-| `charge_dynamics_steps` | step by step integration of dQ/dt = light(t) - leak Q - overflow(Q) |
-| `exposure_pieces`       | an exposure cut at the moments when lamps switch                    |
+| `charge_dynamics_noise` | mean, variance and covariance of a charge with soft overflow        |
+| `charge_dynamics_steps` | stepwise integration of dQ/dt = light(t) - leak Q - overflow(Q)     |
+| `exposure_pieces`       | an exposure, divided at the times when lamps switch                 |
 | `noise`                 | normal and exact Poisson numbers by inversion of one random word    |
 | `random_words`          | one 64-bit random word per stream and pixel                         |
 | `temporal_modulation`   | exact light of any exposure under modulated lamps                   |

@@ -1,21 +1,23 @@
 """Charge of a pixel with soft overflow: dQ/dt = current(t) - overflow(Q), exact for any light,
-without a time step.
+without time steps.
 
-The overflow current grows by the factor e for every `thermal_e` electrons (thermionic emission over
-the barrier of the overflow path; Miyauchi et al. 2023, "Light intensity and charge holding time
-dependence of pinned photodiode full well capacity", measure the resulting logarithmic law). With
+The overflow current grows by the factor e for every `thermal_e` electrons, because of thermionic
+emission over the barrier of the overflow path. Miyauchi et al. 2023, "Light intensity and charge
+holding time dependence of pinned photodiode full well capacity", measured the resulting logarithmic
+law. With
 
     q = (Q - knee) / thermal,  a = current / thermal,  b = knee current / thermal,  u = exp(-q)
 
-it is linear, u' = b - a u, so that for any light whose arrived electrons A(t) are known
+the equation is linear, u' = b - a u. For any light with known arrived electrons A(t), the solution
+after an exposure of duration T is
 
-    u(T) = u(0) exp(-A(T) / thermal) + b J,   J = integral of exp(-(A(T) - A(t)) / thermal) dt over
-    the exposure.
+    u(T) = u(0) exp(-A(T) / thermal) + b J,
+    J = integral of exp(-(A(T) - A(t)) / thermal) dt over the exposure.
 
-J is a time: the memory of the pixel. It is T in darkness and thermal / current in a full well.
-Under constant light it is elementary; under any other light it is the integral of a smooth function
-between 0 and 1. `settle` computes charges from A(T) and J without overflow of numbers. Constant
-light needs no Lambert W function. With a linear leak, the steady state would need that function.
+J is a time, the memory of the pixel. It is T in darkness and thermal / current in a full well.
+Under constant light it is an elementary function; under any other light it is the integral of a
+smooth function between 0 and 1. `settle` computes charges from A(T) and J without numerical
+overflow. Constant light needs no Lambert W function; the steady state with a linear leak does.
 """
 
 from __future__ import annotations
@@ -30,9 +32,10 @@ from scipy.special import wrightomega
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
-ROUNDING = 4 * np.finfo(float).eps  # the closest relative tolerance that SciPy's root finders take
+ROUNDING = 4 * np.finfo(float).eps  # least relative tolerance that SciPy's root finders accept
 
-# Gauss-Legendre nodes of one panel; 16 leave 1e-16 of exp(-x) on a panel with x up to 8
+# Gauss-Legendre nodes and weights of one panel. The error of 16 nodes is 1e-16 for exp(-x) on a
+# panel with x up to 8.
 NODES = 0.5 * np.polynomial.legendre.leggauss(16)[0] + 0.5
 WEIGHTS = 0.5 * np.polynomial.legendre.leggauss(16)[1]
 
@@ -41,8 +44,9 @@ WEIGHTS = 0.5 * np.polynomial.legendre.leggauss(16)[1]
 class Well:
     """A charge well with an exponential overflow."""
 
-    knee_e: float  # charge at which the overflow is `knee_e_per_s`
-    thermal_e: float  # electrons for a factor e of the overflow: n k T / (e x volts per electron)
+    knee_e: float  # charge at which the overflow current is `knee_e_per_s`
+    # electrons by which the overflow grows by the factor e: n k T / (e x volts per electron)
+    thermal_e: float
     knee_e_per_s: float = 1e3  # overflow current at the knee
 
     def __post_init__(self) -> None:
@@ -58,8 +62,13 @@ class Well:
 
 
 def log_memory(x: np.ndarray, duration_s: float) -> np.ndarray:
-    """Return log(duration x (1 - exp(-x)) / x), the log of J under constant light, for x >= 0; -inf
-    for no duration.
+    """Return log(duration x (1 - exp(-x)) / x), the logarithm of J under constant light; -inf for a
+    duration of 0.
+
+    Parameters
+    ----------
+    x : arrived electrons over `thermal_e`, 0 or more, any shape.
+    duration_s : exposure, s.
     """
     small = x < 1e-4
     safe = np.where(small, 1.0, x)
@@ -76,15 +85,15 @@ def settle(
 
     Parameters
     ----------
-    charge_e : charge at the start.
-    arrived_e : electrons that light and dark current brought, 0 or more.
-    log_memory_s : log of J of the module's text, J in seconds.
+    charge_e : charge at the start, electrons.
+    arrived_e : electrons of light and dark current, 0 or more.
+    log_memory_s : logarithm of J of the module's text, J in seconds.
     well : knee, thermal electrons and overflow current of the photodiode.
 
     Notes
     -----
     With s = log(spilling share / staying share), spilled = thermal log(1 + e^s). For s > 0 the
-    charge is written from the knee, so that two large numbers are never subtracted; e^s itself is
+    charge is computed from the knee, so that two large numbers are never subtracted. e^s itself is
     never computed.
     """
     source, s = _odds(charge_e, arrived_e, log_memory_s, well)
@@ -97,8 +106,8 @@ def settle(
 def flow(
     charge_e: float, current_e_per_s: np.ndarray, duration_s: float, well: Well
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return (charge, spilled charge), electrons, after `duration_s` of constant current; exact and
-    elementary.
+    """Return (charge, spilled charge), electrons, after `duration_s` of constant current; exact, in
+    closed form.
 
     Parameters
     ----------
@@ -142,19 +151,18 @@ def flow_varying(
 
     Parameters
     ----------
-    charge_e : charge at the start.
-    arriving_e : function (start_s, duration_s) -> electrons that arrive in that interval, per
-        pixel.
-    start_s, duration_s : exposure; numbers, or arrays that broadcast with the frame (rows of a
+    charge_e : charge at the start, electrons.
+    arriving_e : function(start_s, duration_s) -> electrons that arrive in that interval, per pixel.
+    start_s, duration_s : exposure, s; numbers, or arrays that broadcast with the frame (rows of a
         rolling shutter).
-    well : the photodiode.
+    well : knee, thermal electrons and overflow current of the photodiode.
 
     Notes
     -----
-    J by Gauss-Legendre quadrature. The panels halve towards the end, down to the time in which one
-    `thermal_e` arrives, which is the memory of a full well. Every node costs one exponential, and
-    there is no stability limit. The first panel is half the exposure, so light must vary smoothly
-    over it: for several periods, call `flow_varying` for each.
+    J is computed by Gauss-Legendre quadrature. The panels halve towards the end, down to the time
+    in which `thermal_e` electrons arrive, which is the memory of a full well. Every node costs one
+    exponential, and there is no stability limit. The first panel is half the exposure, so that
+    light must vary smoothly over it: for several periods, call `flow_varying` for each.
     """
     arrived = arriving_e(start_s, duration_s)
     halvings = int(np.ceil(np.log2(1.0 + np.max(arrived, initial=0.0) / well.thermal_e))) + 2
@@ -163,7 +171,7 @@ def flow_varying(
         low = 0.0 if k == halvings else 2.0 ** -(k + 1)
         high = 2.0**-k
         for node, weight in zip(NODES, WEIGHTS, strict=True):
-            # seconds before the end: exact however small
+            # time before the end, s; it is exact for any small value
             charge_left = (low + (high - low) * node) * duration_s
             memory = memory + weight * (high - low) * np.exp(
                 -arriving_e(start_s + (duration_s - charge_left), charge_left) / well.thermal_e
@@ -173,8 +181,8 @@ def flow_varying(
 
 
 def linear_limit_e(allowed_spill_e: float, duration_s: float, well: Well) -> float:
-    """Return the electrons that may arrive at constant light until `allowed_spill_e` of them are
-    lost; 0 where more than that is lost in the dark.
+    """Return the number of electrons that may arrive at constant light until `allowed_spill_e` of
+    them are lost; 0 if as many are lost in the dark.
 
     Parameters
     ----------
@@ -196,46 +204,50 @@ def linear_limit_e(allowed_spill_e: float, duration_s: float, well: Well) -> flo
 
 
 def arrived_from_charge(charge_e: float | np.ndarray, duration_s: float, well: Well) -> np.ndarray:
-    """Return the electrons that arrived at constant light, from the charge: the inverse of `flow`.
+    """Return the number of electrons that arrived at constant light, from the charge: the inverse
+    of `flow` for an empty well.
 
     Parameters
     ----------
-    charge_e : electrons in the well after the exposure. Values at or below 0 are returned as is.
-    duration_s : of the exposure. `well` : its overflow law.
+    charge_e : electrons in the well after the exposure. Values of 0 or less are returned unchanged.
+    duration_s : exposure, s.
+    well : knee, thermal electrons and overflow current of the photodiode.
 
     Notes
     -----
     With x = arrived / thermal and c = knee_e_per_s duration / thermal, the charge obeys exp((knee -
-    charge) / thermal) = exp(knee / thermal - x) + c (1 - e^-x) / x. Each term is at most the left
-    side, and one of them is at least half of it: arrived lies between `charge` and the larger of
-    charge + thermal log 2 and 2 c thermal exp((charge - knee) / thermal). The root is sought in
-    log(arrived), in which a full well's charge is a straight line.
+    charge) / thermal) = exp(knee / thermal - x) + c (1 - e^-x) / x. Each term on the right is at
+    most the left side, and one of them is at least half of it. The number of arrived electrons
+    therefore lies between `charge` and the larger of charge + thermal log 2 and 2 c thermal
+    exp((charge - knee) / thermal). The root is sought in log(arrived), because the charge of a full
+    well is linear in it.
     """
     charge = np.asarray(charge_e, float)
     positive = np.maximum(charge, np.finfo(float).tiny)
     excess = (positive - well.knee_e) / well.thermal_e + np.log(
         well.knee_e_per_s * duration_s / well.thermal_e
     )
-    of_full_well = 2.0 * well.thermal_e * np.exp(np.minimum(excess, 600.0))  # 600: no overflow
+    # 600 avoids numerical overflow
+    of_full_well = 2.0 * well.thermal_e * np.exp(np.minimum(excess, 600.0))
     highest = np.maximum(positive + np.log(2.0) * well.thermal_e, of_full_well)
 
     def miss_e(log_arrived: np.ndarray, wanted_e: np.ndarray) -> float | np.ndarray:
         return flow(0.0, np.exp(log_arrived) / duration_s, duration_s, well)[0] - wanted_e
 
-    # 1e-6: rounding of `flow` must not move the root out of the bracket
+    # 1e-6, so that rounding errors of `flow` do not move the root out of the bracket
     bracket = np.log(positive) - 1e-6, np.log(highest) + 1e-6
     from scipy.optimize.elementwise import find_root  # slow to import
 
     root = find_root(miss_e, bracket, args=(positive,))
-    # no root: a charge of the size of rounding errors, or one that no light could leave
+    # there is no root for a charge of the size of rounding errors, or one that no light can cause
     beyond = np.where(excess >= 600.0, highest, positive)
     arrived = np.where(root.success, np.exp(root.x), beyond)
     return np.where(charge > 0, arrived, charge)
 
 
 def slope(arrived_e: float, duration_s: float, well: Well) -> np.ndarray:
-    """Return d charge / d arrived at constant light from an empty well: 1 below the knee, falling
-    as 1 / arrived beyond.
+    """Return d charge / d arrived at constant light from an empty well. It is 1 below the knee, and
+    falls as 1 / arrived beyond.
 
     Parameters
     ----------
@@ -250,11 +262,11 @@ def slope(arrived_e: float, duration_s: float, well: Well) -> np.ndarray:
 def shares(
     charge_e: float | np.ndarray, arrived_e: float | np.ndarray, duration_s: float, well: Well
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return (P, R, h) of constant light: of a change of the first charge the share P stays and R =
-    1 - P spills.
+    """Return (P, R, h) for constant light.
 
-    h = 1/x - 1/(e^x - 1), x = arrived / thermal, falls from 1/2 to 0; P + R h is the same share for
-    the arriving charge.
+    If the charge at the start changes, the share P of the change stays in the well, and R = 1 - P
+    spills. h = 1/x - 1/(e^x - 1), with x = arrived / thermal, falls from 1/2 to 0. Of a change of
+    the arriving charge, the share P + R h stays.
 
     Parameters
     ----------
@@ -275,12 +287,12 @@ def shares(
 
 
 def steady_charge(current_e_per_s: float, well: Well, leak_per_s: float = 0.0) -> np.ndarray:
-    """Return the charge at which light, overflow and a leak of `leak_per_s` x charge balance,
-    electrons.
+    """Return the charge, electrons, at which light balances overflow and a leak of `leak_per_s` x
+    charge.
 
-    A leak alone balances at current / leak, an overflow alone at a logarithm; both by Lambert W of
-    an exponential (Wright's omega; Corless and Jeffrey 2002, "The Wright omega function"), which
-    does not overflow.
+    With a leak alone it is current / leak, with an overflow alone a logarithm. With both it is the
+    Lambert W function of an exponential, which Wright's omega function gives without numerical
+    overflow (Corless and Jeffrey 2002, "The Wright omega function").
 
     Parameters
     ----------
@@ -294,7 +306,7 @@ def steady_charge(current_e_per_s: float, well: Well, leak_per_s: float = 0.0) -
     scale = np.log(well.knee_e_per_s / (leak_per_s * well.thermal_e))
     z = scale + (current / leak_per_s - well.knee_e) / well.thermal_e
     omega = wrightomega(z)
-    # omega + log(omega) = z: beyond the knee the second form does not subtract two large numbers
+    # omega + log(omega) = z; beyond the knee, the second form does not subtract two large numbers
     return np.where(
         z < 1,
         current / leak_per_s - well.thermal_e * omega,
@@ -307,7 +319,8 @@ def _odds(
 ) -> tuple[float | np.ndarray, float | np.ndarray]:
     """Return (log(b J), s).
 
-    s is the log of the share of its first charge that the well loses, over the share that it keeps.
+    s is the logarithm of R / P of `shares`: the share of the charge at the start that spills, over
+    the share that stays.
     """
     source = np.log(well.knee_e_per_s / well.thermal_e) + log_memory_s
     return source, ((charge_e - well.knee_e) + arrived_e) / well.thermal_e + source

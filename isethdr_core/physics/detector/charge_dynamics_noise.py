@@ -6,18 +6,19 @@ approximation)
 
     dV/dt = 2 f'(Q) V + current + overflow(Q),   f(Q) = current - overflow(Q),
 
-along the exact mean Q(t). Under constant light the integral is elementary. With P, R = 1 - P, h of
-`charge_dynamics.shares`, N the electrons that arrive, k = P + R h the effective share of them that
-stays, and rho = thermal R (1 - R h), an interval of light adds
+along the exact mean Q(t). Under constant light the integral has a closed form. P, R = 1 - P and h
+are those of `charge_dynamics.shares`. With the N electrons that arrive, their effective share
+k = P + R h that stays, and rho = thermal R (1 - R h), an interval of light adds
 
     variance of the charge          N k^2 + rho
     variance of the spilled charge  N (1 - k)^2 + rho
     covariance                      N k (1 - k) - rho
 
-and passes on the deviation of the first charge: P of it as charge and R as spill. In other words:
-for a given number of arrived electrons, the charge is `flow` of that number, and rho is the thermal
-noise of the electrons that left. Without spill the charge is Poisson; in a full well its variance
-is `thermal_e` for any strength of light; the sum of charge and spill is always Poisson.
+Of a deviation of the charge at the start, the share P remains as charge and R as spill. For a given
+number of arrived electrons, the mean charge is thus `flow` of that number, and rho is the thermal
+noise of the electrons that left. Without spill the charge is Poisson distributed. In a full well
+its variance is `thermal_e` for any strength of light. The sum of charge and spill is always Poisson
+distributed.
 """
 
 from __future__ import annotations
@@ -46,8 +47,8 @@ EMPTY = Moments(0.0, 0.0, 0.0, 0.0, 0.0)
 def flow_moments(
     before: Moments, current_e_per_s: float | np.ndarray, duration_s: float, well: Well
 ) -> Moments:
-    """Return the moments after `duration_s` of constant current; pieces of light compose by
-    repeated calls.
+    """Return the moments after `duration_s` of constant current. For several pieces of light, call
+    this function once per piece.
 
     Parameters
     ----------
@@ -77,21 +78,21 @@ def flow_moments(
 def draw_charge(
     arrived_e: np.ndarray, word: np.ndarray, duration_s: float, well: Well
 ) -> np.ndarray:
-    """Return one draw of the charge left in the well, for the given number of electrons that
+    """Return a random charge that is left in the well, for the given number of electrons that
     arrived in `duration_s` of constant light.
 
     Parameters
     ----------
     arrived_e : Poisson counts, 0 or more.
     word : int64 random words of the same shape (`physics.random_words`), from a separate stream.
-    duration_s : duration of the light.
-    well : the photodiode.
+    duration_s : duration of the light, s.
+    well : knee, thermal electrons and overflow current of the photodiode.
 
     Notes
     -----
     The spill is its mean plus a centred Poisson count of variance rho. If little spills, rho equals
-    the mean, so the spill is Poisson. rho never exceeds the mean, so the spill is never negative.
-    Charge and spill add up to `arrived_e`.
+    the mean, so that the spill is Poisson distributed. rho never exceeds the mean, so that the
+    spill is never negative. Charge and spill add up to `arrived_e`.
     """
     arrived = np.minimum(np.asarray(arrived_e, float), LARGEST_MEAN_E)
     charge, _ = flow(0.0, arrived / duration_s, duration_s, well)

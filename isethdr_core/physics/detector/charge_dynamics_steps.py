@@ -1,8 +1,8 @@
-"""Step by step integration of dQ/dt = light(t) - leak Q - overflow(Q), where `charge_dynamics` has
-no closed form.
+"""Stepwise integration of dQ/dt = light(t) - leak Q - overflow(Q), for cases without a closed form
+in `charge_dynamics`.
 
-Without a leak prefer `charge_dynamics.flow_varying`. Both methods here take any step at any light
-without overflowing.
+Without a leak, `charge_dynamics.flow_varying` is preferable. Both methods of this module allow any
+step at any light without numerical overflow.
 """
 
 from __future__ import annotations
@@ -18,17 +18,17 @@ from .charge_dynamics import Well, flow
 
 
 def graded(duration_s: float, steps: int, smallest: float = 1e-12) -> np.ndarray:
-    """Return steps + 1 times from 0 to `duration_s`: half of them uniform, half with intervals that
-    shrink towards the end by the factor `smallest` in all.
+    """Return steps + 1 times from 0 to `duration_s`, s. Half of the intervals are uniform; the
+    others shrink towards the end.
 
-    The memory of a full well is thermal / current seconds, so only this time before the end needs
-    fine steps.
+    The memory of a full well is thermal / current seconds, so that only this time before the end
+    needs fine steps.
 
     Parameters
     ----------
     duration_s : end of the last interval, s.
     steps : number of intervals.
-    smallest : factor by which the fine intervals shrink in all, above 0 and below 1.
+    smallest : ratio of the smallest to the largest of the shrinking intervals, above 0 and below 1.
     """
     fine = steps // 2
     head = np.linspace(0.0, duration_s, steps - fine + 1)
@@ -46,14 +46,14 @@ def graded(duration_s: float, steps: int, smallest: float = 1e-12) -> np.ndarray
 def exponential_steps(
     charge_e: float, light_e_per_s: Callable[..., Any], times_s: np.ndarray, well: Well
 ) -> np.ndarray:
-    """Return the charge after exact steps under the mean light of each (Simpson's rule); second
-    order.
+    """Return the charge, electrons, after steps of constant light, each exact for its mean light
+    (Simpson's rule). The method is of second order.
 
     Parameters
     ----------
-    light_e_per_s : function of the time in seconds, per pixel; dark current included.
-    times_s : increasing times, of which the first is the start.
     charge_e : charge at the start, electrons.
+    light_e_per_s : function(time in s) -> electrons per second and pixel, including dark current.
+    times_s : rising times, s; the first is the start.
     well : knee, thermal electrons and overflow current of the photodiode.
     """
     for start, end in pairwise(times_s):
@@ -71,15 +71,14 @@ def implicit_steps(
     well: Well,
     leak_per_s: float = 0.0,
 ) -> np.ndarray:
-    """Return the charge after implicit Euler steps, each solved exactly by Wright's omega function;
-    first order.
+    """Return the charge, electrons, after implicit Euler steps, each solved exactly by Wright's
+    omega function. The method is of first order.
 
     Parameters
     ----------
     charge_e : charge at the start, electrons.
-    light_e_per_s : function of the time in seconds, electrons per second and pixel; dark current
-        included.
-    times_s : increasing times, s, of which the first is the start.
+    light_e_per_s : function(time in s) -> electrons per second and pixel, including dark current.
+    times_s : rising times, s; the first is the start.
     well : knee, thermal electrons and overflow current of the photodiode.
     leak_per_s : share of the charge that leaks per second, 0 or more.
     """
@@ -90,7 +89,7 @@ def implicit_steps(
         log_source = np.log(step * well.knee_e_per_s / (weight * well.thermal_e))
         z = (free - well.knee_e) / well.thermal_e + log_source
         omega = wrightomega(z)
-        # omega + log(omega) = z: beyond the knee the second form does not subtract two large
+        # omega + log(omega) = z; beyond the knee, the second form does not subtract two large
         # numbers
         above = well.knee_e + well.thermal_e * (np.log(np.where(z < 1, 1.0, omega)) - log_source)
         charge_e = np.where(z < 1, free - well.thermal_e * omega, above)

@@ -1,5 +1,5 @@
-"""An exposure cut where lamps switch, so that within a piece each pulsed lamp is on or off: for
-pixels that are not linear.
+"""An exposure, divided at the times when lamps switch, for pixels that are not linear. Within a
+piece each pulsed lamp is either on or off.
 """
 
 from __future__ import annotations
@@ -8,7 +8,7 @@ import numpy as np
 
 from .temporal_modulation import Modulation, light_s, square_wave_pieces
 
-PER_PERIOD = 8  # pieces of a period of ripple, so that it is nearly straight within each
+PER_PERIOD = 8  # number of pieces per period of ripple, so that it is nearly linear within each
 
 
 def pieces(
@@ -17,18 +17,18 @@ def pieces(
     duration_s: float,
     per_period: int = PER_PERIOD,
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return (starts_s, durations_s) of intervals in order, both (pieces, ...) with the shape of
-    `start_s`. Together they are the exposure.
+    """Return (starts_s, durations_s) of the pieces of exposures in order, both (piece, ...) with
+    the shape of `start_s`. Together the pieces are the exposure.
 
-    Rows with fewer edges have intervals of no duration. With several lamps, the intervals end at
-    the edges of all.
+    With several lamps, pieces end where any lamp switches. Exposures with fewer pieces than others
+    have pieces of duration 0.
 
     Parameters
     ----------
     modulations : `Modulation` of each lamp.
-    start_s : start of each exposure, an array of any shape.
-    duration_s : duration of all exposures.
-    per_period : intervals in a period of ripple.
+    start_s : start of each exposure, s, an array of any shape.
+    duration_s : duration of all exposures, s.
+    per_period : number of pieces per period of ripple.
     """
     start = np.asarray(start_s, float)
     edges = [np.full((1, *start.shape), float(duration_s))]
@@ -51,7 +51,9 @@ def pieces(
 
 
 def count(modulations: list[Modulation], duration_s: float) -> float:
-    """Return about how many pieces `pieces` makes of an exposure, without making them."""
+    """Return the approximate number of pieces that `pieces` makes of an exposure of `duration_s`
+    seconds.
+    """
     return 1 + sum(
         (2 * (m.duty < 1) + PER_PERIOD * (m.depth > 0)) * m.frequency_hz * duration_s
         for m in modulations
@@ -61,12 +63,12 @@ def count(modulations: list[Modulation], duration_s: float) -> float:
 def relative_in_pieces(
     modulation: Modulation, starts_s: np.ndarray, durations_s: np.ndarray
 ) -> np.ndarray:
-    """Return the mean light of each piece relative to the mean over time; 0 in a piece of no
-    duration.
+    """Return the mean light of each piece relative to the mean over all time; 0 in a piece of
+    duration 0.
 
     Parameters
     ----------
-    modulation : how the light varies in time.
+    modulation : temporal modulation of the light.
     starts_s : start of each piece, s, any shape.
     durations_s : duration of each piece, s, same shape, 0 or more.
     """

@@ -2,7 +2,7 @@
 count.
 
 Inversion makes every draw a monotone function of one word. A sweep over exposures therefore keeps
-its noise, and pixels do not depend on each other. Words come from `random_words`.
+the same noise realisation, and pixels do not depend on each other. Words come from `random_words`.
 """
 
 from __future__ import annotations
@@ -13,9 +13,11 @@ from scipy.special import gammainc, gammaincc, ndtri
 
 from .random_words import tail, words
 
-SERIES_BELOW_E = 4.0  # mean electrons: below, the sum of the Poisson series
-EXACT_BELOW_E = 1e6  # mean electrons: above, the expansion alone
-LARGEST_MEAN_E = 1e18  # float64 counts whole electrons to 9e15; the relative step is 1e-16 beyond
+SERIES_BELOW_E = 4.0  # mean electrons below which the Poisson series is summed
+EXACT_BELOW_E = 1e6  # mean electrons above which the expansion alone is used
+# largest mean electrons; float64 counts whole electrons up to 9e15, with a relative step of 1e-16
+# beyond
+LARGEST_MEAN_E = 1e18
 
 
 def normal(word: np.ndarray) -> np.ndarray:
@@ -48,13 +50,15 @@ def normal_float32(word: np.ndarray) -> np.ndarray:
     z[outer] = (((0.17023821103 * r + 1.3067284816) * r + 2.7568153900) * r + 1.4234372777) / (
         (0.12021132975 * r + 0.73700164250) * r + 1.0
     )
-    beyond = outer[p < 1.4e-11]  # the end of the fit's range
+    beyond = outer[p < 1.4e-11]  # beyond the range of the rational approximation
     z[beyond] = -ndtri((magnitude[beyond] + 0.5) * 2.0**-64)
     return np.copysign(z, word.astype(np.float32)).reshape(shape)
 
 
 def _polynomial(x: np.ndarray, coefficients: tuple[float, ...]) -> np.ndarray:
-    """Return a polynomial by Horner's rule, in place: half of the time; highest power first."""
+    """Return a polynomial by Horner's rule. The coefficients start with that of the highest power.
+    Operations in place take half of the time.
+    """
     out = x * coefficients[0]
     for coefficient in coefficients[1:-1]:
         out += coefficient
@@ -71,14 +75,15 @@ def normal_pair(word: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     open_unit = (u >> np.uint64(32)).astype(np.float32) * np.float32(2.0**-32) + np.float32(
         2.0**-33
     )
-    # 32 bits rounded to float32 can reach 1 + 2^-33, whose logarithm is above 0
+    # 32 bits rounded to float32 can give 1 + 2^-33, which has a positive logarithm
     radius = np.sqrt(-2.0 * np.log(np.minimum(open_unit, np.float32(1.0))))
     angle = (u & np.uint64(0xFFFFFFFF)).astype(np.float32) * np.float32(2 * np.pi * 2.0**-32)
     return radius * np.cos(angle), radius * np.sin(angle)
 
 
 def poisson(mean: npt.ArrayLike, word: npt.ArrayLike) -> np.ndarray:
-    """Return Poisson counts by inversion of one word per pixel, non-decreasing in the mean.
+    """Return Poisson counts by inversion of one word per pixel. A count never falls if the mean
+    rises.
 
     Parameters
     ----------
@@ -91,10 +96,11 @@ def poisson(mean: npt.ArrayLike, word: npt.ArrayLike) -> np.ndarray:
 
     Notes
     -----
-    Below 4 e: the sum of the series. To 1e6 e: Cornish-Fisher to 1/mean, and every value within its
-    error bound of a step is decided by the incomplete gamma function, so the count is the exact
-    quantile. Above: Cornish-Fisher alone, quantile error below 2e-8 e within 6 sigma plus one
-    float64 step of the mean (128 e at 1e18).
+    Below a mean of 4 e, the series is summed. Up to 1e6 e, a Cornish-Fisher expansion to 1/mean is
+    used; values within its error bound of a step of the distribution are decided by the incomplete
+    gamma function, so that the count is the exact quantile. Above 1e6 e, the expansion is used
+    alone: the error of the quantile is below 2e-8 e within 6 sigma, plus one float64 step of the
+    mean (128 e at 1e18).
 
     References
     ----------
@@ -122,7 +128,7 @@ def poisson(mean: npt.ArrayLike, word: npt.ArrayLike) -> np.ndarray:
 def poisson_image(
     mean: npt.ArrayLike, stream: tuple[object, ...], y0: int = 0, x0: int = 0
 ) -> np.ndarray:
-    """Return Poisson counts of a (y, x) rectangle of mean electrons whose upper left pixel is (y0,
+    """Return Poisson counts for a (y, x) rectangle of mean electrons with the upper left pixel (y0,
     x0).
 
     Parameters
@@ -142,8 +148,8 @@ def poisson_image(
 
 
 def rows_per_block(width: int) -> int:
-    """Return how many rows of `width` pixels keep a pass's temporaries in the second-level
-    cache.
+    """Return the number of rows of `width` pixels for which intermediate results stay in the
+    second-level cache.
     """
     return max(1, 30_000 // max(width, 1))
 
@@ -164,7 +170,7 @@ def _series(mean: np.ndarray, word: np.ndarray) -> np.ndarray:
     remaining = np.where(upper, -np.expm1(-mean) - p, p - term)
     count = np.zeros_like(mean)
     k = 0
-    # differences of sums cannot resolve these, and would never end
+    # differences of sums cannot resolve these tails, and the loop below would not end
     rare = np.flatnonzero(upper & (p < 1e-10))
     remaining[rare] = 0.0
     count[rare] = _decide(
@@ -194,18 +200,19 @@ def _expand(mean: np.ndarray, word: np.ndarray) -> np.ndarray:
         return _cornish_fisher(mean, word, normal_float32(word))
     if not small.any():
         return _cornish_fisher(mean, word, normal(word))
-    out = np.empty_like(mean)  # chosen pixel by pixel: the precision must not depend on the block
+    # chosen for each pixel, because the precision must not depend on the block
+    out = np.empty_like(mean)
     for part, draw in ((small, normal_float32), (~small, normal)):
         out[part] = _cornish_fisher(mean[part], word[part], draw(word[part]))
     return out
 
 
 def _cornish_fisher(mean: np.ndarray, word: np.ndarray, z: np.ndarray) -> np.ndarray:
-    # float32 for the step away from the mean: its rounding is part of the bound
+    # the step from the mean is in float32; its rounding error is part of the bound
     mean_ = mean.astype(z.dtype)
     root = np.sqrt(mean_)
     z2 = z * z
-    # in place, term by term: half of the time
+    # operations in place take half of the time
     step = z2 + 2
     step /= 72 * root
     np.subtract(root, step, out=step)
@@ -237,7 +244,7 @@ def _cornish_fisher(mean: np.ndarray, word: np.ndarray, z: np.ndarray) -> np.nda
     a *= 5e-7
     bound += a
     x -= count
-    x -= 0.5  # near a step: |x - 0.5| close to 0.5
+    x -= 0.5  # close to +-0.5 near a step
     near = np.flatnonzero((np.abs(x) > 0.5 - bound) & (mean < EXACT_BELOW_E))
     if near.size:
         p, upper = tail(word[near])
@@ -249,16 +256,24 @@ def _cornish_fisher(mean: np.ndarray, word: np.ndarray, z: np.ndarray) -> np.nda
 def _decide(
     k: np.ndarray, mean: np.ndarray, p: np.ndarray, upper: np.ndarray, search: np.ndarray
 ) -> np.ndarray:
-    """Return k or k - 1, whichever the exact distribution says; search further where `search`."""
+    """Return k or k - 1, according to the exact distribution.
+
+    Parameters
+    ----------
+    k : candidate counts, 1 or more.
+    mean : mean electrons.
+    p, upper : draws, from `tail`.
+    search : where true, the search continues beyond k and k - 1.
+    """
 
     def reached(
         k: np.ndarray, i: np.ndarray | slice
-    ) -> np.ndarray:  # is the draw at or beyond the step from k - 1 to k?
+    ) -> np.ndarray:  # whether the draw is at or beyond the step from k - 1 to k
         return np.where(upper[i], p[i] < gammainc(k, mean[i]), p[i] > gammaincc(k, mean[i]))
 
     count = k - ~reached(k, slice(None))
     i = np.flatnonzero(search)
-    while i.size:  # far tails of small means: a handful of pixels
+    while i.size:  # far tails of small means, in a few pixels
         up = reached(count[i] + 1, i)
         down = (count[i] > 0) & ~reached(np.maximum(count[i], 1.0), i)
         count[i] += up.astype(float) - down

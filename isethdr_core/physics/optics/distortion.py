@@ -1,16 +1,16 @@
-"""Distortion: maps between field coordinates and distorted ones (sensor position / focal length),
-and their exact inverses.
+"""Distortion: maps between field coordinates and distorted coordinates (sensor position / focal
+length), and their exact inverses.
 
 A map has `forward(x, y)`, `inverse(x, y)` and `area_ratio(x, y)`, the area on the sensor per area
 of the field. Field coordinates are tangents; `on_projection` gives the same lens for a field of
-another projection. An inverse is exact to 1e-12 wherever the map is one to one, and a ValueError
-elsewhere.
+another projection. An inverse is exact to 1e-12 where the map is one to one, and raises a
+ValueError elsewhere.
 
-The inverses use Newton's method, written here. The model of Brown and Conrady has two unknowns at
-every position, for which SciPy has no vectorised solver. The other models are safeguarded by
-bisection: 200,000 radii of a fisheye take 0.033 CPU s and of a table 0.014 CPU s, against 0.17 and
-0.13 with `scipy.optimize.elementwise.find_root` (best of five). `scipy.optimize.newton` has no
-safeguard and fails near the largest radius of a fisheye.
+The inverses use Newton's method, implemented in this module. The model of Brown and Conrady has two
+unknowns at every position, for which SciPy has no vectorised solver. For the other models the
+method is safeguarded by bisection: 200,000 radii of a fisheye take 0.033 CPU s and of a table 0.014
+CPU s, against 0.17 and 0.13 CPU s with `scipy.optimize.elementwise.find_root` (best of five).
+`scipy.optimize.newton` has no safeguard and fails near the largest radius of a fisheye.
 """
 
 from __future__ import annotations
@@ -25,14 +25,14 @@ import numpy as np
 if TYPE_CHECKING:
     from scipy.interpolate._cubic import CubicSpline
 
-NEWTON_STEPS = 60
-CLOSE = 1e-13  # of the field: residual of an inverse
+NEWTON_STEPS = 60  # largest number of steps of Newton's method
+CLOSE = 1e-13  # largest residual of an inverse, in field coordinates
 
 
 @dataclass(frozen=True)
 class BrownConrady:
-    """Radial and tangential polynomial (D. C. Brown, Photogramm. Eng. 32, 444 (1966)), in OpenCV's
-    order of names.
+    """Radial and tangential polynomial (D. C. Brown, Photogramm. Eng. 32, 444 (1966)), with
+    OpenCV's names of the coefficients.
     """
 
     k1: float = 0.0
@@ -44,8 +44,8 @@ class BrownConrady:
     def forward(
         self, x: float | np.ndarray, y: float | np.ndarray
     ) -> tuple[float | np.ndarray, float | np.ndarray]:
-        """Return distorted (x, y): x (1 + k1 r^2 + ...) + 2 p1 x y + p2 (r^2 + 2 x^2), and y
-        alike.
+        """Return distorted (x, y) of tangents: x (1 + k1 r^2 + ...) + 2 p1 x y + p2 (r^2 + 2 x^2),
+        and the corresponding y.
         """
         x, y = np.broadcast_arrays(np.asarray(x, float), np.asarray(y, float))
         r2 = x**2 + y**2
@@ -69,7 +69,7 @@ class BrownConrady:
         )
 
     def area_ratio(self, x: float | np.ndarray, y: float | np.ndarray) -> np.ndarray:
-        """Return the determinant of the map's derivative at tangents (broadcast): 0 or
+        """Return the determinant of the map's derivative at tangents (broadcast). It is 0 or
         negative where the field folds over.
         """
         x, y = np.broadcast_arrays(np.asarray(x, float), np.asarray(y, float))
@@ -79,8 +79,8 @@ class BrownConrady:
     def inverse(
         self, x: float | np.ndarray, y: float | np.ndarray
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Return ideal (x, y) by Newton's method; ValueError where the polynomial folds the field
-        over.
+        """Return tangents (x, y) by Newton's method; ValueError where the polynomial folds the
+        field over.
         """
         x, y = np.broadcast_arrays(np.asarray(x, float), np.asarray(y, float))
         u = x.copy()
@@ -101,8 +101,8 @@ class BrownConrady:
         return u, v
 
     def _single(self, radius: float | np.ndarray) -> bool | np.ndarray:
-        """Return whether distorted radius still grows everywhere up to `radius`, by the radial part
-        alone.
+        """Return whether the distorted radius grows everywhere up to `radius`. Only the radial part
+        is tested.
         """
         r = np.linspace(0, 1, 257) * np.nanmax(radius, initial=0.0)
         grows = 1 + r**2 * (3 * self.k1 + r**2 * (5 * self.k2 + r**2 * 7 * self.k3))
@@ -110,8 +110,8 @@ class BrownConrady:
 
 
 class _Radial:
-    """A map that knows `radius(angle_rad)`, its `slope(angle_rad)` and `angle_rad(radius)`: the
-    same all around the axis.
+    """A map that is symmetric about the axis: `radius(angle_rad)`, its `slope(angle_rad)` and the
+    inverse `angle_rad(radius)`.
     """
 
     def forward(
@@ -123,7 +123,7 @@ class _Radial:
     def inverse(
         self, x: float | np.ndarray, y: float | np.ndarray
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Return tangents (x, y); ValueError at 90 degrees and more, which have none."""
+        """Return tangents (x, y); ValueError at 90 degrees and more, which have no tangent."""
 
         def tangent(r: float | np.ndarray) -> np.ndarray:
             angle = self.angle_rad(r)
@@ -197,8 +197,8 @@ class KannalaBrandt(_Radial):
 
 @dataclass(frozen=True)
 class AngleTable(_Radial):
-    """A table of distorted radius against field angle: cubic spline of radius / angle over angle^2;
-    both rise from above 0.
+    """A table of the distorted radius over the field angle. Both columns are above 0 and rise.
+    Between entries, radius / angle is a cubic spline of angle^2.
     """
 
     angle_deg: tuple[float, ...]
@@ -230,8 +230,8 @@ class AngleTable(_Radial):
         r = np.array(self.radius_per_focal_length, float)
         squares = t**2
         ratio = r / t
-        # on the axis: the line through the first two ratios in angle^2, which is what third-order
-        # distortion does
+        # on the axis, extrapolate the first two ratios linearly in angle^2, as in third-order
+        # distortion
         start = ratio[0] - (ratio[1] - ratio[0]) / (squares[1] - squares[0]) * squares[0]
         return CubicSpline(np.concatenate([[0.0], squares]), np.concatenate([[start], ratio]))
 
@@ -281,14 +281,14 @@ class AngleTable(_Radial):
 
 @dataclass(frozen=True)
 class OnAngles:
-    """A lens's map for a field in equidistant coordinates."""
+    """The map of a lens for a field in equidistant coordinates, which are angles."""
 
     lens: BrownConrady | KannalaBrandt | AngleTable
 
     def forward(
         self, x: float | np.ndarray, y: float | np.ndarray
     ) -> tuple[float | np.ndarray, float | np.ndarray]:
-        """Return distorted (x, y) of angles; ValueError where the lens has none."""
+        """Return distorted (x, y) of angles; ValueError where the lens's map is not defined."""
         if isinstance(self.lens, _Radial):
             return _radially(x, y, self.lens.radius)
         return self.lens.forward(*_radially(x, y, _tangent))
@@ -314,7 +314,9 @@ class OnAngles:
 def on_projection(
     lens: AngleTable | BrownConrady | KannalaBrandt, projection: str = "tangent"
 ) -> AngleTable | BrownConrady | KannalaBrandt | OnAngles:
-    """Return the map of a lens for field coordinates of this projection."""
+    """Return the map of a lens for field coordinates of a projection, `tangent` or
+    `equidistant`.
+    """
     return OnAngles(lens) if projection == "equidistant" else lens
 
 
@@ -326,15 +328,15 @@ def _rising_root(
     high: np.ndarray,
     start: np.ndarray,
 ) -> float | np.ndarray:
-    """Return where a rising function has the values `target`, by Newton's method safeguarded by
-    bisection.
+    """Return the arguments at which a rising function has the values `target`, by Newton's method
+    safeguarded by bisection.
 
     Parameters
     ----------
     function, slope : the function and its derivative, each of an array of arguments.
     target : values of the function, any shape.
-    low, high : borders of the roots, same shape.
-    start : first guess of the roots, same shape.
+    low, high : bounds of the arguments, same shape.
+    start : first guess of the arguments, same shape.
     """
     at = start
     for _ in range(NEWTON_STEPS):

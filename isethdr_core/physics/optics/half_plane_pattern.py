@@ -24,8 +24,8 @@ from .lattice import ORDER, lattice_pitch_mm, spline_response, spline_taps
 from .pupil import GAUSS, Chords, gauss_chords, strip_blocks
 
 PERIOD = 2.4  # period of the field, in reaches; the image itself is two reaches wide
-# least gap between the image and its repetition, over the longer reach; it keeps the shorter axis
-# of a long image away from its repetition, where light is hardly fainter
+# least distance from the border of the image to the axis of its repetition, over the longer reach;
+# it matters along the shorter axis, where the light beyond the border is hardly fainter
 BESIDE = 0.75
 # strips per row of cells, with two chords each; more where edges are slanted (`gauss_chords`)
 STRIPS = 1.2

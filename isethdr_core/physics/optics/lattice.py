@@ -102,7 +102,7 @@ def fold_shapes(
     pad = (ORDER + 1) // 2
     rows, cols = (2 * (int(np.ceil(radius / d)) + pad) for d in step)
     turned = np.exp(-2j * np.pi * offset[1] * np.arange(cols // px + 2))
-    # sum of the factors of all periods before each period: it is added to column 0 for later ends
+    # sums of the factors of all periods before each period
     passed = np.concatenate([[0], np.cumsum(turned)])
     out = np.zeros((py, px + 2), np.complex64)
     strips = -rows / 2 * dy, dy / sub, rows * sub
@@ -122,8 +122,9 @@ def fold_shapes(
             (*np.divmod(whole_columns + t - (ORDER - 1) // 2, px), part)
             for t, part in enumerate(parts)
         ]
-        # Each end stands for a chord from there to infinity: the rest of its period, and all later
-        # periods. Everything beyond the other end cancels.
+        # Each end stands for light from there to infinity: the rest of its own period, and all
+        # later periods in full. The sum over all periods cancels between both ends of a chord, so
+        # that the periods up to its own are subtracted instead of adding the later ones.
         before = sum(passed[p + 1] * part for p, _, part in taps)
         level = (strip + 0.5) / sub
         cell = np.floor(level).astype(np.intp)

@@ -1,9 +1,10 @@
 """Pattern columns: kernels in a few columns of tiles, computed directly from the pupil's chords.
 
-Along x every chord of the pupil is integrated in closed form, so that columns may lie anywhere.
-Along y it is transformed in smooth cells. No lattice, ray or running sum is used: the difference
-from the kernels made with them is the error of those kernels. A pupil with phase has cells that are
-smooth along both axes and finer than those of the kernels; no other wavelength is used.
+Along x, every chord of the pupil is integrated in closed form, so that columns may lie anywhere.
+Along y, the pupil is transformed in smooth cells. Rays and running sums are not used: the
+difference to kernels computed with them is the error of these kernels. A pupil with phase is
+rasterised in cells that are smooth along both axes and finer than those of the kernels; its pattern
+is not interpolated between wavelengths.
 """
 
 from __future__ import annotations
@@ -28,32 +29,34 @@ from .half_plane_pattern import (
 from .lattice import ORDER, spline_response, spline_taps
 from .whole_plane_pattern import Turns, densities, drawn_pupil
 
-# distance of samples / (wavelength x f-number); at 0.5 samples carry all of the pattern
+# distance of samples / (wavelength x f-number); with 0.5 the samples would hold all of the pattern
 STEP = 0.42
 PERIOD = 3.0  # period of the field along y, in reaches
 STRIPS = 1.5  # strips per row of cells
-# cells, as wide as high, between the ends of chords: one leaves half the error of 1e-5
+# distance between the ends of successive chords, in cells as wide as high. The error is 1e-5; a
+# distance of 1 would halve it.
 TURNED = 2.0
-BLOCK = 32  # columns computed at a time
-CHORDS = 1 << 18  # chords computed at a time by one thread: each takes some 80 bytes
-TOGETHER = 2048  # chords in one block, which fits the processor's cache
+BLOCK = 32  # number of columns that are computed at a time
+CHORDS = 1 << 18  # number of chords that one thread computes at a time; each needs about 80 bytes
+TOGETHER = 2048  # number of chords of a block that fits the processor's cache
 # largest movement of the outermost tile from one wavelength of a band to the next, tiles
 MOVES = 1.2
 
 
 @dataclass(frozen=True)
 class Place:
-    """Columns of tiles and the band that they are asked for."""
+    """Columns of tiles, their band, and the sampling."""
 
-    first: int  # of `count` columns, tiles from the axis
-    count: int
+    first: int  # first column, tiles from the axis
+    count: int  # number of columns
     reach: int  # tiles from the axis to both ends of the columns
-    pitch_um: tuple[float, float]  # (y, x)
-    band_nm: tuple[float, float]  # both ends
-    step: float = STEP  # of the pattern's samples, wavelengths x f-number
-    moves: float = MOVES  # tiles from one wavelength to the next
-    period: float = PERIOD  # of the field along y, in reaches
-    strips: float = STRIPS  # of a row of cells, beside those that slanted edges take
+    pitch_um: tuple[float, float]  # (y, x) pitch of the tiles
+    band_nm: tuple[float, float]  # ends of the band
+    step: float = STEP  # distance of the pattern's samples, wavelengths x f-number
+    # largest movement of the outermost tile from one wavelength to the next, tiles
+    moves: float = MOVES
+    period: float = PERIOD  # period of the field along y, in reaches
+    strips: float = STRIPS  # strips per row of cells; slanted edges add more
 
 
 def columns(pupil: RealPupil, place: Place, apply: Callable = map) -> np.ndarray:
@@ -73,15 +76,15 @@ def columns(pupil: RealPupil, place: Place, apply: Callable = map) -> np.ndarray
 def columns_with_phase(
     pupil: RealPupil, place: Place, turns: Turns, cleared: float, apply: Callable = map
 ) -> np.ndarray:
-    """Return `columns` of a pupil whose phase is the same for all of the band.
+    """Return the result of `columns` for a pupil with the same phase in the whole band.
 
     Parameters
     ----------
     pupil : the pupil without its phase, mm.
     place : columns of tiles and their band.
-    turns : phase at places of the pupil, as `whole_plane_pattern.Turns`.
-    cleared : least period of the field along either axis, um. The cells of the pupil then are so
-        small that its phase is nearly straight over them.
+    turns : function that gives the phase over the pupil (`whole_plane_pattern.Turns`).
+    cleared : least period of the field along each axis, um. It makes the cells of the pupil so
+        small that the phase is nearly linear over them.
     apply : `map`, or the `map` of a pool of threads.
     """
     grid = _grid(pupil, place)
@@ -94,11 +97,11 @@ def columns_with_phase(
 
 
 class _Grid(NamedTuple):
-    """Samples of the pattern at a band's short end that its columns of tiles are weighted from."""
+    """Samples of the pattern at the shortest wavelength of a band, for its columns of tiles."""
 
-    columns: np.ndarray  # steps from the axis
+    columns: np.ndarray  # (column,) steps from the axis
     far: int  # steps from the axis to both ends of the columns
-    step_um: float
+    step_um: float  # distance between samples
 
 
 def _grid(pupil: RealPupil, place: Place) -> _Grid:
@@ -112,8 +115,15 @@ def _grid(pupil: RealPupil, place: Place) -> _Grid:
 
 
 def _means(place: Place, grid: _Grid, density: np.ndarray, apply: Callable[..., Any]) -> np.ndarray:
-    """Return the means over tiles and band of a pattern (column, y) that only scales within the
+    """Return the means over tiles and band, (y, column), of a pattern that only scales within the
     band.
+
+    Parameters
+    ----------
+    place : columns of tiles and their band.
+    grid : samples of the pattern.
+    density : (column, y) pattern at the samples, at the shortest wavelength.
+    apply : `map`, or the `map` of a pool of threads.
     """
     short, long = place.band_nm
     pitch_y, pitch_x = place.pitch_um
@@ -121,8 +131,8 @@ def _means(place: Place, grid: _Grid, density: np.ndarray, apply: Callable[..., 
     last = place.first + place.count
     outer = np.hypot(last * pitch_x, place.reach * pitch_y) / min(pitch_x, pitch_y)
     count = int(np.ceil(max(6, outer * (long - short) / short / place.moves)))
-    # the light of a tile is a band-limited function of the wavelength, which Gauss's places
-    # integrate almost exactly: midpoints of equal parts leave up to ten times the error
+    # The light of a tile is a band-limited function of the wavelength. Gauss-Legendre quadrature
+    # integrates it almost exactly; midpoints of equal parts have up to ten times the error.
     places, weights = np.polynomial.legendre.leggauss(count)
 
     def at_one(at: float, weight: float) -> np.ndarray:
@@ -139,10 +149,10 @@ def _means(place: Place, grid: _Grid, density: np.ndarray, apply: Callable[..., 
 
 
 def _triangles(tiles: np.ndarray, pitch_um: float, at_um: np.ndarray) -> csr_array:
-    """Return weights (tile, sample) of triangles as wide as two tiles; they sum to 1.
+    """Return weights (tile, sample) of triangles as wide as two tiles; those of a tile sum to 1.
 
-    Tiles that are narrower than the step of the samples get the linear interpolation of the nearest
-    two.
+    Tiles that are narrower than the distance of the samples get the linear interpolation between
+    the nearest two samples.
     """
     step = at_um[1] - at_um[0]
     half_um = max(pitch_um, step)
@@ -152,7 +162,7 @@ def _triangles(tiles: np.ndarray, pitch_um: float, at_um: np.ndarray) -> csr_arr
     sample = first[:, None] + np.arange(taps, dtype=np.int32)
     weight = np.maximum(0.0, 1 - np.abs(sample - centre[:, None]) * (step / half_um))
     weight /= weight.sum(axis=1, keepdims=True)
-    sample = np.clip(sample, 0, len(at_um) - 1)  # of weight 0
+    sample = np.clip(sample, 0, len(at_um) - 1)  # clipped samples have the weight 0
     ends = np.arange(len(tiles) + 1, dtype=np.int32) * taps
     return csr_array((weight.ravel(), sample.ravel(), ends), (len(tiles), len(at_um)))
 
@@ -167,7 +177,7 @@ def _density(pupil: RealPupil, place: Place, grid: _Grid, apply: Callable[..., A
     scale = wavelength_nm * 1e-6 * pupil.distance_mm  # mm2
     cell = 1e3 * scale / (period * step_um)  # mm
     rows = 2 * (int(np.ceil(pupil.radius_mm / cell)) + (ORDER + 1) // 2)
-    # fields turn the faster with the ends of chords the farther the columns lie
+    # the farther the columns lie from the axis, the faster the phase varies with the chords' ends
     apart = TURNED * cell * far * step_um / across_um[-1]
     fields = np.zeros((len(across_um), period), np.complex64)
     frequency = 1e-3 * across_um / scale  # cycles per mm
@@ -191,8 +201,8 @@ def _density(pupil: RealPupil, place: Place, grid: _Grid, apply: Callable[..., A
 
 
 def _fields(lines: Chords, frequency: np.ndarray) -> tuple[int, np.ndarray]:
-    """Return the first row of cells that chords add to, and transforms (frequency, row) along x of
-    their rows, times 2 pi i frequency where that is not 0.
+    """Return the first row of cells to which chords add, and the transforms (frequency, row) along
+    x of their rows, times 2 pi i frequency. At the frequency 0 the factor is 2 pi i.
     """
     lowest, highest = (int(np.floor(level)) for level in (lines.level.min(), lines.level.max()))
     begin = lowest - ORDER // 2
@@ -210,8 +220,8 @@ def _fields(lines: Chords, frequency: np.ndarray) -> tuple[int, np.ndarray]:
 
 
 def _powers(place_mm: np.ndarray, frequency: np.ndarray) -> np.ndarray:
-    """Return exp(-2 pi i place frequency), (frequency, place) complex64, for evenly spaced
-    frequencies: powers by products.
+    """Return exp(-2 pi i position frequency), (frequency, position) complex64, for equidistant
+    frequencies. They are powers of one factor, computed by products.
     """
     step = frequency[1] - frequency[0] if len(frequency) > 1 else 0.0
     out = np.empty((len(frequency), len(place_mm)), np.complex64)
@@ -226,17 +236,15 @@ def _powers(place_mm: np.ndarray, frequency: np.ndarray) -> np.ndarray:
 
 
 def _in_order(lines: Chords) -> Iterator[Chords]:
-    """Yield chords from the top of the pupil down, as many at a time as the processor's cache
-    holds.
-    """
+    """Yield blocks of `TOGETHER` chords, from the top of the pupil down."""
     order = np.argsort(lines.level, kind="stable")
     for start in range(0, len(order), TOGETHER):
         yield Chords(*(part[order[start : start + TOGETHER]] for part in lines))
 
 
 def _smooth_cells(lines: Chords) -> tuple[int, csc_array]:
-    """Return the first row of cells that chords, from the top down, add to, and weights (row,
-    chord) of cells smoothed by B-splines along y.
+    """Return the first row of cells to which chords add, and the weights (row, chord) of cells
+    smoothed by B-splines along y. The chords must be sorted from the top of the pupil down.
     """
     row = np.floor(lines.level).astype(np.int32)
     first = int(row[0]) - ORDER // 2

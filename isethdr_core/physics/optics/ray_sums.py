@@ -1,13 +1,13 @@
 """Ray sums: band means of a pattern that scales with the wavelength, from running sums along rays.
 
-With P the pattern at the wavelength w0 and u = w0 / w, light at (s, t s) on the ray of slope t has
-the density u^2 P(u s, t u s). Its mean over a band from a to b is
+P is the pattern at the wavelength w0, and u = w0 / w for another wavelength w. At the point (s, t
+s) of the ray with slope t, the density is u^2 P(u s, t u s). Its mean over a band from a to b is
 
     w0 / ((b - a) s)  x  integral of P(r, t r) dr from r = s w0 / b to s w0 / a.
 
 One running sum along a ray therefore serves bands of any width: each border of a band is one read.
-A tile's width across the ray is an interval of slopes, the same for all wavelengths, so that one
-sparse matrix serves all bands.
+A tile's width across the ray is an interval of slopes, which is the same for all wavelengths, so
+that one sparse matrix serves all bands.
 
 If a phase changes the pattern with the wavelength, the pattern of each band is a weighted sum of a
 few patterns on the same lattice. Their running sums are added before they are averaged over tiles.
@@ -25,54 +25,55 @@ from scipy.sparse import csr_array
 if TYPE_CHECKING:
     from .half_plane_pattern import HalfPattern
 
-# of the outermost to the innermost tile of a ring: its tiles share rays, and running sums keep
-# their digits
+# largest radius of a ring's tiles over the smallest. It is limited because all tiles of a ring
+# share rays, and because running sums lose digits with their length.
 RATIO = 1.4
-LINES = 64  # of the lattice, per block of work
-TOGETHER = 30000  # rays whose means are averaged over tiles at once: some megabytes
-# of second differences, that make up for steps and for lines between samples
+LINES = 64  # number of lines of the lattice per block of work
+TOGETHER = 30000  # number of rays that are averaged over tiles at once: some megabytes
+# Weights of second differences that correct samples: along a ray for running sums (steps), across
+# it for linear interpolation.
 ALONG = 1 / 24
 ACROSS = 1 / 12
-TILES = 16  # along the major axis, per block of work: a cache line of float32
+TILES = 16  # number of tiles along the major axis per block of work: a cache line of float32
 
 
 @dataclass(frozen=True, eq=False)
 class Sector:
-    """The quarter plane |minor| <= major about one axis, lattice and tiles; pairs are (major,
+    """The quarter plane |minor| <= major about one axis: lattice and tiles. Pairs are (major,
     minor).
     """
 
     lines: Callable[[int, int], np.ndarray]  # (first, last) -> samples (major, minor), float32
     middle: int  # index of minor 0 in a line
-    step_um: float
-    pitch_um: tuple[float, float]
-    wavelength_nm: float  # of the pattern
-    edges_nm: np.ndarray  # (band, 2)
-    # whether samples make up beforehand for what lines between them will take from fine detail
+    step_um: float  # distance between samples
+    pitch_um: tuple[float, float]  # pitch of the tiles
+    wavelength_nm: float  # wavelength of the pattern
+    edges_nm: np.ndarray  # (band, 2) ends of the bands
+    # whether samples are sharpened first, because interpolation between them blurs fine detail
     sharpened: bool = False
-    share: np.ndarray | None = None  # (band,) of the pattern in every band's; None: all of it
+    share: np.ndarray | None = None  # (band,) weight of this pattern in each band's; None: 1
 
 
 class Ring(NamedTuple):
-    """Tiles low < major <= high, |minor| <= min(major - less, minor)."""
+    """Tiles of a ring: low < major <= high, |minor| <= min(major - less, minor)."""
 
     low: int
     high: int
-    minor: int
-    less: int
+    minor: int  # largest minor coordinate
+    less: int  # 1: without the diagonals; 0: with them
 
 
 class Columns(NamedTuple):
-    """Means of tiles `first` and following along the major axis: (band, major, minor); of a tile j
-    those with |minor| <= j hold.
-    """
+    """Means of a block of tiles along the major axis."""
 
-    first: int
-    values: np.ndarray
+    first: int  # major coordinate of the first tiles
+    values: np.ndarray  # (band, major, minor); valid for |minor| up to the major coordinate
 
 
 def rings(low: int, high: int) -> list[tuple[int, int]]:
-    """Return (low, high) of rings that share their rays, from the inside."""
+    """Return (low, high) of the rings from `low` to `high`, the innermost first. The tiles of each
+    ring share their rays.
+    """
     bounds = [high]
     while bounds[0] > low:
         bounds.insert(0, max(low, int(bounds[0] / RATIO)))
@@ -92,13 +93,15 @@ def band_means(
 
     Parameters
     ----------
-    sectors : sectors of patterns whose weighted sum is the pattern of a band; they differ in
-        samples and `share` only.
+    sectors : sectors of the patterns of which the weighted sum is the pattern of a band; they
+        differ only in samples and `share`.
     ring : tiles to compute.
-    rays_per_tile : rays per tile at the outermost tiles of the ring; there are more farther in.
-    places : along the major axis, that stand for the triangle which two tiles make of a point.
-    write : takes blocks of results.
-    apply : how to call a function for every block: `map`, or the `map` of a pool of threads.
+    rays_per_tile : number of rays per tile at the outermost tiles of the ring; tiles farther in
+        have more.
+    places : number of positions along the major axis at which the triangle, the convolution of two
+        tiles, is sampled.
+    write : function that takes blocks of results.
+    apply : `map`, or the `map` of a pool of threads.
     """
     rays = _rays(sectors[0], ring, rays_per_tile)
     sums = [_running_sums(sector, rays, apply) for sector in sectors]
@@ -109,23 +112,20 @@ def band_means(
 
 
 class Work(NamedTuple):
-    """What `band_means` does for one ring, whatever the bands."""
+    """Numbers of operations of `band_means` for one ring; they do not depend on the bands."""
 
     sums: float  # values of running sums
-    reads: float  # rays x places of all columns, read at every border of a band
-    taps: float  # weights of rays in tiles, for every band
+    reads: float  # rays x positions of all columns, which are read at every border of a band
+    taps: float  # weights of rays in tiles, which are used for every band
 
 
 def work(sector: Sector, ring: Ring, rays_per_tile: float, places: int) -> Work:
-    """Return the work that `band_means` does for a ring.
+    """Return the numbers of operations of `band_means` for a ring.
 
     Parameters
     ----------
     sector : sector of the ring; its samples are not read.
-    ring : tiles to compute.
-    rays_per_tile : rays per tile at the outermost tiles of the ring.
-    places : points along the major axis that stand for the triangle which two tiles make of a
-        point.
+    ring, rays_per_tile, places : as in `band_means`.
     """
     rays = _rays(sector, ring, rays_per_tile)
     column = np.arange(ring.low + 1, ring.high + 1)
@@ -141,10 +141,10 @@ def work(sector: Sector, ring: Ring, rays_per_tile: float, places: int) -> Work:
 
 @dataclass(frozen=True, eq=False)
 class _Rays:
-    pace: float  # from one slope to the next, minor tiles per major tile
-    half: int  # slopes on either side of 0
-    first: int  # line of the lattice that the sums start at
-    last: int
+    pace: float  # difference of neighbouring slopes, minor tiles per major tile
+    half: int  # number of slopes on either side of 0
+    first: int  # first line of the lattice in the sums
+    last: int  # line of the lattice after the last one in the sums
 
 
 def _rays(sector: Sector, ring: Ring, rays_per_tile: float) -> _Rays:
@@ -158,8 +158,8 @@ def _rays(sector: Sector, ring: Ring, rays_per_tile: float) -> _Rays:
 
 
 def _running_sums(sector: Sector, rays: _Rays, apply: Callable[..., Any]) -> np.ndarray:
-    """Return sums[k, ray] of the samples of lines first .. first + k - 1, each a line between two
-    samples.
+    """Return sums[k, ray] over the lines first .. first + k - 1 of the pattern on a ray. In each
+    line it is interpolated linearly between two samples.
     """
     slopes = np.arange(-rays.half, rays.half + 1) * (
         rays.pace * sector.pitch_um[1] / sector.pitch_um[0]
@@ -183,18 +183,19 @@ def _running_sums(sector: Sector, rays: _Rays, apply: Callable[..., Any]) -> np.
 
     for _ in apply(read, range(rays.first, rays.last, LINES)):
         pass
-    width = 256  # rays at a time: rows of a kilobyte
+    width = 256  # number of rays that are summed at a time: rows of 1 kB
     for _ in apply(gather, range(0, sums.shape[1], width)):
         pass
     return sums
 
 
 def _lines(sector: Sector, first: int, last: int) -> np.ndarray:
-    """Return lines first .. last - 1 of a sector, sharpened where it asks for that.
+    """Return lines first .. last - 1 of a sector, sharpened if the sector states so.
 
-    A running sum that is read between its rows is that of a pattern of steps, sinc(f h) of a
-    frequency f along the ray; a sample between two of a line is sinc(f h)^2 of one across it, h
-    the distance of samples. Second differences make up for either, to the fourth power of f h.
+    h is the distance of samples. Reading a running sum between its rows multiplies a frequency f
+    along the ray by sinc(f h), as if the pattern consisted of steps. Linear interpolation within a
+    line multiplies a frequency across the ray by sinc(f h)^2. Second differences correct both, with
+    an error of the fourth power of f h.
     """
     if not sector.sharpened:
         return sector.lines(first, last)
@@ -224,16 +225,16 @@ class _Reader:
         edges = sector.edges_nm
         self.u, where = np.unique(sector.wavelength_nm / edges, return_inverse=True)
         self.where = where.reshape(edges.shape)
-        # What a sum of lines between samples is, in light on a tile at major 1, minor 0
+        # factor from a sum over lines to the light on a tile at major 1, minor 0
         self.factor = sector.pitch_um[1] * sector.step_um * sector.wavelength_nm
         self.factor = self.factor / (edges[:, 1] - edges[:, 0])
         self.inside, self.weights = _triangle_rule(places)
-        # If the band's width alone spreads a tile along the ray, the tile's length still widens it
-        # across a slanted ray: two triangles, whose distance is the width of the tile's triangle
-        # along the major axis
+        # With one position, only the band's width averages along the ray. On a slanted ray, the
+        # length of the tile also widens it across the ray. Two triangles represent this; their
+        # distance follows from the width of the tile's triangle along the major axis.
         self.lean = np.sqrt(1 / 6) if places == 1 else 0.0
-        # A triangle across the rays is drawn narrower by what lines between samples widen it, in
-        # the image of a middle wavelength
+        # Linear interpolation between samples widens the triangle across the rays. The triangle is
+        # narrower by this amount, computed for a middle wavelength.
         wider = (sector.step_um / sector.pitch_um[1]) ** 2 / (6 * self.u[0] * self.u[-1])
         self.narrow = 1.0 if sector.sharpened else np.sqrt(max(0.5, 1 - 6 * wider))
 
@@ -258,14 +259,14 @@ class _Reader:
         return min(j - self.ring.less, self.ring.minor)
 
     def _rays_to(self, j: int) -> int:
-        """Return the slopes on either side of 0 that tiles of column j lie on."""
+        """Return the number of slopes on either side of 0 that the tiles of column j need."""
         return min(self.rays.half, int((self._most(j) + 2) / ((j - 1) * self.rays.pace)) + 1)
 
     def _tiles(self, group: range) -> np.ndarray:
         """Return the means of the tiles of some columns, one column after the other, (tile, band).
 
-        They are one sparse product: to set up one for every column would take longer than it takes
-        itself.
+        All columns are one sparse product. To set up one for every column would take longer than
+        the product itself.
         """
         changes = []
         weights = []
@@ -293,8 +294,8 @@ class _Reader:
         return csr_array((share, ray, ends), (len(ends) - 1, total)) @ np.concatenate(changes)
 
     def _changes(self, x: float, cut: slice, weight: float) -> np.ndarray:
-        """Return the (ray, band) means along rays at place `x`, times `weight`, of all patterns
-        together; reads lie on lines between rows of the sums.
+        """Return the (ray, band) means along rays at the position `x`, times `weight`, of all
+        patterns together. Sums are interpolated linearly between their rows.
         """
         per_tile = self.sector.pitch_um[0] / self.sector.step_um
         at = x * self.u * per_tile + 0.5 - self.rays.first
@@ -317,8 +318,8 @@ class _Reader:
 
 
 def _triangle_rule(places: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return places within a triangle of half width 1 and their weights: sum 1 and, from two on,
-    the triangle's variance of 1/6.
+    """Return positions within a triangle of half width 1, and their weights. The weights sum to 1;
+    two or more positions also have the triangle's variance of 1/6.
     """
     inside = (np.arange(places) + 0.5) / places * 2 - 1
     weights = (1 - np.abs(inside)) / (1 - np.abs(inside)).sum()
@@ -330,16 +331,23 @@ def _triangle_rule(places: int) -> tuple[np.ndarray, np.ndarray]:
 def _triangles(
     at: np.ndarray, half: float, size: int, lean: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return rays and weights (place, tap) of triangles of `half` width `lean` to both sides of
-    every place; weights sum to 1.
+    """Return the rays (position, tap), and their weights, of two triangles per position. The
+    weights of a position sum to 1.
+
+    Parameters
+    ----------
+    at : (position,) positions, in rays.
+    half : half width of a triangle, rays.
+    size : number of rays.
+    lean : (position,) distance of both triangles from the position, rays.
     """
-    half = max(half, 1.0)  # never narrower than from one ray to the next
+    half = max(half, 1.0)  # at least the distance of neighbouring rays
     wide = half + float(np.max(lean))
     taps = int(2 * wide) + 1
     first = np.clip(np.ceil(at - wide), 0, max(0, size - taps))
     distance = first[:, None] + np.arange(taps) - at[:, None]
     if wide > half:
-        distance = np.abs(distance)  # symmetric
+        distance = np.abs(distance)  # both triangles together are symmetric
         lean = lean[:, None]
         weight = np.maximum(0.0, half - np.abs(distance - lean)) + np.maximum(
             0.0, half - distance - lean
@@ -368,9 +376,9 @@ def sectors(
     edges_nm : (band, 2) borders of the bands, nm.
     sharpened : whether the samples are sharpened for the interpolation between them, as in
         `Sector`.
+    other : density of the half plane x <= 0, rotated by 180 degrees about the axis; None: the same
+        as that of x >= 0, as for a pupil without phase.
     share : (band,) weight of the pattern in each band; None: 1.
-    other : density of the half plane x <= 0, turned by 180 degrees about the axis; None: the same,
-        as that of a pupil without phase is.
     """
     middle = pattern.middle
     density = pattern.density

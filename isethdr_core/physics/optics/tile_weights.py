@@ -1,12 +1,12 @@
 """Tile weights: exact integrals of a band-limited function over tiles, as weighted sums of its
 samples.
 
-An intensity has no spatial frequency above 1 / (wavelength x f-number). With samples of a third of
-wavelength x f-number, its spectrum ends at a third of a cycle per sample, and the next copy of the
-spectrum begins at two thirds. Between both, the transfer function of the weights may have any
-values. A sinc that falls to 0 within `SUPPORT` samples (a Kaiser window) passes the spectrum and
-suppresses the copy to 1e-6. A finite support is needed for accuracy too: the light on the axis is a
-million times brighter, and must not leak into other tiles.
+An intensity has no spatial frequency above 1 / (wavelength x f-number). With samples at a distance
+of a third of wavelength x f-number, its spectrum ends at a third of a cycle per sample, and the
+next copy of the spectrum begins at two thirds. Between the two, the transfer function of the
+weights may have any values. A sinc that falls to 0 within `SUPPORT` samples (a Kaiser window)
+passes the spectrum and suppresses the copy to 1e-6. A finite support is also necessary for
+accuracy: the light on the axis is a million times brighter, and must not leak into other tiles.
 """
 
 from __future__ import annotations
@@ -18,16 +18,16 @@ import numpy as np
 import scipy.fft as sf
 
 STEP = 1 / 3  # distance of samples / (wavelength x f-number)
-SUPPORT = 12  # samples by which the weights reach beyond a tile and its neighbour
+SUPPORT = 12  # number of samples by which the weights extend beyond a tile and its neighbour
 SHAPE = 12.0  # shape parameter of the Kaiser window: 1e-6 outside of the band
-TABLE = 128  # entries per sample in the table, which is interpolated linearly
+TABLE = 128  # number of entries per sample in the table, which is interpolated linearly
 
 
 class TileWeights(NamedTuple):
-    """Weights (place, tap) of the samples `first` and following, counted from the axis."""
+    """Weights of samples for a row of tiles."""
 
-    first: np.ndarray
-    weight: np.ndarray
+    first: np.ndarray  # (tile,) first sample of each tile, counted from the axis
+    weight: np.ndarray  # (tile, tap) weights of the samples from the first one on
 
 
 def tile_weights(at: np.ndarray, width: float) -> TileWeights:
@@ -35,14 +35,14 @@ def tile_weights(at: np.ndarray, width: float) -> TileWeights:
 
     Parameters
     ----------
-    at : centres of the receiving tiles, in samples from the axis.
-    width : width of a tile, samples. Both tiles are boxes, so the weights' transform is sinc^2 of
-        frequency x width.
+    at : (tile,) centres of the receiving tiles, in samples from the axis.
+    width : width of a tile, samples. Both tiles are boxes, so that the transform of the weights is
+        sinc^2 of frequency x width.
 
     Returns
     -------
-    Weights of intensity per sample length along this axis; their sums over two axes are multiplied
-    by the density.
+    Weights along one axis. The weighted sum of densities over both axes, times the area per sample,
+    is the light of a tile.
     """
     at = np.asarray(at, float)
     table, middle = _table(round(float(width), 12))
@@ -56,7 +56,9 @@ def tile_weights(at: np.ndarray, width: float) -> TileWeights:
 
 @lru_cache(maxsize=64)
 def _table(width: float) -> tuple[np.ndarray, int]:
-    """Return weights at positions 1 / `TABLE` samples apart, and the index of position 0."""
+    """Return weights at positions at a distance of 1 / `TABLE` samples, and the index of position
+    0.
+    """
     reach = int(np.ceil(width)) + SUPPORT + 1
     count = 2 * reach * TABLE
     place = (np.arange(count) - count // 2) / TABLE

@@ -1,7 +1,7 @@
-"""Resampling: exact integrals of constant tiles over other grids.
+"""Resampling: exact integrals of uniform tiles over other grids.
 
 | module    | content                                                                       |
 |-----------|-------------------------------------------------------------------------------|
-| `area`    | exact integrals of constant tiles over the rectangles of another regular grid |
+| `area`    | exact integrals of uniform tiles over the rectangles of another regular grid  |
 | `overlap` | areas that distorted tiles share with the tiles of a regular grid             |
 """

@@ -1,6 +1,7 @@
-"""Area: exact integrals of constant tiles over the rectangles of another regular grid.
+"""Area: exact integrals of uniform tiles over the rectangles of another regular grid.
 
-Both grids are separable, so the integral is two banded matrices of overlap lengths, one per axis.
+Both grids are separable, so that the integral is a product with two banded matrices of overlap
+lengths, one per axis.
 """
 
 from __future__ import annotations
@@ -9,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy.sparse import csr_array
 
-SLACK = 1e-9  # of a tile: how far a rectangle may reach outside by rounding alone
+SLACK = 1e-9  # largest rounding error of a border, tiles
 
 
 def resample_mean(  # noqa: PLR0913 - plugins call it with these arguments
@@ -21,22 +22,24 @@ def resample_mean(  # noqa: PLR0913 - plugins call it with these arguments
     width_out: float,
     height_out: float,
 ) -> np.ndarray:
-    """Return the mean of constant tiles over each output rectangle.
+    """Return the mean of uniform tiles over each output rectangle.
 
     Parameters
     ----------
     values : (..., y, x) array; each value is constant over its tile.
-    x_in, y_in : evenly spaced tile centres, increasing, any unit.
-    x_out, y_out : centres of the output rectangles, same unit, any order; they may overlap.
+    x_in, y_in : (x,) and (y,) equidistant tile centres, increasing, any unit of length.
+    x_out, y_out : (x_out,) and (y_out,) centres of the output rectangles, same unit, any order;
+        they may overlap.
     width_out, height_out : full size of an output rectangle, same unit.
 
     Returns
     -------
-    (..., y_out, x_out) float64 array in the unit of `values`. Times width and height: the integral.
+    (..., y_out, x_out) float64 array in the unit of `values`. Its product with width and height is
+    the integral.
 
     Raises
     ------
-    ValueError : when a rectangle reaches outside the tiles; there is no light known there.
+    ValueError : a rectangle extends beyond the tiles, where the light is not known.
     """
     return integrate_tiles(values, x_in, y_in, x_out, y_out, width_out, height_out) / (
         width_out * height_out
@@ -52,12 +55,12 @@ def integrate_tiles(  # noqa: PLR0913 - plugins call it with these arguments
     width_out: float,
     height_out: float,
 ) -> np.ndarray:
-    """Return the integral of constant tiles over each output rectangle.
+    """Return the integral of uniform tiles over each output rectangle.
 
     Parameters
     ----------
     values : (..., y, x) array, any unit; each value is constant over its tile.
-    x_in, y_in : (x,) and (y,) evenly spaced tile centres, increasing, any unit of length.
+    x_in, y_in : (x,) and (y,) equidistant tile centres, increasing, any unit of length.
     x_out, y_out : (x_out,) and (y_out,) centres of the output rectangles, same unit, any order;
         they may overlap.
     width_out, height_out : full size of an output rectangle, same unit.
@@ -75,7 +78,7 @@ def integrate_tiles(  # noqa: PLR0913 - plugins call it with these arguments
             f" {(along_y.shape[1], along_x.shape[1])}, the number of tile centres given"
         )
     out = np.empty((*values.shape[:-2], along_y.shape[0], along_x.shape[0]))
-    # one band at a time: no float64 copy of the whole cube
+    # one band at a time, to avoid a float64 copy of the whole cube
     for band in np.ndindex(values.shape[:-2]):
         rows = _product(along_y, values[band].astype(np.float64, copy=False))
         out[band] = _product(along_x, rows.T).T
@@ -83,10 +86,11 @@ def integrate_tiles(  # noqa: PLR0913 - plugins call it with these arguments
 
 
 def _product(lengths: csr_array, values: np.ndarray) -> np.ndarray:
-    """Return `lengths @ values`, with the same bits.
+    """Return `lengths @ values`, the same bit for bit.
 
-    Where every interval lies within one tile, as where pixels are tiles, rows are only chosen and
-    scaled, in a third of the time; evenly spaced ones, as of one filter of an array, in a fifth.
+    If every output interval lies within one tile, for example if pixels are tiles, rows are only
+    selected and scaled, in a third of the time. If these rows are also equidistant, as for the
+    pixels of one colour filter, it takes a fifth of the time.
     """
     if lengths.nnz == lengths.shape[0] and (np.diff(lengths.indptr) == 1).all():
         chosen = lengths.indices
@@ -109,13 +113,13 @@ def detail_error(  # noqa: PLR0913 - plugins call it with these arguments
     width_out: float,
     height_out: float,
 ) -> np.ndarray:
-    """Return the error of the mean over each output rectangle due to taking tiles as constant.
+    """Return the error of the mean over each output rectangle from the assumption of uniform tiles.
 
     Parameters
     ----------
     deviation : (y, x) standard deviation of the values within each tile.
-    x_in, y_in : (x,) and (y,) evenly spaced tile centres, increasing, any unit of length.
-    x_out, y_out : centres of the output rectangles, same unit.
+    x_in, y_in : (x,) and (y,) equidistant tile centres, increasing, any unit of length.
+    x_out, y_out : (x_out,) and (y_out,) centres of the output rectangles, same unit.
     width_out, height_out : full size of an output rectangle, same unit.
 
     Returns
@@ -124,10 +128,11 @@ def detail_error(  # noqa: PLR0913 - plugins call it with these arguments
 
     Notes
     -----
-    A rectangle that covers the fraction f of a tile has an error there: the covariance of its
-    indicator function and the values, at most sqrt(f (1 - f)) times their deviation (Cauchy and
-    Schwarz). It is 0 for f = 0 and f = 1. The squares of the errors of different tiles add up. With
-    f = g h, the fractions along both axes, f (1 - f) <= g h ((1 - g) + (1 - h)).
+    If a rectangle covers the fraction f of a tile, its error there is the covariance of its
+    indicator function and the values. This is at most sqrt(f (1 - f)) times their deviation
+    (Cauchy-Schwarz inequality), and 0 for f = 0 and f = 1. The squares of the errors of different
+    tiles add up. With the fractions g and h along both axes, f = g h and f (1 - f) <=
+    g h ((1 - g) + (1 - h)).
     """
     tile_x, tile_y = (
         float(c[-1] - c[0]) / (len(c) - 1) for c in (np.asarray(x_in), np.asarray(y_in))
@@ -140,7 +145,13 @@ def detail_error(  # noqa: PLR0913 - plugins call it with these arguments
 
 
 def _fractions(lengths: csr_array, tile: float) -> tuple[csr_array, csr_array]:
-    """Return g and g (1 - g) of the fractions g of tiles that overlaps cover."""
+    """Return matrices of g and g (1 - g), where g is the fraction of a tile that an overlap covers.
+
+    Parameters
+    ----------
+    lengths : matrix of `overlaps`.
+    tile : width of a tile, in the unit of `lengths`.
+    """
     whole_lengths = lengths.copy()
     divided = lengths.copy()
     whole_lengths.data = np.clip(lengths.data / tile, 0.0, 1.0)
@@ -157,9 +168,10 @@ def overlaps(
 
     Parameters
     ----------
-    centres_in : evenly spaced tile centres, increasing, at least two.
-    centres_out, width_out : centres and common width of the output intervals, same unit.
-    axis : name for the error message.
+    centres_in : (in,) equidistant tile centres, increasing, at least two, any unit of length.
+    centres_out : (out,) centres of the output intervals, same unit.
+    width_out : width of all output intervals, same unit.
+    axis : name of the axis, for the error message.
     """
     centres_in = np.asarray(centres_in, float)
     centres_out = np.asarray(centres_out, float)
@@ -169,10 +181,10 @@ def overlaps(
     if count == 1:
         raise ValueError(f"one tile along {axis} has no known width; expected at least two centres")
     pitch = (centres_in[-1] - centres_in[0]) / (count - 1)
-    # 1e-3 of a tile: coordinates that were stored as float32 still pass.
+    # 1e-3 of a tile, so that coordinates that were stored as float32 are accepted
     if not pitch > 0 or np.abs(np.diff(centres_in) - pitch).max() > 1e-3 * pitch:
         raise ValueError(f"tile centres along {axis} are not evenly spaced and increasing")
-    # Interval borders in tiles, from the left border of the first tile.
+    # borders of the intervals, in tiles from the left border of the first tile
     low = (centres_out - width_out / 2 - centres_in[0]) / pitch + 0.5
     high = (centres_out + width_out / 2 - centres_in[0]) / pitch + 0.5
     outside = max(-low.min(), high.max() - count)
@@ -194,10 +206,11 @@ def overlaps(
 
 
 def _snapped(border: np.ndarray) -> np.ndarray:
-    """Return borders, in tiles, with those on a tile's border put exactly there.
+    """Return borders, in tiles. Borders that are within `SLACK` of a tile's border are moved
+    exactly there.
 
-    Rounding would leave slivers of 1e-15 of a tile, which a neighbour 1e12 times brighter makes
-    visible.
+    Rounding would otherwise leave overlaps of 1e-15 of a tile, which are visible next to light that
+    is 1e12 times brighter.
     """
     nearest = np.rint(border)
     return np.where(np.abs(border - nearest) < SLACK, nearest, border)

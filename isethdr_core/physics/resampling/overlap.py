@@ -1,8 +1,8 @@
-"""Overlap: areas that tiles seen through a distortion share with the tiles of a regular grid.
+"""Overlap: areas that distorted tiles share with the tiles of a regular grid.
 
-The preimages of the output tiles are quadrilaterals that tile the input plane: neighbours share
-their corners, so no light is lost or counted twice, and every weight is an area of overlap, never
-negative.
+The preimages of the output tiles under the distortion are quadrilaterals that fill the input plane.
+Neighbours share their corners, so that no light is lost or counted twice. Every weight is an area
+of overlap, which is never negative.
 """
 
 from __future__ import annotations
@@ -15,13 +15,20 @@ from scipy.sparse import csr_array, vstack
 if TYPE_CHECKING:
     from ..optics.distortion import AngleTable, BrownConrady, KannalaBrandt, OnAngles
 
-SLIVER = 1e-11  # of a tile's area: overlaps that small are rounding
-SLACK = 1e-9  # of the grid: how far a corner may reach outside by rounding alone
-ROWS = 32  # of output tiles at a time: intermediate arrays are ten times the result
+SLIVER = 1e-11  # overlap, in tile areas, up to which it is a rounding error
+SLACK = 1e-9  # distance of a corner beyond the grid that may come from rounding, in grid sizes
+# number of rows of output tiles at a time: intermediate arrays are ten times as large as the result
+ROWS = 32
 
 
 def borders(centres: np.ndarray, pitch: float) -> np.ndarray:
-    """Return the borders (n + 1,) of evenly spaced tiles."""
+    """Return the borders (n + 1,) of equidistant tiles.
+
+    Parameters
+    ----------
+    centres : (n,) centres of the tiles, any unit.
+    pitch : distance of the centres, same unit.
+    """
     centres = np.asarray(centres, float)
     return np.concatenate([centres - pitch / 2, [centres[-1] + pitch / 2]])
 
@@ -35,23 +42,24 @@ def overlap_areas(
 ) -> csr_array:
     """Return the sparse matrix (output tile, input tile) of shared areas.
 
-    The area is that of an input tile within the preimage of an output tile.
+    A shared area is the part of an input tile within the preimage of an output tile.
 
     Parameters
     ----------
-    x_in, y_in : borders (n + 1,) of evenly spaced input tiles, field coordinates.
-    x_out, y_out : borders (n + 1,) of evenly spaced output tiles, focal lengths.
+    x_in, y_in : (n + 1,) borders of equidistant input tiles, field coordinates.
     distortion : a map with `inverse(x, y)`.
+    x_out, y_out : (n + 1,) borders of equidistant output tiles, focal lengths.
 
     Raises
     ------
-    ValueError : where an output tile reaches beyond the input, or the map turns tiles over.
+    ValueError : an output tile extends beyond the input, or the map reverses the orientation of a
+        tile.
 
     Notes
     -----
-    Green's theorem: the part of a polygon in one tile column is the integral of (x - left border)
-    dy along its border inside the column, plus the column's width times dy where the border runs
-    further right.
+    By Green's theorem, the area of a polygon in one column of tiles is the integral of (x - left
+    border) dy along the polygon's border inside the column, plus the column's width times dy where
+    the polygon's border lies to the right of the column.
     """
     x_in, y_in, x_out, y_out = (np.asarray(b, float) for b in (x_in, y_in, x_out, y_out))
     parts = [
@@ -73,7 +81,7 @@ def _rows(
     pitch_x = _pitch(x_in)
     pitch_y = _pitch(y_in)
     u, v = distortion.inverse(*np.meshgrid(x_out, y_out))
-    # in tiles, from the first border
+    # coordinates in tiles, from the first border
     u = (u - x_in[0]) / pitch_x
     v = (v - y_in[0]) / pitch_y
     beyond = max(-u.min(), u.max() - nx, -v.min(), v.max() - ny)
@@ -91,7 +99,7 @@ def _rows(
         (u[1:, :-1], v[1:, :-1]),
     ]
     ring = [(a.ravel(), b.ravel()) for a, b in ring]
-    # columns left of this hold none of the quadrilateral
+    # columns to the left of this one contain no part of the quadrilateral
     first = np.floor(np.min([a for a, _ in ring], axis=0)).astype(np.int32)
     parts = [_edge(ring[k], ring[(k + 1) % 4], first) for k in range(4)]
     quad, column, row, area = (np.concatenate(p) for p in zip(*parts))
@@ -112,8 +120,13 @@ def _rows(
 def _edge(
     start: tuple[np.ndarray, np.ndarray], end: tuple[np.ndarray, np.ndarray], first: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Return (quadrilateral, column, row, signed area) that one side of every quadrilateral adds,
-    in tiles.
+    """Return arrays (quadrilateral, column, row, signed area in tiles) of the areas that one side
+    of every quadrilateral adds.
+
+    Parameters
+    ----------
+    start, end : (x, y) of the ends of the side, in tiles.
+    first : leftmost column of every quadrilateral.
     """
     x0, y0 = start
     x1, y1 = end
