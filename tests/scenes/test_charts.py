@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 import subprocess
 import sys
@@ -13,6 +14,7 @@ from isethdr_scenes import COMPONENTS
 from isethdr_scenes.charts import coverage
 from isethdr_scenes.charts.luminance_ramp import LuminanceRamp
 from isethdr_scenes.charts.macbeth import Macbeth
+from isethdr_scenes.charts.moving_target import MovingTarget
 from isethdr_scenes.charts.point_lights import PointLights
 from isethdr_scenes.charts.slanted_edge import SlantedEdge
 from isethdr_scenes.charts.uniform import Uniform
@@ -260,3 +262,28 @@ print(between - start, end - between, abs(ours / theirs - 1).max())
     ours_s, theirs_s, difference = map(float, done.stdout.split())
     assert ours_s < 0.5 * theirs_s
     assert difference < 1e-12  # the same formula of the CIE, in another order of operations
+
+
+@pytest.mark.parametrize("projection", ["tangent", "equidistant"])
+def test_sizes_are_angles_in_both_projections(projection):
+    """A disc of 20 degrees in a field of 40 covers the same share of the row as the angles, or
+    their tangents.
+    """
+    wide = PointLights(
+        width=400,
+        height=200,
+        projection=projection,
+        horizontal_field_deg=40.0,
+        disc_diameter_deg=20.0,
+        discs=1,
+    )()
+    tangent = lambda angle_deg: math.tan(math.radians(angle_deg))
+    radius_px = 200 * (tangent(10) / tangent(20) if projection == "tangent" else 0.5)
+    lamp = luminance(wide.radiance.sel(light_group="headlights").values, wide.wavelength.values)
+    # 1e-5: radiance is float32, coverage of tiles is exact
+    assert lamp.sum() / lamp.max() == pytest.approx(math.pi * radius_px**2, rel=1e-5)
+    bar = MovingTarget(
+        width=400, height=20, projection=projection, horizontal_field_deg=40.0, bar_width_deg=20.0
+    )()
+    # boxes end at whole tiles
+    assert bar.attrs["objects"][0]["box"][2] == pytest.approx(2 * radius_px, abs=1)

@@ -113,12 +113,18 @@ class Chart:
             )
         return np.asarray(relative / unit)
 
+    def distance(self, angle_deg: float) -> float:
+        """Return the distance of a field angle from the centre of the chart, in the projection's
+        unit: the tangent of the angle, or the angle in radians.
+        """
+        angle = math.radians(angle_deg)
+        return math.tan(angle) if self.projection == "tangent" else angle
+
     def tiles(self) -> tuple[np.ndarray, np.ndarray, float]:
         """Return x (width,), y (height,) tile centres and the pitch of a tile, in the projection's
         unit.
         """
-        half = math.radians(self.horizontal_field_deg) / 2
-        field = 2 * (math.tan(half) if self.projection == "tangent" else half)
+        field = 2 * self.distance(self.horizontal_field_deg / 2)
         pitch = field / self.width
         return centres(self.width, field), centres(self.height, pitch * self.height), pitch
 

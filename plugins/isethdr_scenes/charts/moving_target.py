@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated
 
@@ -54,11 +53,11 @@ class MovingTarget(Chart):
         """
         x, y, pitch = self.tiles()
         way = self.speed_tiles_per_s * self.time_s * pitch
-        bar_x = _tangent(self.bar_start_deg) + way
-        width = 2 * _tangent(self.bar_width_deg / 2)
+        bar_x = self.distance(self.bar_start_deg) + way
+        width = 2 * self.distance(self.bar_width_deg / 2)
         bar = _bar(x, y, pitch, bar_x, width)
-        radius = _tangent(self.lamp_diameter_deg / 2)
-        lamp_x = _tangent(self.lamp_start_deg) + way
+        radius = self.distance(self.lamp_diameter_deg / 2)
+        lamp_x = self.distance(self.lamp_start_deg) + way
         lamp = disc(x, y, pitch, lamp_x, 0.0, radius)
         instance = np.zeros((self.height, self.width), np.uint32)
         instance[bar >= 0.5] = 1
@@ -96,10 +95,6 @@ class MovingTarget(Chart):
             }
         ]
         return ds
-
-
-def _tangent(angle_deg: float) -> float:
-    return math.tan(math.radians(angle_deg))
 
 
 def _bar(x: np.ndarray, y: np.ndarray, pitch: float, centre: float, width: float) -> np.ndarray:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -92,8 +91,8 @@ class PointLights(Chart):
         return ds
 
     def _radius(self) -> float:
-        """Return the radius of a disc, as the tangent of a field angle."""
-        return math.tan(math.radians(self.disc_diameter_deg) / 2)
+        """Return the radius of a disc, in the projection's unit."""
+        return self.distance(self.disc_diameter_deg / 2)
 
     def _row_width(self) -> float:
         """Return the width of the field, in the projection's unit."""
