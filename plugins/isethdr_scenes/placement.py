@@ -249,7 +249,8 @@ def living(drive: NightDrive, ground: Ground, s: dict, rng: np.random.Generator)
         Spot("hind", ("deer", False, 0.05), "deer", s["deer"] + 8, -11.2, 130 + turn),
         Spot("second hind", ("deer", False, 0.05), "deer", s["deer"] + 22, -13.0, 40 - turn),
     ]
-    return spots[: people + 1] + deer[:animals]  # + 1: the bicycle is no person
+    # the second person is the rider, who comes with a bicycle
+    return spots[: people + 1 if people > 1 else people] + deer[:animals]
 
 
 def plants(drive: NightDrive, rng: np.random.Generator) -> list[Spot]:

@@ -298,3 +298,11 @@ def test_what_two_scenes_share_is_built_once():
         for d in (first, again)
     ]
     assert lamps[0] != lamps[1]  # switched after they are built
+
+
+@pytest.mark.parametrize("people, bicycles", [(1, 0), (2, 1)])
+def test_a_bicycle_is_placed_with_its_rider_only(people, bicycles):
+    drive = NightDrive(vehicles=(1, 1), people=(people, people), animals=(0, 0), trees=(0, 0))
+    placed = [p.name for p in drive().objects]
+    assert sum(name == "bicycle" for name in placed) == bicycles
+    assert sum(name == "rider" for name in placed) == bicycles
