@@ -1,5 +1,5 @@
 """Noise of a charge with soft overflow: mean, variance and covariance with the spilled charge in
-closed form, and single draws.
+closed form, and random charges.
 
 Electrons arrive and leave one by one, so that to second order (van Kampen's linear noise
 approximation)

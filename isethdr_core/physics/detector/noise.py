@@ -157,7 +157,7 @@ def rows_per_block(width: int) -> int:
 def _series(mean: np.ndarray, word: np.ndarray) -> np.ndarray:
     # `remaining` is the distance of the draw beyond the step from k - 1 to k of the distribution.
     # The smaller tail is summed, so that means of 1e-12 electrons are accurate too.
-    if mean.size and mean.max() < 0.69:  # only upper draws with p < mean can count anything
+    if mean.size and mean.max() < 0.69:  # only upper draws with p < mean give a count above 0
         p, upper = tail(word)
         some = np.flatnonzero(upper & (p < mean))
         count = np.zeros_like(mean)

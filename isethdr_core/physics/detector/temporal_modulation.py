@@ -190,7 +190,7 @@ def square_wave_pieces(
     durations = []
     states = []
     remaining_s = np.full(at.shape, float(duration_s))
-    # pieces 2 n and 2 n + 1 are the parts on and off of period n after the start
+    # pieces 2 n and 2 n + 1 are the on and off parts of period n; the exposure starts in period 0
     for k in range(count):
         end = k // 2 + (duty if k % 2 == 0 else 1.0)
         begin = k // 2 + (0.0 if k % 2 == 0 else duty)

@@ -42,7 +42,7 @@ def spline_taps(place: np.ndarray, degree: int) -> list[np.ndarray]:
 
     Returns
     -------
-    Values with the shape of `place`, first those of the B-spline that begins first.
+    List of values with the shape of `place`, starting with the B-spline that begins first.
     """
     taps = [np.ones(np.shape(place))]
     for j in range(1, degree + 1):

@@ -109,7 +109,7 @@ def _unlike(
         axis = np.asarray(axis, float)[
             tuple(slice(n // 2 - w, n // 2 + w + 1) for n, w in zip(axis.shape, wide))
         ]
-        # nothing is known beyond the widest core: its outermost ring stands for the light there
+        # nothing is known beyond the widest core: its outermost ring represents the light there
         core = tuple(
             slice(w - min(h, int(OUTERMOST * w)), w + min(h, int(OUTERMOST * w)) + 1)
             for w, h in zip(wide, half)

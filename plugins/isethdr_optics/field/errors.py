@@ -11,7 +11,7 @@ w e^2 (Jensen's inequality). The light is therefore multiplied by the root of th
 is squared.
 
 Lateral colour: errors are computed on the grid of the convolution and moved with the bands. Bands
-whose images lie closer than the resolution of the errors are moved together.
+are moved together if their images lie closer than the resolution of the errors.
 """
 
 from __future__ import annotations
@@ -66,7 +66,7 @@ def spread_errors(
 
 
 def _grouped(scales: Sequence[Course | float], shape: tuple[int, int]) -> list[list[int]]:
-    """Return groups of bands whose images differ by less than the resolution of the errors."""
+    """Return groups of bands with images that differ by less than the resolution of the errors."""
     near = max(0.5, APART * max(shape))
     radius = np.hypot(*shape) / 2
     at = [

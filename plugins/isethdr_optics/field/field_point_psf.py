@@ -51,8 +51,8 @@ if TYPE_CHECKING:
 FIRST_NM = 380.0  # one of the knots; all others lie whole steps away
 STEPS_NM = (80.0, 40.0, 20.0, 10.0, 5.0)  # distances of knots; each divides the one before
 APART = 0.5  # largest change of phase from knot to knot, radians rms
-# L1 error of linear interpolation between knots whose phase differs by 1 rad rms, as a share of a
-# point's light; 0.02 to 0.08 were measured
+# L1 error of linear interpolation between knots, if the phase changes by 1 rad rms between them; a
+# share of a point's light; 0.02 to 0.08 were measured
 STRAIGHT = 0.1
 # least numbers of samples per wavelength x f-number, and per tile
 PER_BLUR = 2.5

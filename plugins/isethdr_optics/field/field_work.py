@@ -28,8 +28,8 @@ if TYPE_CHECKING:
 # L1 difference between the point spread of the axis and that of a wavefront that differs by 1 rad
 # rms, as a share of a point's light; 0.08 to 0.4 were found with wide and narrow tiles
 CHANGED = 0.15
-# L1 error of the mean of two point spreads whose wavefronts differ by 1 rad rms, half way between
-# them, as a share of a point's light; 0.04 to 0.1 were found
+# L1 error, half way between two point spreads, of their mean, if their wavefronts differ by 1 rad
+# rms; a share of a point's light; 0.04 to 0.1 were found
 BETWEEN = 0.06
 # CPU time of a kernel that is computed for one band alone, over the time per band of many bands
 ALONE = 2.0

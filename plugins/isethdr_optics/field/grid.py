@@ -128,8 +128,8 @@ def weight(
 
 
 def first_quadrant(place: Place) -> tuple[Place, tuple[int, ...]]:
-    """Return the point between +x and +y whose mirror image is `place`, and the axes (0: y, 1: x)
-    along which to mirror.
+    """Return a point between +x and +y, and the axes (0: y, 1: x) along which it must be mirrored
+    to give `place`.
     """
     turn = place.azimuth_rad % (2 * np.pi)
     flips = ((0,) if turn > np.pi + 1e-9 else ()) + ((1,) if np.cos(turn) < -1e-9 else ())

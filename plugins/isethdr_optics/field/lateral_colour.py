@@ -1,5 +1,5 @@
-"""Lateral colour: an image whose size depends on wavelength. Each band is moved on the sensor plane
-so that its light is conserved.
+"""Lateral colour: an image with a size that depends on wavelength. Each band is moved on the sensor
+plane so that its light is conserved.
 
 The magnification at a wavelength, divided by that at the reference, is a number. Where chief rays
 are traced, it is a `Course`, a function of the radius.

@@ -52,7 +52,9 @@ def border(plane: SensorPlane, moved: np.ndarray) -> np.ndarray:
 
 
 class Retiled(NamedTuple):
-    """Errors of light whose tiles were moved, and the parts of the light that they act on."""
+    """Errors of light that was moved to other tiles, and the parts of the light on which they
+    act.
+    """
 
     terms: list[ErrorTerm]
     within_tiles: np.ndarray  # (..., y, x): the part `DETAIL`, a standard deviation

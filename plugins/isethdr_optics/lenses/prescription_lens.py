@@ -76,7 +76,7 @@ class PrescribedLens(FieldLens):
     distortion: Literal["traced", "none"] | dict[str, Any] = "traced"
     # lateral chromatic aberration, where lateral_colour_percent is empty
     lateral_colour: Literal["traced", "none"] = "traced"
-    # wavefront of the point spread functions: none keeps diffraction only, the same over the field
+    # wavefront of the point spread functions; none: diffraction alone, the same over the field
     wavefront: Literal["traced", "none"] = "traced"
     # share of a point's light that interpolation between field points may misplace
     error_allowed: ErrorAllowed = 0.05

@@ -136,7 +136,9 @@ def of_phase_patterns(frame: Frame) -> Kernels:
 
 
 def mix_scatter(halves: np.ndarray, frame: Frame) -> None:
-    """Mix the scatter of flares into halves of kernels, (band, y, x), in place."""
+    """Mix the scatter of flares into kernels, of which `halves` (band, y, x) holds one half each,
+    in place.
+    """
     waves = frame.edges_nm.mean(axis=1)
     if not scatter.active(frame.flares, waves):
         return

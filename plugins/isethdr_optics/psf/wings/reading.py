@@ -60,7 +60,7 @@ def read(
 
     Parameters
     ----------
-    out : (y, x) array, whose first row is the first row of the kernel.
+    out : (y, x) array; its first row is the first row of the kernel.
     half : 0 or 1, index of the estimate: every second wavelength is read, starting with this one.
     pattern : pattern of the part of the band.
     pitch_um : (y, x) pitch of the tiles, um.
