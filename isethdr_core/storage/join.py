@@ -57,7 +57,7 @@ def join_scenes(scenes: list[xr.Dataset], groups_asked: Sequence[str] | None = N
         set.intersection(*(set(planes_held[g]) for g in groups_asked if g in planes_held))
     )
     groups = [g for g in planes_held if set(bands) <= planes_held[g].keys()]
-    combinations = {g: _ways(planes_held[g], bands, scenes, g) for g in groups}
+    combinations = {g: _ways(planes_held[g], bands) for g in groups}
     paths = {
         g: min(
             sum(_paths(scenes[k], g) for k, _, _ in combination) for combination in combinations[g]
@@ -134,12 +134,7 @@ def _paths(scene: xr.Dataset, group: str) -> int:
     return end - first
 
 
-def _ways(
-    planes_held: dict[float, list[tuple[Any, ...]]],
-    bands: Sequence[float],
-    scenes: Sequence[xr.Dataset],
-    group: str,
-) -> list[tuple]:
+def _ways(planes_held: dict[float, list[tuple[Any, ...]]], bands: Sequence[float]) -> list[tuple]:
     """Return the different combinations of scenes for the bands of a group, each as ((scene,
     position of the group, weight), ...).
     """

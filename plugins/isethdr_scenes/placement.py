@@ -127,14 +127,13 @@ def walk_beside(ground: Ground, y_m: float, bearing: float, seen_from: np.ndarra
     return brentq(beyond_deg, nearest, farthest)
 
 
-def traffic(drive: NightDrive, ground: Ground, s: dict, rng: np.random.Generator) -> list[Spot]:
+def traffic(drive: NightDrive, s: dict, rng: np.random.Generator) -> list[Spot]:
     """Return the vehicles: one ahead, one oncoming, one parked, and further ones up to a drawn
     number.
 
     Parameters
     ----------
     drive : the scene, for numbers of vehicles and brake lamps.
-    ground : road surface.
     s : places along the road by name, m.
     rng : random numbers of the draw.
     """
@@ -191,14 +190,13 @@ def traffic(drive: NightDrive, ground: Ground, s: dict, rng: np.random.Generator
     return spots[:count]
 
 
-def living(drive: NightDrive, ground: Ground, s: dict, rng: np.random.Generator) -> list[Spot]:
+def living(drive: NightDrive, s: dict, rng: np.random.Generator) -> list[Spot]:
     """Return the people and animals: a walker next to the oncoming headlamps, a rider, a worker, a
     child and deer, up to drawn numbers.
 
     Parameters
     ----------
     drive : the scene, for numbers of people and animals.
-    ground : road surface.
     s : places along the road by name, m.
     rng : random numbers of the draw.
     """
@@ -360,6 +358,6 @@ def plan(drive: NightDrive) -> tuple[Ground, list[Spot]]:
     seen_from = eye(ground, drive.camera_height_m)
     lamp_bearing = bearing_deg(oncoming_lamp(ground, s["oncoming"]), seen_from)
     s["pedestrian"] = walk_beside(ground, SIDE_WALK_Y_M, lamp_bearing + beside, seen_from)
-    return ground, traffic(drive, ground, s, rng) + living(drive, ground, s, rng) + furniture(
+    return ground, traffic(drive, s, rng) + living(drive, s, rng) + furniture(
         drive, ground, rng
     ) + plants(drive, rng) + shrubs(drive, s)

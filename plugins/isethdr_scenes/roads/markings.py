@@ -52,7 +52,7 @@ def patches(road: Road) -> list[Patch]:
                 later = [m.offset_m for m in marks if m.offset_m > mark.offset_m]
                 found += _lines(_Border(road, k, number, mark, min(later, default=np.inf)))
     for painted in road.objects:
-        found += _object(road, painted)
+        found += _object(painted)
     return found
 
 
@@ -95,7 +95,7 @@ def _fine(s: Floats) -> Floats:
     return np.concatenate([*parts, s[-1:]])
 
 
-def _object(road: Road, painted: RoadObject) -> list[Patch]:
+def _object(painted: RoadObject) -> list[Patch]:
     if painted.kind == "crosswalk":
         return _crosswalk(painted)
     if painted.kind in ("stop_line", "parking_line"):

@@ -108,7 +108,7 @@ def build(shape: Bicycle, name: str = "bicycle") -> Assembly:
     _frame(model, shape, joints)
     _handlebar(model, shape, joints)
     _drive(model, shape, joints)
-    _saddle(model, shape, joints)
+    _saddle(model, joints)
     _fittings(model, shape, joints)
     return model
 
@@ -252,7 +252,7 @@ def _drive(model: Assembly, shape: Bicycle, j: dict[str, np.ndarray]) -> None:
         model.add(tube([start, end], 0.005, "chain", "steel", 5))
 
 
-def _saddle(model: Assembly, shape: Bicycle, j: dict[str, np.ndarray]) -> None:
+def _saddle(model: Assembly, j: dict[str, np.ndarray]) -> None:
     top = j["saddle"]
     model.add(
         ball(top + [-0.07, 0, 0], (0.10, 0.085, 0.03), "saddle", "leather", 8),

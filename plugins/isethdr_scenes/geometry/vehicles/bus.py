@@ -58,7 +58,6 @@ def bus(
     length: float = 11.8,
     paint: str = "paint_yellow",
     lower: str = "paint_red",
-    seed: int = 0,
 ) -> Assembly:
     """Return a city bus with its doors on the right.
 
@@ -68,7 +67,6 @@ def bus(
     length : length of the bus, m.
     paint : name of the material of the upper body.
     lower : name of the material of the lower body.
-    seed : no effect; the bus has no random parts.
     """
     plan = _Plan(length)
     body = Body(_shell(length), plan.axles, TYRE_M)

@@ -36,14 +36,13 @@ class _Pane:
     post_m: float = 0.0  # half the width of a post in its middle; 0: no post
 
 
-def build(car: Car, name: str = "car", seed: int = 0, coarse: bool = False) -> Assembly:
+def build(car: Car, name: str = "car", coarse: bool = False) -> Assembly:
     """Return all parts of a car.
 
     Parameters
     ----------
     car : measures, styles and paint.
     name : name of the assembly.
-    seed : no effect; the glyphs of the licence plates are fixed.
     coarse : whether the car has larger faces and lacks details that cells of 10 cm do not resolve:
         gaps around doors and lids, bars, glyphs, handles and wipers.
     """

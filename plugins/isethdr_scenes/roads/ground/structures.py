@@ -48,7 +48,7 @@ def structures(network: Network, roofs: Sequence[tuple[Road, Structure, Any]]) -
         if any(lane.type == "rail" for section in road.sections for lane in section.lanes):
             found.add(*_rails(road))
     for road, span, plan in roofs:
-        found.add(*_tunnel(network, road, span), _roof(road, plan, network.land.material))
+        found.add(*_tunnel(road, span), _roof(road, plan, network.land.material))
         found.add(_roof_sides(network, road, plan))
     return found
 
@@ -126,7 +126,7 @@ def _section(half: float, n: int = 24) -> Floats:
     return np.concatenate([[(half, -0.4)], vault, [(-half, -0.4)]])
 
 
-def _tunnel(network: Network, road: Road, span: Structure) -> list[Piece]:
+def _tunnel(road: Road, span: Structure) -> list[Piece]:
     """Return walls and vault with faces that point inwards, an outer skin, and the portal walls."""
     s = stations(road, span.start_m, span.end_m)
     s = np.unique(np.concatenate([s, np.arange(span.start_m, span.end_m, 4.0)]))

@@ -54,7 +54,7 @@ def _section(node: Node, start: float, end: float) -> LaneSection:
         for k, lane in enumerate(lanes, 1):
             if lane.integer("id") != sign * k:
                 raise lane.error(f"expected lane {sign * k} as number {k} on the {side} side")
-        sides[side] = _lanes(node, lanes, end - start)
+        sides[side] = _lanes(lanes, end - start)
     if not any(sides.values()):
         raise node.error(f"the section at s = {start:g} m has no lanes; expected one or more")
     centre = node.first("center/lane")
@@ -62,7 +62,7 @@ def _section(node: Node, start: float, end: float) -> LaneSection:
     return LaneSection(start, sides["left"], sides["right"], marks)
 
 
-def _lanes(section: Node, nodes: list[Node], length: float) -> tuple[Lane, ...]:
+def _lanes(nodes: list[Node], length: float) -> tuple[Lane, ...]:
     inner = Profile()
     lanes = []
     for node in nodes:

@@ -85,6 +85,6 @@ def _front(given: dict[str, dict[str, float]], rng: np.random.Generator) -> Fron
 def build(thing: Thing, detail: Detail) -> Assembly:
     """Return the mesh of a car."""
     shape = shape_of(thing.family, thing.variant)
-    built = car.build(shape, thing.family, thing.variant, coarse=detail == "far")
+    built = car.build(shape, thing.family, coarse=detail == "far")
     model = centred(clean(built))
     return coarser(model, CELL_M[detail]) if detail in CELL_M else model
