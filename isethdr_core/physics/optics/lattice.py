@@ -155,10 +155,7 @@ def _add(out: np.ndarray, position: np.ndarray, value: np.ndarray) -> None:
 
 
 def fold_cells(
-    blocks: Iterator[Any],
-    shape: tuple[int, int],
-    period: tuple[int, int],
-    offsets: Sequence[tuple[float, float]],
+    blocks: Iterator[Any], period: tuple[int, int], offsets: Sequence[tuple[float, float]]
 ) -> list[np.ndarray]:
     """Return a pupil that is given in half cells, averaged over smooth weights and summed modulo
     `period`, for every offset.
@@ -166,8 +163,7 @@ def fold_cells(
     Parameters
     ----------
     blocks : yields (first row, first column, complex (y, x) means over half cells) of disjoint
-        parts of the pupil.
-    shape : (y, x) size of the whole grid of half cells, even, centred on the axis.
+        parts of the pupil. The whole grid of half cells is even and centred on the axis.
     period : (y, x) period of the result, cells.
     offsets : (y, x) positions between image samples, -1 to 1.
 

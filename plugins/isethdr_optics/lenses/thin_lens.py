@@ -336,7 +336,7 @@ class IdealLens:
 
         values = np.zeros((np.size(wavelength_nm), size, size))
         values[:, size // 2, size // 2] = 1.0
-        return psf_array(values, wavelength_nm, pitch_um, self, _sequence(flares))
+        return psf_array(values, wavelength_nm, pitch_um, self)
 
 
 @dataclass(frozen=True)

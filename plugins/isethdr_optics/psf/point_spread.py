@@ -63,7 +63,7 @@ def point_spread(
             integrated=integrated,
         )
         out.append(scatter.mix(psf, flares, wave, (pitch_um, pitch_um), lens.focal_length_mm))
-    return psf_array(np.stack(out), waves, pitch_um, lens, flares, integrated)
+    return psf_array(np.stack(out), waves, pitch_um, lens, integrated)
 
 
 def psf_array(
@@ -71,7 +71,6 @@ def psf_array(
     wavelength_nm: ArrayLike,
     pitch_um: float,
     lens: LensOptics,
-    flares: Sequence[Flare],
     integrated: bool = True,
 ) -> xr.DataArray:
     """Return point spread functions as a labelled DataArray, y and x in metres.
@@ -82,7 +81,6 @@ def psf_array(
     wavelength_nm : one or more wavelengths, nm.
     pitch_um : distance of the samples, um.
     lens : a lens of this package.
-    flares : its flare components.
     integrated : whether samples are integrals over their squares.
     """
     at = (np.arange(values.shape[-1]) - values.shape[-1] // 2) * pitch_um * 1e-6

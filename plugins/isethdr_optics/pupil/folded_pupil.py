@@ -65,4 +65,4 @@ def folded(
                     else product_of_means(*arguments),
                 )
 
-    return lattices.fold_cells(blocks(), (len(y), len(x)), period, offsets)
+    return lattices.fold_cells(blocks(), period, offsets)

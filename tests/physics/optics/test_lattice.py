@@ -49,7 +49,7 @@ def celled(period, pitch, reach, offsets, zernike_um, rows=37):
     blocks = ((s, 3, whole[s : s + rows, 3:].astype(np.complex64)) for s in range(0, len(y), rows))
     return [
         lattice_psf(p, ImageSamples(WAVE, FOCAL, pitch, o), reach, OPEN, binomial_response)
-        for p, o in zip(fold_cells(blocks, (len(y), len(x)), period, offsets), offsets)
+        for p, o in zip(fold_cells(blocks, period, offsets), offsets)
     ]
 
 
