@@ -79,11 +79,11 @@ def _looked_up(
     return look(np.stack(np.broadcast_arrays(at_first, at_second), -1))
 
 
-def _lamp(left_rad: np.ndarray, up: np.ndarray, value: np.ndarray) -> MeasuredLamp:
+def _lamp(left_deg: np.ndarray, up_deg: np.ndarray, value: np.ndarray) -> MeasuredLamp:
     peak = float(np.max(value, initial=0.0))
     if not np.isfinite(value).all() or np.min(value) < 0 or peak == 0:
         raise ConfigError(
             "the file has negative intensities or none at all; expected candela, 0 or more, with"
             " some light in front of the lamp"
         )
-    return MeasuredLamp(IntensityTable(left_rad, up, value / peak), peak)
+    return MeasuredLamp(IntensityTable(left_deg, up_deg, value / peak), peak)
