@@ -1,4 +1,4 @@
-"""Curves of a training: a table as CSV, and a drawing where Matplotlib is installed."""
+"""Curves of a training: a table as CSV, and a drawing if Matplotlib is installed."""
 
 from __future__ import annotations
 
@@ -19,8 +19,8 @@ def write_curves(folder: Path, history: Sequence[dict[str, Any]], titles: dict[s
     Parameters
     ----------
     folder : folder of the training.
-    history : rows with `step`, `minutes` and numbers; a number may be missing in a row.
-    titles : {number: its axis title}, those that are drawn.
+    history : rows with `step`, `minutes` and further numbers, which may be missing in a row.
+    titles : {name of a number that is drawn: title of its axis}.
     """
     columns = list(dict.fromkeys(key for row in history for key in row))
     text = io.StringIO()
@@ -34,7 +34,7 @@ def write_curves(folder: Path, history: Sequence[dict[str, Any]], titles: dict[s
 
 
 def draw(path: Path, history: Sequence[dict[str, Any]], titles: dict[str, str]) -> None:
-    """Draw numbers against the step, one panel for each.
+    """Draw numbers against the step, with one panel for each number.
 
     Parameters
     ----------
@@ -42,7 +42,7 @@ def draw(path: Path, history: Sequence[dict[str, Any]], titles: dict[str, str]) 
     history : rows of numbers, each with its `step`.
     titles : {name of a number: title of its panel}.
     """
-    figure_class = import_module("matplotlib.figure").Figure  # takes long to import
+    figure_class = import_module("matplotlib.figure").Figure  # a slow import
     figure = figure_class(figsize=(7, 2.4 * len(titles)), layout="constrained")
     panels = figure.subplots(len(titles), 1, sharex=True, squeeze=False)[:, 0]
     for panel, (key, title) in zip(panels, titles.items(), strict=True):

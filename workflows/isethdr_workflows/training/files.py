@@ -1,4 +1,4 @@
-"""Files of a training, written as a whole or not at all."""
+"""Files of a training, which are written completely or not at all."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from isethdr_core.storage.atomic_write import remove_leftovers, temporary_path
 
 
 def write_file(path: Path, parts: Iterable[bytes | memoryview]) -> None:
-    """Write a file of a training, as a whole or not at all.
+    """Write a file of a training, completely or not at all.
 
     Parameters
     ----------
@@ -20,7 +20,7 @@ def write_file(path: Path, parts: Iterable[bytes | memoryview]) -> None:
 
     Raises
     ------
-    CatalogError : it cannot be written. An earlier file of this name is kept.
+    CatalogError : the file cannot be written. An earlier file of this name is kept.
     """
     temporary = temporary_path(path.parent, path.name)
     try:

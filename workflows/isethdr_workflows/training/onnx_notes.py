@@ -1,4 +1,4 @@
-"""Notes of the exporter in a model file: which line of which file of this machine made a node."""
+"""Notes of the exporter in a model file, which name the source file and line behind each node."""
 
 from __future__ import annotations
 
@@ -6,10 +6,10 @@ from typing import Any
 
 
 def remove_notes(model: Any) -> None:
-    """Remove the exporter's notes from an ONNX model, whose own entries stay.
+    """Remove the exporter's notes from an ONNX model. The metadata of the model itself is kept.
 
-    PyTorch writes a stack trace with absolute paths to each node. They tell others about the
-    machine, and make the files of equal networks differ.
+    PyTorch adds a stack trace with absolute paths to each node. They reveal details of the machine
+    and make the files of equal networks differ.
     """
     graph = model.graph
     for parts in (graph.node, graph.value_info, graph.input, graph.output, graph.initializer):

@@ -1,6 +1,6 @@
-"""State of a training: all that is needed to go on after a kill, in one file.
+"""State of a training: everything that is needed to continue after an interruption, in one file.
 
-The file is replaced as a whole, so a kill leaves the old state or the new one.
+The file is replaced in one step, so an interruption leaves either the old state or the new one.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from .torch_library import torch
 
 
 def save_state(path: Path, state: dict[str, Any]) -> None:
-    """Write a state, as a whole or not at all.
+    """Write a state, completely or not at all.
 
     Parameters
     ----------
@@ -26,8 +26,8 @@ def save_state(path: Path, state: dict[str, Any]) -> None:
 
     Raises
     ------
-    CatalogError : it cannot be written, for example because the disk is full. The earlier state
-        is kept.
+    CatalogError : the state cannot be written, for example because the disk is full. The earlier
+        state is kept.
     """
     content = io.BytesIO()
     torch.save(state, content)
@@ -35,7 +35,7 @@ def save_state(path: Path, state: dict[str, Any]) -> None:
 
 
 def load_state(path: Path) -> dict[str, Any] | None:
-    """Return a stored state, tensors on the CPU; None if there is none.
+    """Return a stored state, with tensors on the CPU; None if there is none.
 
     Raises
     ------

@@ -1,6 +1,6 @@
-"""PyTorch, imported in this place alone: it is an extra, large, and slow to import.
+"""PyTorch, which only this module imports, because it is an optional, large and slow dependency.
 
-A module that needs it is itself imported only when a training begins.
+Modules that need it are themselves imported only when a training begins.
 """
 
 from __future__ import annotations
@@ -19,25 +19,26 @@ __all__ = ["device_name", "functional", "hardware", "nn", "onnx", "torch"]
 
 
 def device_name(wanted: str = "auto") -> str:
-    """Return the device that a training runs on: "cpu" or "cuda", where float32 is float32.
+    """Return the device that a training runs on, "cpu" or "cuda", and set it to full float32
+    precision.
 
     Parameters
     ----------
-    wanted : "auto" takes a GPU where there is one.
+    wanted : name of a device; "auto" takes a GPU if there is one.
     """
     device = wanted
     if wanted == "auto":
         device = "cuda" if torch.cuda.is_available() else "cpu"
     if device.startswith("cuda"):
-        # convolutions of float32 would be computed with 10 bits of mantissa
+        # otherwise convolutions of float32 would be computed with 10 bits of mantissa
         torch.backends.cudnn.allow_tf32 = False
-        # sums of gradients in the same order each time: a training that is resumed ends alike
+        # sums of gradients always have the same order, so that a resumed training ends the same
         torch.backends.cudnn.deterministic = True
     return device
 
 
 def hardware(device: str) -> str:
-    """Return the hardware of a training in words."""
+    """Return a description of the hardware of a training."""
     if device.startswith("cuda"):
         return f"one GPU, {torch.cuda.get_device_name(device)}"
     threads = number_of(torch.get_num_threads(), "thread")

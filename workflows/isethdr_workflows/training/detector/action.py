@@ -1,5 +1,5 @@
-"""What `isethdr train detector` does and prints. PyTorch is loaded after the settings are
-checked.
+"""The action of `isethdr train detector`, and its output. PyTorch is imported after the settings
+are checked.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ def train_detector(typed: Sequence[str]) -> int:
 
     Parameters
     ----------
-    typed : key=value, settings and overrides of the config.
+    typed : settings as typed, key=value: those of the training, and overrides of the config.
     """
     settings, overrides = parsed(typed)
     training = import_module(".training", __package__)  # PyTorch takes seconds to import

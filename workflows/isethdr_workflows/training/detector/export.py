@@ -36,17 +36,23 @@ from .training import Trained
 
 MODEL = "detector.onnx"
 DESCRIPTION = "detector.yaml"
-AGREEMENT = 1e-4  # of the largest value: float32 sums in another order
-LARGEST_CELLS = 512  # rows and columns of a picture over STRIDE_PX
-NOISY = ("torch.onnx", "torch.utils.flop_counter")  # loggers of the exporter
+# largest difference from PyTorch over the largest value; float32 sums have another order
+AGREEMENT = 1e-4
+LARGEST_CELLS = 512  # largest rows and columns of a picture over STRIDE_PX
+NOISY = ("torch.onnx", "torch.utils.flop_counter")  # loggers of the exporter that are silenced
 
 
 def exported(run: Trained, recipe: str) -> Detector:
     """Write ONNX file, description and card of a training, and return the detector.
 
+    Parameters
+    ----------
+    run : finished training.
+    recipe : text of the recipe.
+
     Raises
     ------
-    ConfigError : the file computes something else than the network.
+    ConfigError : the file computes other values than the network.
     CatalogError : a file cannot be written.
     """
     network = DetectorNetwork(run.settings.size)
@@ -69,7 +75,13 @@ def exported(run: Trained, recipe: str) -> Detector:
 
 
 def write_onnx(network: DetectorNetwork, path: Path) -> None:
-    """Write the network with its boxes; rows and columns of the picture are free."""
+    """Write the network with its boxes as an ONNX file. It accepts pictures of different sizes.
+
+    Parameters
+    ----------
+    network : trained network.
+    path : file to write.
+    """
     sizes = {
         2: torch.export.Dim("rows", min=2, max=LARGEST_CELLS) * STRIDE_PX,
         3: torch.export.Dim("columns", min=2, max=LARGEST_CELLS) * STRIDE_PX,
@@ -100,10 +112,15 @@ def write_onnx(network: DetectorNetwork, path: Path) -> None:
 
 @torch.no_grad()
 def difference(network: DetectorNetwork, path: Path) -> float:
-    """Return the largest difference of the boxes in a file from those of PyTorch, over the largest
-    value, at another size than the exported one.
+    """Return the largest difference between the outputs of a file and of PyTorch, over the largest
+    value, for a picture with another size than the exported one.
 
-    Scores are compared by their sums: a peak that is one by a rounding is one more or less.
+    Only the largest scores are compared, because rounding may add or remove a peak.
+
+    Parameters
+    ----------
+    network : network in PyTorch.
+    path : ONNX file of the network.
     """
     random = np.random.default_rng(1)
     rgb = random.random((1, 3, 3 * STRIDE_PX, 8 * STRIDE_PX), np.float32)
@@ -176,7 +193,13 @@ def card_of(
 
 
 def held_out_rows(detector: Detector, pictures: Sequence[LabelledPicture]) -> list[dict[str, Any]]:
-    """Return the scores on held-out pictures, with 95 % intervals over roads."""
+    """Return the scores on held-out pictures as text, with 95 % intervals over roads.
+
+    Parameters
+    ----------
+    detector : exported detector.
+    pictures : held-out pictures.
+    """
     shown = [
         Picture(
             number,
@@ -200,7 +223,9 @@ def held_out_rows(detector: Detector, pictures: Sequence[LabelledPicture]) -> li
 
 
 def objects_of(picture: LabelledPicture) -> list[TruthObject]:
-    """Return the objects of a labelled picture; those of which nothing is asked are hidden."""
+    """Return the objects of a labelled picture. Objects that the detector need not find have a
+    visible fraction of 0, so that they do not count.
+    """
     return [
         TruthObject(
             instance=number,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from ..torch_library import functional, torch
 
-SIDES_WEIGHT = 0.2  # of the distance of logarithms, beside the overlap
+SIDES_WEIGHT = 0.2  # weight of the distance of logarithms; the overlap has the weight 1
 
 
 def loss_of(
@@ -14,8 +14,8 @@ def loss_of(
 
     Parameters
     ----------
-    logits, logs : answers of the network: logits of centres, and logarithms of distances.
-    targets : heat, asked, sides, inside, as in `patches.Targets`.
+    logits, logs : outputs of the network: logits of centres, and logarithms of distances.
+    targets : heat, asked, sides and inside, as in `patches.Targets`.
     """
     heat, asked, sides, inside = targets
     boxes = 1 - overlap(logs, sides)
@@ -26,12 +26,12 @@ def loss_of(
 
 
 def focal(logits: torch.Tensor, heat: torch.Tensor, asked: torch.Tensor) -> torch.Tensor:
-    """Return the focal loss of centres (Law and Deng 2018, equation 1, exponents 2 and 4), over
-    the number of objects.
+    """Return the focal loss of centres (Law and Deng 2018, equation 1, exponents 2 and 4), divided
+    by the number of objects.
 
     Parameters
     ----------
-    logits : (n, classes, y, x) answers of the network.
+    logits : (n, classes, y, x) outputs of the network.
     heat : (n, classes, y, x) map of centres: 1 at a centre, falling to 0 around it.
     asked : weight of each point, 0 or 1; it broadcasts to `logits`.
     """
@@ -45,8 +45,11 @@ def focal(logits: torch.Tensor, heat: torch.Tensor, asked: torch.Tensor) -> torc
 
 
 def overlap(logs: torch.Tensor, sides: torch.Tensor) -> torch.Tensor:
-    """Return the intersection over union (n, y, x) of boxes around the same place, by the
-    logarithms (n, 4, y, x) of their distances to the sides.
+    """Return the intersection over union (n, y, x) of two boxes around each place.
+
+    Parameters
+    ----------
+    logs, sides : (n, 4, y, x) logarithms of the distances from the place to the sides of each box.
     """
     ours = logs.exp()
     theirs = sides.exp()

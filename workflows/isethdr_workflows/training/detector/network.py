@@ -1,8 +1,9 @@
-"""The network: an anchor-free detector that says, four pixels apart, where objects have centres.
+"""The network: an anchor-free detector that finds the centres of objects, at places four pixels
+apart.
 
-After CenterNet (Zhou, Wang, Kraehenbuehl 2019, "Objects as Points") and FCOS (Tian et al. 2019):
-one map of centres for each class, and the distances to the four sides of the box. The norms are
-group norms (Wu and He 2018), which need no large batches.
+It follows CenterNet (Zhou, Wang, Kraehenbuehl 2019, "Objects as Points") and FCOS (Tian et al.
+2019): one map of centres for each class, and the distances to the four sides of the box. The norms
+are group norms (Wu and He 2018), which do not need large batches.
 """
 
 from __future__ import annotations
@@ -14,12 +15,14 @@ from .settings import STRIDE_PX
 
 WIDTHS = {"small": 16, "large": 24}
 GROUPS = 8
-DEPTHS = (1, 1, 2, 2)  # residual blocks of each level
-FACTORS = (1, 2, 4, 6)  # channels of each level, times the width
-LEAST_LOG = -3.0  # of a distance in pixels: bounded before the exponential, whose slope would
-MOST_LOG = 7.0  # otherwise be 0 times infinity
-RARE = -4.0  # logit of a centre before training: few places hold one
-FIRST_LOG = 2.0
+DEPTHS = (1, 1, 2, 2)  # number of residual blocks of each level
+FACTORS = (1, 2, 4, 6)  # channels of each level over the width
+# range of the logarithm of a distance in pixels; without limits, the gradient of the exponential
+# could be 0 times infinity
+LEAST_LOG = -3.0
+MOST_LOG = 7.0
+RARE = -4.0  # logit of a centre before training; it is low because few places have a centre
+FIRST_LOG = 2.0  # logarithm of a distance before training
 
 
 class Block(nn.Module):
@@ -33,17 +36,17 @@ class Block(nn.Module):
         self.norm2 = nn.GroupNorm(GROUPS, channels)
 
     def forward(self, x: torch.Tensor) -> torch.Tensor:
-        """Return the sum, rectified."""
+        """Return the sum after a ReLU."""
         inner = functional.relu(self.norm(self.first(x)))
         return functional.relu(x + self.norm2(self.second(inner)))
 
 
 def level(before: int, after: int, depth: int) -> nn.Sequential:
-    """Return one level, which halves the picture.
+    """Return one level of the network, which halves rows and columns.
 
     Parameters
     ----------
-    before, after : channels before and behind the level.
+    before, after : number of channels of its input and output.
     depth : number of blocks.
     """
     down = nn.Conv2d(before, after, 3, 2, 1, bias=False)
@@ -52,9 +55,9 @@ def level(before: int, after: int, depth: int) -> nn.Sequential:
 
 
 class DetectorNetwork(nn.Module):
-    """Picture (n, 3, y, x), 0 to 1, to logits of centres (n, classes, y / 4, x / 4) and logarithms
-    of distances to left, top, right and bottom (n, 4, y / 4, x / 4), px. Sides of the picture are
-    multiples of 16.
+    """Map a picture (n, 3, y, x), 0 to 1, to logits of centres (n, classes, y / 4, x / 4) and
+    logarithms of the distances to left, top, right and bottom (n, 4, y / 4, x / 4), px. Rows and
+    columns of the picture are multiples of 16.
     """
 
     def __init__(self, size: str) -> None:
@@ -70,7 +73,7 @@ class DetectorNetwork(nn.Module):
         self.sides = head(widths[1], 4, FIRST_LOG)
 
     def forward(self, x: torch.Tensor) -> tuple[torch.Tensor, torch.Tensor]:
-        """Return logits and logarithms."""
+        """Return logits of centres, and logarithms of distances."""
         one = self.levels[0](x)
         two = self.levels[1](one)
         three = self.levels[2](two)
@@ -81,7 +84,7 @@ class DetectorNetwork(nn.Module):
 
 
 def head(channels: int, outputs: int, bias: float) -> nn.Sequential:
-    """Return two convolutions whose result begins at a given value.
+    """Return two convolutions with a result that starts near a given value.
 
     Parameters
     ----------
@@ -97,13 +100,13 @@ def head(channels: int, outputs: int, bias: float) -> nn.Sequential:
 
 
 def twice(x: torch.Tensor) -> torch.Tensor:
-    """Return an array of twice the rows and columns."""
+    """Return an array with twice the rows and columns, by repetition."""
     return functional.interpolate(x, scale_factor=2.0, mode="nearest")
 
 
 class Boxes(nn.Module):
-    """The network with its boxes: picture to boxes (1, places, 4) by corners, px, and scores
-    (1, places, classes), 0 beside the peaks of each class.
+    """Map a picture to boxes (1, places, 4) given by corners, px, and scores (1, places, classes),
+    which are 0 except at the peaks of each class.
     """
 
     def __init__(self, network: DetectorNetwork) -> None:
@@ -126,7 +129,7 @@ class Boxes(nn.Module):
 
 
 def parameters_of(network: nn.Module) -> int:
-    """Return the number of trained values."""
+    """Return the number of trained parameters."""
     return sum(value.numel() for value in network.parameters())
 
 

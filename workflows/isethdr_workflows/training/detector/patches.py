@@ -1,4 +1,4 @@
-"""Patches of labelled pictures, changed by chance, and what a network should say of them."""
+"""Patches of labelled pictures with random changes, and the targets of the network for them."""
 
 from __future__ import annotations
 
@@ -11,28 +11,28 @@ from PIL import Image
 from ...detectors.classes import CLASSES
 from .pictures import LabelledPicture
 
-STRIDE = 4  # pixels of the picture in one of the network's answer
-ZOOM = (0.7, 1.4)  # of a crop
-GAIN = (0.75, 1.33)  # of the displayed values
-ON_OBJECT = 0.7  # share of the crops that show an object
-FLIPPED = 0.5
-LEAST_LEFT = 0.4  # share of an object's box within a crop, below which nothing is asked of it
-SPREAD = 6.0  # width of a box in standard deviations of its centre's blob
-LEAST_SPREAD_PX = 2.0
-NEAR = 0.6  # height of the blob above which a place states the box
-LEAST_SIDE_PX = 0.5
+STRIDE = 4  # distance between the places of the network's output, pixels of the picture
+ZOOM = (0.7, 1.4)  # range of the zoom of a crop
+GAIN = (0.75, 1.33)  # range of the factor on the displayed values
+ON_OBJECT = 0.7  # share of the crops that are placed on an object
+FLIPPED = 0.5  # share of the crops that are mirrored
+LEAST_LEFT = 0.4  # share of an object's box within a crop, below which it has no target
+SPREAD = 6.0  # width of a box over the standard deviation of the Gaussian at its centre
+LEAST_SPREAD_PX = 2.0  # least standard deviation of this Gaussian
+NEAR = 0.6  # value of the Gaussian above which a place has the sides of the box as target
+LEAST_SIDE_PX = 0.5  # least distance to a side, so that its logarithm is finite
 
 
 @dataclass(frozen=True, eq=False)
 class Targets:
-    """What a network should say of a patch, at one place in `STRIDE` pixels.
+    """The targets of the network for a patch, at places `STRIDE` pixels apart.
 
     Parameters
     ----------
     heat : (classes, y, x) 1 at the centres of objects, falling around them.
-    asked : (1, y, x) 0 where nothing is asked, within objects that are too small or hidden.
+    asked : (1, y, x) 0 where `heat` does not count, within objects that are too small or hidden.
     sides : (4, y, x) logarithms of the distances from the place to left, top, right and bottom, px.
-    inside : (1, y, x) 1 where the sides are asked.
+    inside : (1, y, x) 1 where `sides` counts.
     """
 
     heat: np.ndarray
@@ -49,11 +49,11 @@ def patch(
     Parameters
     ----------
     picture : picture from which the patch is cut; beyond its edges the patch is black.
-    size : px.
-    random : draws place, zoom, flip and gain.
+    size : side of the patch, pixels.
+    random : generator of place, zoom, flip and gain.
     """
     zoom = np.exp(random.uniform(*np.log(ZOOM)))
-    side = size / zoom  # in the picture
+    side = size / zoom  # side of the patch in pixels of the picture
     height, width = picture.rgb.shape[:2]
     centre = random.uniform(0, [width, height])
     chosen = np.flatnonzero(picture.asked)
@@ -75,13 +75,13 @@ def patch(
 
 
 def targets_of(boxes: np.ndarray, classes: np.ndarray, asked: np.ndarray, size: int) -> Targets:
-    """Return what a network should say of a patch.
+    """Return the targets of the network for a patch.
 
     Parameters
     ----------
-    boxes : (n, 4) corners, px; parts beyond the patch are cut off.
-    classes : (n,)
-    asked : (n,) whether an object should be found.
+    boxes : (n, 4) corners, px; parts outside the patch are cut off.
+    classes : (n,) index of each class in `CLASSES`.
+    asked : (n,) whether the detector should find the object.
     size : side of the patch, pixels.
     """
     cells = size // STRIDE
@@ -94,7 +94,7 @@ def targets_of(boxes: np.ndarray, classes: np.ndarray, asked: np.ndarray, size: 
     cut = np.clip(boxes, 0, size)
     whole = np.prod(boxes[:, 2:] - boxes[:, :2], axis=1)
     left = np.prod(cut[:, 2:] - cut[:, :2], axis=1) / np.maximum(whole, 1e-9)
-    # the largest first: a small object in front of it keeps its places
+    # largest boxes first, so that small objects overwrite the places of larger ones
     for k in np.argsort(-whole):
         x0, y0, x1, y1 = cut[k]
         if not left[k] > 0:
@@ -128,8 +128,8 @@ def batch(
     ----------
     pictures : pictures from which patches are drawn.
     count : number of patches.
-    size : px.
-    random : draws all.
+    size : side of the patches, pixels.
+    random : generator of all random numbers.
     """
     made = [patch(pictures[random.integers(len(pictures))], size, random) for _ in range(count)]
     rows = [(rgb, t.heat, t.asked, t.sides, t.inside) for rgb, t in made]

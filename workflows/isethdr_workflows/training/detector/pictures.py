@@ -1,4 +1,6 @@
-"""Labelled pictures for a detector: runs of cameras over a dataset, relit and with new noise."""
+"""Labelled pictures for a detector: runs of cameras over a dataset, with several lightings and
+realisations of the noise.
+"""
 
 from __future__ import annotations
 
@@ -23,9 +25,9 @@ from ...detectors.study import chosen_cameras, objects_of
 from .settings import OF_RECIPE, Settings
 
 KEPT_METRIC = "contrast"  # the metric that makes a run keep its map of objects
-TRAINING = "train"  # part of a dataset
+TRAINING = "train"  # names of the two parts of a dataset that are used
 HELD_OUT = "validation"
-LEAST_HEIGHT_PX = 3.0  # of an object in the shrunk picture that is asked for
+LEAST_HEIGHT_PX = 3.0  # least height, in the shrunk picture, of an object that should be found
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,11 +36,11 @@ class LabelledPicture:
 
     Parameters
     ----------
-    rgb : (y, x, 3) uint8.
+    rgb : (y, x, 3) picture, uint8.
     boxes : (n, 4) left, top, right, bottom, px.
-    classes : (n,) places in `CLASSES`.
-    asked : (n,) whether the detector should find it; of others nothing is asked.
-    road : road of the scene.
+    classes : (n,) index of each class in `CLASSES`.
+    asked : (n,) whether the detector should find the object; other objects do not count.
+    road : name of the scene's road.
     """
 
     rgb: np.ndarray
@@ -50,7 +52,7 @@ class LabelledPicture:
 
 @dataclass(frozen=True, eq=False)
 class Data:
-    """Pictures to learn from, and pictures of other roads."""
+    """Pictures for training, and held-out pictures of other roads."""
 
     training: Sequence[LabelledPicture]
     held_out: Sequence[LabelledPicture]
@@ -58,18 +60,18 @@ class Data:
 
     @property
     def roads(self) -> list[str]:
-        """The roads that are learned from or decide when to stop."""
+        """The roads that are used for training or decide when to stop."""
         return list(dict.fromkeys(p.road for p in (*self.training, *self.held_out)))
 
 
 def data_of(settings: Settings, overrides: Sequence[str], tell: Callable[[str], None]) -> Data:
     """Return the pictures of the parts `train` and `validation` of a dataset.
 
-    Each picture is a run, which is stored: a training that was interrupted reads it.
+    Each picture comes from a run, which is stored and read again by an interrupted training.
 
     Parameters
     ----------
-    settings : dataset, cameras, lightings, realisations of the noise.
+    settings : settings of the training: dataset, cameras, lightings, realisations of the noise.
     overrides : overrides of all runs.
     tell : called with one line of text for each scene.
 
@@ -101,11 +103,11 @@ def data_of(settings: Settings, overrides: Sequence[str], tell: Callable[[str], 
 
 
 def records_of(dataset: Generated) -> dict[str, list[SceneRecord]]:
-    """Return the scenes to learn from and those held out.
+    """Return the records of the scenes for training and of the held-out ones, by part.
 
     Raises
     ------
-    ConfigError : one of the parts has no scene that is made, or the first one no object.
+    ConfigError : one of the parts has no scene yet, or the training scenes show no object.
     """
     definition = dataset.definition
     parts = splits(definition.scenes(), definition.recipe.splits)
@@ -137,9 +139,9 @@ def runs_of(
     overrides: Sequence[str],
     tell: Callable[[str], None],
 ) -> list[Result]:
-    """Return the runs of a scene: each lighting with each realisation of the noise.
+    """Return the runs of a scene, for each lighting and each realisation of the noise.
 
-    A lighting that a scene cannot have, for its light groups, is left out.
+    A lighting that fails, for example because the scene lacks a light group, is left out.
 
     Parameters
     ----------
@@ -159,14 +161,14 @@ def runs_of(
                 results.append(run(compose([*typed, *leave_out])))
             except CatalogError:
                 raise
-            except Exception as err:  # any component may fail on one scene; the others go on
+            except Exception as err:  # any component may fail on one scene; the other scenes go on
                 tell(f"  {lighting} is left out: {type(err).__name__}: {err}".splitlines()[0])
                 break
     return results
 
 
 def labelled_picture(result: Result, camera: str, width: int, road: str) -> LabelledPicture:
-    """Return the picture of a camera as `isethdr export --to png` shows it, shrunk to a width.
+    """Return the picture of a camera as displayed by `isethdr export --to png`, shrunk to a width.
 
     Parameters
     ----------
@@ -186,14 +188,14 @@ def labelled_picture(result: Result, camera: str, width: int, road: str) -> Labe
 def shrunk(
     rgb: np.ndarray, objects: Sequence[TruthObject], width: int, road: str = ""
 ) -> LabelledPicture:
-    """Return a picture of at most a width, with its objects.
+    """Return a labelled picture that is shrunk to a width.
 
     Parameters
     ----------
-    rgb : (y, x, 3) uint8.
+    rgb : (y, x, 3) picture, uint8.
     objects : objects in the picture.
-    width : px; smaller pictures stay.
-    road : road of the scene.
+    width : width of the result, pixels; narrower pictures are not changed.
+    road : name of the scene's road.
     """
     scale = min(1.0, width / rgb.shape[1])
     if scale < 1:

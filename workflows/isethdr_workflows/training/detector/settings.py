@@ -19,32 +19,32 @@ CHOICES = {
 }
 NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.-]*")
 OF_RECIPE = "recipe"  # the lighting that the recipe of the dataset draws
-STRIDE_PX = 16  # of the coarsest level of the network
+STRIDE_PX = 16  # pixels of the picture per cell of the coarsest level of the network
 EXAMPLE = "isethdr train detector dataset=streets minutes=40"
 
 
 @dataclass(frozen=True)
 class Settings:
-    """What a training is, beside the config of its cameras."""
+    """The settings of a training, except the config of its cameras."""
 
-    dataset: str = ""  # of rendered roads
-    cameras: str = ""  # names, parted by commas; "": all of the config
-    lightings: str = f"{OF_RECIPE},day"  # of each scene, parted by commas
-    realisations: int = 2  # of the noise of each picture
-    name: str = ""  # of its folder; "": dataset and size
+    dataset: str = ""  # name of a dataset of rendered roads
+    cameras: str = ""  # names, separated by commas; "": all of the config
+    lightings: str = f"{OF_RECIPE},day"  # lightings of each scene, separated by commas
+    realisations: int = 2  # number of noise realisations of each picture
+    name: str = ""  # name of its folder; "": dataset and size
     size: str = "small"
     input_px: int = 640  # width to which pictures are shrunk
     patch_px: int = 256  # side of the crops
     batch: int = 8
     rate: float = 5e-4  # largest learning rate
-    minutes: float = 0.0  # of computing
+    minutes: float = 0.0  # minutes of computing
     steps: int = 0
     seed: int = 0
-    checks: int = 20  # of the held-out pictures, evenly over the training
-    patience: int = 8  # checks without a better one, after which it stops
-    precision: str = "auto"  # bfloat16 where a processor has matrices of it
+    checks: int = 20  # number of checks of the held-out pictures, evenly over the training
+    patience: int = 8  # number of checks without improvement after which it stops
+    precision: str = "auto"  # auto: bfloat16 if the processor multiplies such matrices
     device: str = "auto"
-    threads: int = 0  # of PyTorch; 0: its own choice
+    threads: int = 0  # number of threads of PyTorch; 0: its own choice
 
     def __post_init__(self) -> None:
         """Refuse values outside their ranges."""
@@ -98,7 +98,7 @@ class Settings:
         return self.name or f"{self.dataset}_{self.size}"
 
 
-# settings that change the result by rounding alone
+# settings that do not change the result, except by rounding
 FREE = ("device", "threads", "name")
 
 
@@ -107,7 +107,8 @@ def parsed(typed: Sequence[str]) -> tuple[Settings, list[str]]:
 
     Raises
     ------
-    ConfigError : no dataset, no key=value, a value that is no number, or one outside its range.
+    ConfigError : there is no dataset, a setting is not key=value, or a value is not a number or
+        outside its range.
     """
     fields = {field.name: field for field in dataclasses.fields(Settings)}
     values: dict[str, Any] = {}

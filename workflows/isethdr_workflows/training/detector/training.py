@@ -1,4 +1,6 @@
-"""Training of a detector: from nothing, for a stated time, resumed after a kill."""
+"""Training of a detector from random weights, for a given time. It can continue after an
+interruption.
+"""
 
 from __future__ import annotations
 
@@ -25,16 +27,16 @@ from .pictures import Data, LabelledPicture, data_of
 from .settings import FREE, Settings
 
 STATE = "state.pt"
-DECAY = 1e-4  # of the weights, per step and rate
-LARGEST_GRADIENT = 5.0  # norm; larger ones are scaled down to it
-SAVED_EVERY_S = 60.0
-HELD_BATCHES = 8
+DECAY = 1e-4  # weight decay of AdamW, per step and learning rate
+LARGEST_GRADIENT = 5.0  # largest norm of a gradient; larger gradients are scaled down to it
+SAVED_EVERY_S = 60.0  # time between two writes of the state
+HELD_BATCHES = 8  # number of batches of held-out pictures
 CURVES = {"loss": "training loss", "held_out": "held-out loss"}
 
 
 @dataclass
 class Progress:
-    """What changes in a training."""
+    """The state of a training that changes."""
 
     network: DetectorNetwork
     optimiser: torch.optim.Optimizer
@@ -44,7 +46,12 @@ class Progress:
     stopped: str = ""  # why it ended before its length
 
     def state(self, recipe: str) -> dict[str, Any]:
-        """Return all that is needed to go on."""
+        """Return everything that is needed to continue.
+
+        Parameters
+        ----------
+        recipe : text of the recipe.
+        """
         return {
             "recipe": recipe,
             "step": self.clock.step,
@@ -57,7 +64,7 @@ class Progress:
         }
 
     def restore(self, state: dict[str, Any]) -> None:
-        """Take over a stored state."""
+        """Set the state to a stored one."""
         self.network.load_state_dict(state["weights"])
         self.optimiser.load_state_dict(state["optimiser"])
         self.clock.step = state["step"]
@@ -89,7 +96,7 @@ def trained(settings: Settings, overrides: Sequence[str], tell: Callable[[str], 
 
     Raises
     ------
-    ConfigError : a mistake in a setting or an override, or another training has the name.
+    ConfigError : a setting or an override has a mistake, or another training has the name.
     CatalogError : there is no such dataset, or the state cannot be written.
     """
     recipe = recipe_text(settings, overrides)
@@ -103,9 +110,10 @@ def trained_on(data: Data, settings: Settings, recipe: str, tell: Callable[[str]
 
     Parameters
     ----------
-    data : pictures to learn from, and held-out ones.
+    data : pictures for training, and held-out ones.
     settings : settings of the training.
-    recipe : all that decides the result; a stored state of another recipe is refused.
+    recipe : text of everything that determines the result; a stored state with another recipe is
+        refused.
     tell : called with a line of text at each check.
     """
     if settings.threads:
@@ -128,9 +136,14 @@ def trained_on(data: Data, settings: Settings, recipe: str, tell: Callable[[str]
 def check_recipe(folder: Path, recipe: str) -> dict[str, Any] | None:
     """Return the stored state of a training; None if there is none.
 
+    Parameters
+    ----------
+    folder : folder of the training.
+    recipe : text of the recipe.
+
     Raises
     ------
-    ConfigError : it belongs to a training with other settings.
+    ConfigError : the state belongs to a training with other settings.
     """
     state = load_state(folder / STATE)
     if state is None or state["recipe"] == recipe:
@@ -145,7 +158,7 @@ def check_recipe(folder: Path, recipe: str) -> dict[str, Any] | None:
 
 
 def _loop(run: Trained, recipe: str, tell: Callable[[str], None]) -> None:
-    """Train until the end, and store the state now and then, at the end, and on Ctrl-C."""
+    """Train until the end. The state is stored once a minute, at the end, and on Ctrl-C."""
     progress = run.progress
     clock = progress.clock
     settings = run.settings
@@ -182,7 +195,7 @@ _MAKER = ThreadPoolExecutor(1)  # makes the next batch while the network learns 
 def _batch(
     run: Trained, pictures: Sequence[LabelledPicture], key: tuple[int, ...]
 ) -> Future[tuple[np.ndarray, ...]]:
-    """Return the batch of a key: the same, whatever came before."""
+    """Return the batch of a key. It depends on the key alone, not on earlier batches."""
     settings = run.settings
     random = np.random.default_rng(key)
     return _MAKER.submit(batch, pictures, settings.batch, settings.patch_px, random)
@@ -211,8 +224,13 @@ def _loss(run: Trained, arrays: tuple[np.ndarray, ...]) -> torch.Tensor:
 
 
 def half_precision(wanted: str, device: str) -> bool:
-    """Return whether a training computes in bfloat16: where a processor multiplies such
-    matrices.
+    """Return whether a training computes in bfloat16.
+
+    Parameters
+    ----------
+    wanted : `bfloat16`, `float32` or `auto`, which takes bfloat16 if the processor multiplies such
+        matrices.
+    device : device of PyTorch.
     """
     if wanted != "auto":
         return wanted == "bfloat16"
@@ -225,7 +243,7 @@ def _check(
     losses: Sequence[float],
     tell: Callable[[str], None],
 ) -> None:
-    """Add a row to the curves, keep the best weights, and stop where nothing improves."""
+    """Add a row to the curves, keep the best weights, and stop the training if nothing improves."""
     progress = run.progress
     progress.network.eval()
     with torch.no_grad():
@@ -251,6 +269,12 @@ def folder_of(settings: Settings) -> Path:
 
 
 def recipe_text(settings: Settings, overrides: Sequence[str]) -> str:
-    """Return all that decides the result, as JSON."""
+    """Return everything that determines the result, as JSON.
+
+    Parameters
+    ----------
+    settings : settings of the training.
+    overrides : overrides of the config, as typed.
+    """
     decides = {k: v for k, v in asdict(settings).items() if k not in FREE}
     return json.dumps({**decides, "overrides": sorted(overrides)}, sort_keys=True)

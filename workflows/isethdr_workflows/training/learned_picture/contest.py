@@ -20,20 +20,20 @@ from isethdr_core.truth import make_picture, truth
 from ..picture.camera import TrainingCamera
 from ..picture.roads import Lit
 
-LEVEL_PERCENTILE = 95.0  # of the illuminance: what is above it does not count for the level
+LEVEL_PERCENTILE = 95.0  # percentile at which illuminance is clipped before the mean is taken
 BYTE = 255.0
-STEP_PX = 8  # a window of the rows begins at a multiple of it: arrays have periods of 2, 4 or 8
+STEP_PX = 8  # a window of rows begins at a multiple of this; filter arrays repeat after 2, 4 or 8
 
 
 class Shot(NamedTuple):
-    """Captures of a road, its true picture, and the light on the sensor plane."""
+    """Captures of a road, its reference picture, and the light on the sensor plane."""
 
     captures: Any
     reference: Any
     light: Any
 
     def middle(self) -> Shot:
-        """Return the middle half of the rows: on a road, most of what is to be seen."""
+        """Return the middle half of the rows, which show most objects of a road."""
         rows = self.captures.sizes["y"]
         first = rows // 4 // STEP_PX * STEP_PX
         kept = slice(first, first + rows // 2)
@@ -44,19 +44,25 @@ class Shot(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Contest:
-    """Developments of one camera at one illuminance, on the same shots.
+    """Shots of one camera at one illuminance, on which developments are compared.
 
     Parameters
     ----------
     camera : camera of the shots.
-    lux : illuminance of the sensor plane; the brightest twentieth of it is clipped for this.
+    lux : mean illuminance of the sensor plane, in which the brightest twentieth is clipped.
     """
 
     camera: TrainingCamera
     lux: float
 
     def shot(self, view: Lit, seed: int) -> Shot:
-        """Return a shot of a road at the illuminance."""
+        """Return a shot of a road at the illuminance.
+
+        Parameters
+        ----------
+        view : road under one light.
+        seed : seed of the noise.
+        """
         factor = np.float32(self.lux / illuminance(view.light))
         light = view.light.copy(data=view.light.values * factor)
         mixed = view.mixed.copy(data=view.mixed.values * factor)
@@ -65,7 +71,7 @@ class Contest:
 
 
 def illuminance(light: Any) -> float:
-    """Return the mean illuminance, lux, of a sensor plane without its brightest parts."""
+    """Return the mean illuminance, lux, of a sensor plane, with its brightest parts clipped."""
     lux = luminance(light.values.astype(float), light.wavelength.values)
     return float(np.minimum(lux, np.percentile(lux, LEVEL_PERCENTILE)).mean())
 
@@ -73,7 +79,13 @@ def illuminance(light: Any) -> float:
 def scores_of(picture: Any, reference: Any) -> dict[str, float]:
     """Return SSIM, PSNR of the displayed pictures in dB, and mean CIEDE2000.
 
-    PSNR is 20 log10(255 / rms) over all pixels and channels of the views that SSIM compares.
+    PSNR is 20 log10(255 / rms) over all pixels and channels of the same displayed pictures for
+    which SSIM is computed.
+
+    Parameters
+    ----------
+    picture : picture of the camera.
+    reference : reference picture on the same grid.
     """
     white = white_cd_m2(reference)
     ours, meant = (display(p, white).astype(float) for p in (picture, reference))
@@ -86,8 +98,13 @@ def scores_of(picture: Any, reference: Any) -> dict[str, float]:
 
 
 def matrix_alone(shot: Shot, balance: str) -> Any:
-    """Return the picture of electrons without noise, each pixel with every filter, through the
-    colour matrix: no step before the matrix can do better.
+    """Return the picture that the colour matrix makes of electrons without noise, with every filter
+    at every pixel. It is the best that any processing before the matrix can achieve.
+
+    Parameters
+    ----------
+    shot : captures of a road, and its light on the sensor plane.
+    balance : white balance, as in the isp.
     """
     captures = shot.captures
     light = shot.light

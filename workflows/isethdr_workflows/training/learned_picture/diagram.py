@@ -16,8 +16,8 @@ def work_of(lux: float, score: str, points: Sequence[tuple[str, float, Cost]]) -
     Parameters
     ----------
     lux : illuminance on the sensor, lux.
-    score : what the errors are of.
-    points : setting, its mean error over held-out roads, and its cost.
+    score : name of the score that the errors belong to.
+    points : [(setting, its mean error over held-out roads, its cost)].
     """
     return Work(
         f"pictures at {lux:g} lux",

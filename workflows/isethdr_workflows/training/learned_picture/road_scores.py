@@ -1,4 +1,4 @@
-"""Scores of held-out roads beside a model: figures of the same roads read them."""
+"""Scores of held-out roads in the folder of a model, which figures of the same roads reuse."""
 
 from __future__ import annotations
 
@@ -19,7 +19,8 @@ class HeldOut(NamedTuple):
 
     Parameters
     ----------
-    classical : each score by the setting that is best for it.
+    network : scores of the network.
+    classical : each score by the classical setting that is best for it.
     """
 
     lux: float
@@ -34,7 +35,7 @@ def write(path: Path, made_with: tuple[str, str], rows: Iterable[HeldOut]) -> No
     Parameters
     ----------
     path : file of the table, CSV.
-    made_with : digest of the model, and the overrides as typed: `made_with`.
+    made_with : digest of the model, and the overrides, as `made_with` returns them.
     rows : scores of all roads and illuminances.
     """
     columns = [f"{kind}_{score}" for kind in ("network", "classical") for score in SIGNS]
@@ -47,18 +48,24 @@ def write(path: Path, made_with: tuple[str, str], rows: Iterable[HeldOut]) -> No
 
 
 def made_with(model: Path, overrides: Sequence[str]) -> tuple[str, str]:
-    """Return the digest of a model's file, and the overrides of its camera in one text."""
+    """Return the digest of a model's file, and the overrides of its camera as one text.
+
+    Parameters
+    ----------
+    model : file of the model.
+    overrides : overrides of the config, as typed.
+    """
     return hashlib.sha256(model.read_bytes()).hexdigest(), " ".join(overrides)
 
 
 def read(path: Path, of: tuple[str, str]) -> dict[tuple[float, str], HeldOut]:
-    """Return scores by illuminance and road; none without the file, or of another model or other
-    overrides.
+    """Return the stored scores by illuminance and road. There are none if the file is missing, or
+    if it belongs to another model or other overrides.
 
     Parameters
     ----------
     path : file of the table, CSV.
-    of : as `made_with` returns it.
+    of : digest of the model, and the overrides, as `made_with` returns them.
     """
     if not path.is_file():
         return {}

@@ -1,4 +1,4 @@
-"""Classical settings, and the search for the best of them, score by score, on training roads."""
+"""Classical settings, and the search for the best setting for each score, on training roads."""
 
 from __future__ import annotations
 
@@ -10,15 +10,16 @@ from typing import Any, NamedTuple
 
 from isethdr_core.errors import ConfigError
 
-GRID_FILE = "classical_grid.csv"  # scores of all settings that a search has tried
-PASSES = 2  # over all fields: a later field may change which value of an earlier one is best
+GRID_FILE = "classical_grid.csv"  # file with the scores of all settings that a search has tried
+# number of passes over all fields; a later field may change the best value of an earlier one
+PASSES = 2
 
 
 class Setting(NamedTuple):
     """A classical development."""
 
     demosaic: str = "learned"
-    strength: float = 1.0  # of nl_means; 0 does not denoise
+    strength: float = 1.0  # strength of nl_means; 0: no denoising
     design_snr: float = 5.0
     balance: str = "automatic"
 
@@ -44,19 +45,19 @@ GRID: dict[str, tuple[Any, ...]] = {
     "design_snr": (1.0, 2.0, 5.0, 20.0, math.inf),
     "balance": ("daylight", "automatic"),
 }
-SIGNS = {"ssim": 1.0, "psnr_db": 1.0, "ciede2000": -1.0}  # larger is better
+SIGNS = {"ssim": 1.0, "psnr_db": 1.0, "ciede2000": -1.0}  # 1 if larger is better, else -1
 Scores = dict[str, float]
 
 
 class Search:
     """The search for the settings with the best mean scores.
 
-    One field after the other takes its best value, for each score by itself.
+    For each score separately, one field after the other is set to its best value.
 
     Parameters
     ----------
-    score : mean scores of a setting.
-    demosaics : methods for the filter array, the one to begin with last.
+    score : function of a setting that returns its mean scores.
+    demosaics : demosaic methods for the filter array; the search begins with the last one.
     """
 
     def __init__(
@@ -73,7 +74,7 @@ class Search:
         return {name: self._best_of(name) for name in SIGNS}
 
     def rows(self) -> Iterator[dict[str, Any]]:
-        """Yield every setting that was tried, with its scores."""
+        """Yield one row for every setting that was tried, with its scores."""
         for setting, scores in self.tried.items():
             yield {**setting._asdict(), **scores}
 
@@ -92,7 +93,7 @@ class Search:
 
 
 def best_in(path: Path) -> dict[float, dict[str, Setting]]:
-    """Return the settings that a search has chosen, from the file that it has written.
+    """Return the best settings by illuminance and score, from the file of a search.
 
     Raises
     ------
@@ -115,6 +116,6 @@ def best_in(path: Path) -> dict[float, dict[str, Setting]]:
 
 
 def _search_again(tried: Mapping[Setting, Scores]) -> Search:
-    """Return the search whose scores these are: it asks for the same settings again."""
+    """Return a search that reads its scores from a table. It tries the same settings again."""
     methods = {setting.demosaic for setting in tried}
     return Search(tried.__getitem__, [name for name in GRID["demosaic"] if name in methods])

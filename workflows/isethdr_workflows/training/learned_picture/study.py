@@ -1,4 +1,6 @@
-"""The study: paired differences of network and best classical picture, by road and illuminance."""
+"""The study: differences between the pictures of a network and the best classical ones, paired by
+road, for each illuminance.
+"""
 
 from __future__ import annotations
 
@@ -26,10 +28,10 @@ from .contest import Contest, Shot, matrix_alone, scores_of
 from .diagram import NETWORK, work_of
 from .settings import GRID, GRID_FILE, SIGNS, Scores, Search, Setting
 
-SEED = 1000  # of the noise of held-out shots
-TUNED_ON = 3  # training roads
+SEED = 1000  # seed of the noise of held-out shots
+TUNED_ON = 3  # number of training roads on which classical settings are tuned
 DIAGRAM_FILE = "work_precision.png"
-# of the diagram, beside the network and the best setting
+# further settings of the diagram, which also shows the network and the best setting
 FEWER = {
     "bilinear": Setting("bilinear", 0.0),
     "guided": Setting("guided", 0.0),
@@ -42,7 +44,7 @@ class Compared(NamedTuple):
     """Scores of one held-out road at one illuminance."""
 
     road: str
-    network: Scores  # NaN without a network
+    network: Scores  # NaN if there is no network
     classical: dict[Setting, Scores]
     matrix_alone: Scores
 
@@ -55,27 +57,27 @@ def learned_picture(
     lux: str = "0.01,0.1,1,10",
     files: str = "",
 ) -> list[dict]:
-    """Return network minus best classical development on held-out roads, with 95 % intervals; of a
-    camera without a network, the best classical development and the colour matrix alone.
+    """Compare a network with the best classical development on held-out roads, with 95 % intervals.
+    For a camera without a network, compare the latter with the colour matrix alone.
 
     Parameters
     ----------
     overrides : overrides of the config: the sensor that the model is for, and the lens.
     model : ONNX file of `isp=network`; empty: the columns of the network hold NaN.
-    dataset : name of a dataset of the home, or the folder of one in another home.
+    dataset : name of a dataset in the home folder, or the folder of a dataset in another one.
     part : part of the dataset: test, or validation.
-    lux : mean illuminances of the sensor plane, parted by commas; what is above the 95th
-        percentile of a picture counts as that.
-    files : folder for `classical_grid.csv`, the scores of all classical settings that were tried on
-        three training roads, `held_out_scores.csv`, the scores of each road, and
+    lux : mean illuminances of the sensor plane, separated by commas; values above the 95th
+        percentile of a picture are clipped for the mean.
+    files : folder for three files: `classical_grid.csv`, the scores of all classical settings that
+        were tried on three training roads, `held_out_scores.csv`, the scores of each road, and
         `work_precision.png`, error against CPU seconds, which needs Matplotlib; "" takes the
-        model's own.
+        folder of the model.
 
     Returns
     -------
-    rows with lux, score, network, classical with classical_low and classical_high, difference with
-    low and high, roads, matrix_alone (no noise, no mosaic: what the colour matrix leaves), CPU
-    seconds and peak memory of one picture, best_classical.
+    rows with lux, score, network, classical with classical_low and classical_high, difference
+    (network minus classical) with low and high, roads, matrix_alone (score of the colour matrix
+    without noise and mosaic), CPU seconds and peak memory of one picture, best_classical.
     """
     if not (model or files):
         raise ConfigError(
@@ -94,7 +96,7 @@ def learned_picture(
         )
     contests = [Contest(camera, level) for level in levels(lux)]
     searches = tuned(contests, roads.of(TRAIN)[:TUNED_ON], overrides)
-    best = [search.best() for search in searches]  # from what was tried
+    best = [search.best() for search in searches]  # from stored scores, without new pictures
     found: list[list[Compared]] = [[] for _ in contests]
     shots: list[Shot] = []
     for road in held_out:
@@ -129,11 +131,11 @@ def scores_by_road(
     found: Sequence[Sequence[Compared]],
     best: Sequence[dict[str, Setting]],
 ) -> list[road_scores.HeldOut]:
-    """Return the scores of every road, each classical score by its best setting.
+    """Return the scores of every road. Each classical score is that of its best setting.
 
     Parameters
     ----------
-    contests : one for each illuminance.
+    contests : one contest for each illuminance.
     found : scores of the roads, for each contest.
     best : best settings by score, for each contest.
     """
@@ -150,7 +152,17 @@ def scores_by_road(
 
 
 def network_of(model: str, camera: TrainingCamera) -> Any:
-    """Return the isp that runs a network, checked for the camera; None without a model."""
+    """Return the isp that runs a network; None without a model.
+
+    Parameters
+    ----------
+    model : file of the network; empty: none.
+    camera : camera that the network must fit.
+
+    Raises
+    ------
+    ConfigError : the network does not fit the camera.
+    """
     if not model:
         return None
     network = build("isp", "network", model=model)
@@ -159,7 +171,13 @@ def network_of(model: str, camera: TrainingCamera) -> Any:
 
 
 def together(call: Callable[[Any], Any], jobs: Sequence[Any]) -> list[Any]:
-    """Return the results of all jobs in order, by as many threads as there are processors."""
+    """Return the results of all jobs in order, computed by as many threads as there are processors.
+
+    Parameters
+    ----------
+    call : function that does a job.
+    jobs : arguments of each job.
+    """
     with ThreadPoolExecutor(len(os.sched_getaffinity(0))) as threads:
         return list(threads.map(lambda job: call(*job), jobs))
 
@@ -167,7 +185,7 @@ def together(call: Callable[[Any], Any], jobs: Sequence[Any]) -> list[Any]:
 def tuned(
     contests: Sequence[Contest], roads: Sequence[Road], overrides: Sequence[str]
 ) -> list[Search]:
-    """Return a finished search for each illuminance, on the middle half of its shots' rows.
+    """Return a finished search for each illuminance, on the middle half of the rows of its shots.
 
     Parameters
     ----------
@@ -189,7 +207,7 @@ def tuned(
 
 
 def demosaics_for(camera: TrainingCamera) -> list[str]:
-    """Return the methods of the grid that the filter array of a camera has."""
+    """Return the demosaic methods of the grid that exist for the filter array of a camera."""
     found = []
     for method in GRID["demosaic"]:
         try:
@@ -201,7 +219,13 @@ def demosaics_for(camera: TrainingCamera) -> list[str]:
 
 
 def mean_scores(shots: Sequence[Shot], setting: Setting) -> Scores:
-    """Return the mean scores of a setting."""
+    """Return the mean scores of a setting over shots.
+
+    Parameters
+    ----------
+    shots : captures of roads with their reference pictures.
+    setting : classical setting.
+    """
     isp = build("isp", "merge", **setting.fields())
     every = [scores_of(isp(shot.captures), shot.reference) for shot in shots]
     return {name: float(np.mean([scores[name] for scores in every])) for name in SIGNS}
@@ -213,7 +237,7 @@ def compared(road: Road, shot: Shot, network: Any, settings: set[Setting]) -> Co
     Parameters
     ----------
     road : stored scene.
-    shot : captures of the road and its true picture.
+    shot : captures of the road and its reference picture.
     network : isp that runs the network; None: its scores are NaN.
     settings : classical settings.
     """
@@ -246,7 +270,7 @@ def costs_of(model: str, shot: Shot, settings: set[Setting]) -> dict[Any, Cost]:
 
 
 def writable(folder: str) -> Path:
-    """Return a folder, made where it is not there; ConfigError where it cannot be written."""
+    """Return a folder, which is made if it is missing; raise ConfigError if it is not writable."""
     path = Path(folder)
     try:
         path.mkdir(parents=True, exist_ok=True)
@@ -262,7 +286,7 @@ def writable(folder: str) -> Path:
 
 
 def levels(text: str) -> list[float]:
-    """Return illuminances from a text, parted by commas."""
+    """Return illuminances, lux, from a text with numbers separated by commas."""
     try:
         found = [float(part) for part in text.split(",")]
     except ValueError:

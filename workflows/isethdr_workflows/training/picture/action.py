@@ -1,6 +1,6 @@
-"""What `isethdr train picture` does and prints.
+"""The action of `isethdr train picture`, and its output.
 
-PyTorch is loaded after the settings are checked.
+PyTorch is imported after the settings are checked.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ def train_picture(typed: Sequence[str]) -> int:
 
     Parameters
     ----------
-    typed : key=value, settings and overrides of the config.
+    typed : settings as typed, key=value: those of the training, and overrides of the config.
     """
     settings, overrides = parsed(typed)
     training = import_module(".training", __package__)  # PyTorch takes seconds to import

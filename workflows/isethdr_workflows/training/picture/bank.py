@@ -1,4 +1,6 @@
-"""Bank of noise-free pictures: made once, kept in the home, read in place."""
+"""Bank of noise-free pictures, which are made once, kept in the home folder, and read from there
+without a copy in memory.
+"""
 
 from __future__ import annotations
 
@@ -23,14 +25,14 @@ AT_A_TIME = 8  # number of pictures in memory
 def bank(
     title: str, recipe: Any, count: int, make: Callable[[int], np.ndarray], threads: int = 1
 ) -> np.ndarray:
-    """Return pictures (picture, plane, y, x) float32, from their file where it is there.
+    """Return pictures (picture, plane, y, x) float32. They are made if their file is missing.
 
     Parameters
     ----------
     title : beginning of the file's name.
-    recipe : all that decides the pictures; its hash names the file.
+    recipe : everything that determines the pictures; its hash is part of the file's name.
     count : number of pictures.
-    make : picture of a number (plane, y, x), all of one size.
+    make : function of a number that returns its picture (plane, y, x); all have one size.
     threads : number of threads that make pictures at the same time, if `make` allows it.
 
     Raises
@@ -46,7 +48,7 @@ def bank(
 def _content(
     title: str, count: int, make: Callable[[int], np.ndarray], threads: int
 ) -> Iterator[bytes]:
-    """Yield the parts of a file of pictures, a few at a time: all together may not fit memory."""
+    """Yield the parts of a file of pictures, a few at a time, because all may not fit in memory."""
     for first in track(range(0, count, AT_A_TIME), f"making {title}"):
         numbers = range(first, min(first + AT_A_TIME, count))
         with sharing(threads):
@@ -66,7 +68,7 @@ def _header(shape: tuple[int, ...]) -> bytes:
 
 
 def is_complete(path: Path) -> bool:
-    """Return whether a file of a bank is there and can be read."""
+    """Return whether a file of a bank exists and can be read."""
     try:
         np.load(path, mmap_mode="r")
     except (OSError, ValueError):
@@ -84,9 +86,9 @@ def crop(pictures: Sequence[np.ndarray], side: int, rng: np.random.Generator) ->
 
     Parameters
     ----------
-    pictures : each (plane, y, x), at least `side` in both directions.
-    side : pixels.
-    rng : random generator of position and mirroring.
+    pictures : pictures (plane, y, x), each at least `side` high and wide.
+    side : side of the square, pixels.
+    rng : random generator of picture, position and mirroring.
     """
     planes = pictures[int(rng.integers(len(pictures)))]
     y, x = (int(rng.integers(n - side + 1)) for n in planes.shape[1:])

@@ -1,5 +1,5 @@
 """Camera of a training: a sensor component of a config, its filters, and the planes of light that
-it asks for.
+it needs.
 """
 
 from __future__ import annotations
@@ -21,31 +21,31 @@ from isethdr_core.physics.photometry import xyz_weights
 from isethdr_core.physics.radiometry import photons_per_energy
 from isethdr_core.plugins.registry import build_from_config
 
-UNIT_CHANNELS = "GWY"  # whose electrons measure the picture: the first of these that the array has
-LARGEST_CELL = 8  # pixels
+UNIT_CHANNELS = "GWY"  # the first of these filters in the array gives the unit of the picture
+LARGEST_CELL = 8  # largest side of a cell of the filter array, pixels
 
 
 class Samples(NamedTuple):
-    """The captures of one shot as a network gets them, (plane, y, x) float32."""
+    """The captures of one shot in the form of a network's inputs, (plane, y, x) float32."""
 
     raw: np.ndarray  # electrons of light
-    noise: np.ndarray  # electrons rms beside the noise of light
+    noise: np.ndarray  # noise besides shot noise, electrons rms
     valid: np.ndarray  # 1 where the sample was measured, else 0
     unit_e_per_lux: float  # electrons of the unit channel per lux of daylight
 
 
 @dataclass(frozen=True, eq=False)
 class TrainingCamera:
-    """A sensor and what its captures are like.
+    """A sensor, and the form of its captures.
 
     Parameters
     ----------
-    sensor : the component.
+    sensor : sensor component.
     name : name of the sensor or preset, as typed.
-    channels : filters, in the order of its captures.
-    cell : rows of the filter array, ("RG", "GB").
+    channels : names of the filters, in the order of its captures.
+    cell : rows of one cell of the filter array, for example ("RG", "GB").
     captures : names of the captures.
-    apart : whether a network gets every capture; otherwise they are merged.
+    apart : whether a network gets every capture separately; otherwise they are merged.
     """
 
     sensor: Any
@@ -62,28 +62,35 @@ class TrainingCamera:
 
     @property
     def planes(self) -> int:
-        """Planes of raw samples that a network gets."""
+        """The number of planes of raw samples that a network gets."""
         return len(self.captures) if self.apart else 1
 
     @property
     def period(self) -> int:
-        """Pixels after which the array repeats, along both axes."""
+        """The number of pixels after which the array repeats, along both axes."""
         return int(np.lcm(len(self.cell), len(self.cell[0])))
 
     def masks(self, rows: int, columns: int) -> np.ndarray:
-        """Return the filters as (channel, y, x) float32 of 0 and 1."""
+        """Return the masks of the filters (channel, y, x), float32: 1 where a pixel has the filter,
+        else 0.
+
+        Parameters
+        ----------
+        rows, columns : size of the masks, pixels.
+        """
         tile = np.array([[self.channels.index(letter) for letter in row] for row in self.cell])
         repeats = -(-rows // len(tile)), -(-columns // len(tile[0]))
         filters = np.tile(tile, repeats)[:rows, :columns]
         return (filters == np.arange(len(self.channels))[:, None, None]).astype(np.float32)
 
     def response(self, wavelength_nm: Sequence[float]) -> Any:
-        """Return the response to light that the sensor puts into a demand."""
+        """Return the response to light that the sensor adds to a demand."""
         return response_of(self.sensor, self.name, wavelength_nm)
 
     def plane_weights(self, wavelength_nm: Sequence[float]) -> np.ndarray:
-        """Return (plane, wavelength): irradiance to photocurrent, electrons m-2 s-1, of each
-        channel of the response, and last to X, Y, Z in lux.
+        """Return the weights (plane, wavelength) that convert irradiance to the photocurrent of
+        each channel of the response, electrons m-2 s-1, and in the last three planes to X, Y, Z in
+        lux.
         """
         response = self.response(wavelength_nm)
         electrons = response.efficiency(np.asarray(wavelength_nm, float))
@@ -91,12 +98,12 @@ class TrainingCamera:
         return np.concatenate([electrons, xyz_weights(wavelength_nm)])
 
     def shot(self, photocurrent: np.ndarray, wavelength_nm: Sequence[float], seed: int) -> Samples:
-        """Return the samples of one noisy shot, one pixel for each tile of light.
+        """Return the samples of one noisy shot, with one pixel for each tile of light.
 
         Parameters
         ----------
-        photocurrent : (channel of the response, y, x), electrons m-2 s-1.
-        wavelength_nm : bands for which it was computed.
+        photocurrent : (channel of the response, y, x) photocurrent, electrons m-2 s-1.
+        wavelength_nm : centres of the bands for which it was computed, nm.
         seed : seed of the noise. The device differs from shot to shot, so that no fixed pattern is
             learned.
         """
@@ -106,14 +113,16 @@ class TrainingCamera:
         return self.samples(captures)
 
     def samples(self, captures: Any) -> Samples:
-        """Return the samples of captures, as `isp=network` gives them to a model."""
+        """Return the samples of captures, as `isp=network` passes them to a model."""
         taken = shot(captures, NetworkFields(), self.apart)
         given = inputs(taken, self.contract())
         unit = unit_e_per_cd_m2(self.contract(), taken)
         return Samples(given["raw"], given["noise"], given["valid"], unit)
 
     def contract(self) -> Contract:
-        """Return what a model file states of this camera, but for what training adds."""
+        """Return the contract of a model file for this camera, without the entries that the
+        training adds.
+        """
         return Contract(
             cfa="/".join(self.cell),
             channels=self.channels,
@@ -123,8 +132,8 @@ class TrainingCamera:
         )
 
     def _light(self, photocurrent: np.ndarray, wavelength_nm: Sequence[float]) -> Any:
-        """Return the light on the sensor plane, behind a lens with one steradian: radiance in
-        cd/m2 is illuminance in lux.
+        """Return the light on the sensor plane. The throughput of the lens is one steradian, so
+        that luminance in cd/m2 equals illuminance in lux.
         """
         response = self.response(wavelength_nm)
         rows, columns = photocurrent.shape[1:]
@@ -152,11 +161,12 @@ def camera_of(overrides: Sequence[str], captures: str = "merged") -> TrainingCam
     Parameters
     ----------
     overrides : overrides of the config, for example sensor=typical_bayer.
-    captures : merged, or apart.
+    captures : `merged` or `apart`.
 
     Raises
     ------
-    ConfigError : a mistake in an override, several cameras, or a sensor without a filter array.
+    ConfigError : an override has a mistake, the config has several cameras, or the sensor has no
+        plain filter array.
     """
     config = compose(list(overrides))
     if not config.get("sensor"):
@@ -176,13 +186,13 @@ def camera_of(overrides: Sequence[str], captures: str = "merged") -> TrainingCam
     typed = [o.partition("=")[2] for o in overrides if o.startswith("sensor=")]
     name = typed[-1] if typed else str(config.sensor.name)
     response = response_of(sensor, name, (450.0, 550.0, 650.0))
-    # what goes astray between pixels is a channel of its own: "R astray"
+    # crosstalk between pixels has channels of its own, such as "R astray"
     channels = tuple(channel for channel in response.channels if " " not in channel)
     return TrainingCamera(sensor, name, channels, form.filters, form.captures, captures == "apart")
 
 
 def response_of(sensor: Any, name: str, wavelength_nm: Sequence[float]) -> Any:
-    """Return the response to light that a sensor puts into a demand.
+    """Return the response to light that a sensor adds to a demand.
 
     Parameters
     ----------
@@ -192,7 +202,7 @@ def response_of(sensor: Any, name: str, wavelength_nm: Sequence[float]) -> Any:
 
     Raises
     ------
-    ConfigError : it has no noise, and so asks for none.
+    ConfigError : the sensor has no noise, so it adds no response.
     """
     demand = sensor.narrow(Demand(wavelength_nm=tuple(map(float, wavelength_nm))))
     if demand.response is None:

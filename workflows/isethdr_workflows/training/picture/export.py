@@ -27,8 +27,9 @@ from .networks.picture_network import PictureNetwork
 
 INPUTS = ("raw", "noise", "masks", "valid")
 OUTPUTS = ("xyz", "variance")
-LARGEST_CELLS = 4096  # rows and columns of a picture / multiple_px
-AGREEMENT = 1e-5  # of the largest value: float32 sums in another order
+LARGEST_CELLS = 4096  # largest rows and columns of a picture over multiple_px
+# largest difference from PyTorch over the largest value; float32 sums have another order
+AGREEMENT = 1e-5
 
 
 def export(
@@ -41,15 +42,15 @@ def export(
 
     Parameters
     ----------
-    network : trained and calibrated.
+    network : trained and calibrated network.
     camera : camera for which the network was trained.
-    path : path of the file; it is replaced as a whole.
-    stated : the file's own description, with `multiple_px`.
+    path : path of the file, which is replaced completely or not at all.
+    stated : description that the file contains, including `multiple_px`.
 
     Raises
     ------
-    ConfigError : the file computes something else than the network.
-    CatalogError : it cannot be written.
+    ConfigError : the file computes other values than the network.
+    CatalogError : the file cannot be written.
     """
     network = network.to("cpu").eval()
     network.half_precision = False
@@ -89,7 +90,7 @@ def export(
 
 @contextmanager
 def quiet() -> Iterator[None]:
-    """Keep notes of the exporter for its developers from the terminal."""
+    """Suppress messages of the exporter for its developers within the block."""
     loggers = [logging.getLogger(name) for name in ("torch.onnx", "torch.utils.flop_counter")]
     before = [logger.level for logger in loggers]
     for logger in loggers:
@@ -104,7 +105,7 @@ def quiet() -> Iterator[None]:
 
 
 def example(camera: TrainingCamera, rows: int, columns: int, seed: int) -> tuple[Any, ...]:
-    """Return random inputs of a network: levels of four decades, some saturated.
+    """Return random inputs of a network, with levels over four decades and some saturated samples.
 
     Parameters
     ----------
@@ -123,8 +124,8 @@ def example(camera: TrainingCamera, rows: int, columns: int, seed: int) -> tuple
 
 @torch.no_grad()
 def difference(network: PictureNetwork, path: Path, inputs: Sequence[Any]) -> float:
-    """Return the largest difference of a file from its network, over each output's largest
-    value.
+    """Return the largest difference between the outputs of a file and of its network, over the
+    largest value of each output.
 
     Parameters
     ----------
@@ -142,7 +143,7 @@ def difference(network: PictureNetwork, path: Path, inputs: Sequence[Any]) -> fl
 
 
 def stated_of(camera: TrainingCamera, multiple_px: int, reach_px: float) -> dict[str, Any]:
-    """Return what a file states of its camera: docs/how-to/network_isp.md.
+    """Return the description of the camera in a model file (docs/how-to/network_isp.md).
 
     Parameters
     ----------

@@ -29,7 +29,7 @@ from .training import (
     recipe_hash,
 )
 
-LEAST_RATIO = 0.8  # of stated to true variance
+LEAST_RATIO = 0.8  # smallest and largest ratio of stated to true variance that is accepted
 LARGEST_RATIO = 1.25
 LOSSES = {
     "electrons": "squared error of X, Y, Z in electrons over (local mean of the raw + noise^2 + 1 +"
@@ -49,16 +49,16 @@ STARTS = {
 
 
 class Finished(NamedTuple):
-    """What a training has written."""
+    """The results of a finished training."""
 
     model: Path
     card: list[Path]
     rows: list[dict[str, Any]]  # held-out results by illuminance
-    difference: float  # of the file from PyTorch
+    difference: float  # difference of the file from PyTorch, over the largest value
 
 
 def finished(run: Trained, recipe: str, tell: Callable[[str], None]) -> Finished:
-    """Write the model file and its card.
+    """Calibrate the network, and write the model file and its card.
 
     Parameters
     ----------
@@ -72,7 +72,7 @@ def finished(run: Trained, recipe: str, tell: Callable[[str], None]) -> Finished
     tables = {
         name: rows_of(network, pictures.half(odd=True)) for name, pictures in run.pictures.items()
     }
-    rows = list(tables.values())[-1]  # roads, where there are some
+    rows = list(tables.values())[-1]  # those of roads, if there are any
     worst = worst_ratio(rows)
     settings = run.settings
     multiple = multiple_px(run.camera)
@@ -109,7 +109,7 @@ def sections_of(
     weights: str,
     tables: dict[str, list[dict[str, Any]]],
 ) -> dict[str, Any]:
-    """Return the sections of the card, but for the file's own.
+    """Return the sections of the card, except that about the file.
 
     Parameters
     ----------

@@ -1,5 +1,5 @@
-"""Held-out pictures: loss, mean luminance and stated variance by illuminance; calibration of the
-variance.
+"""Held-out pictures: loss, mean luminance and stated variance by illuminance, and calibration of
+the variance.
 """
 
 from __future__ import annotations
@@ -16,8 +16,9 @@ from .networks.picture_network import PictureNetwork, sample_variance
 from .sheets import Sheets
 
 LUX = (0.003, 0.01, 0.03, 0.1, 0.3, 1.0, 3.0, 10.0, 30.0, 100.0)
-BINS = 10  # of the local level, for the calibration
-ROUNDS = 3  # each calibration is right at its places; between them it nears what is wanted
+BINS = 10  # number of bins of the local level, for the calibration
+# number of rounds of the calibration; between its nodes, each round comes closer to the goal
+ROUNDS = 3
 
 
 class Level(NamedTuple):
@@ -43,7 +44,12 @@ class HeldOut:
     period: int
 
     def half(self, odd: bool) -> HeldOut:
-        """Return every other patch: one half calibrates, the other one tells how well."""
+        """Return every other patch. One half is used to calibrate, the other one to check that.
+
+        Parameters
+        ----------
+        odd : whether patches with odd numbers are returned.
+        """
         return replace(
             self,
             levels=tuple(
@@ -53,8 +59,8 @@ class HeldOut:
         )
 
     def thinned(self) -> HeldOut:
-        """Return every second illuminance, and every second patch: enough to see a training
-        improve, for a quarter of the time.
+        """Return every second illuminance and every second patch. This is enough to see a training
+        improve, in a quarter of the time.
         """
         levels = tuple(
             Level(lux, Batch(*(v[::2] for v in patches))) for lux, patches in self.levels[::2]
@@ -62,7 +68,7 @@ class HeldOut:
         return replace(self, levels=levels)
 
     def with_others(self, others: Sequence[HeldOut]) -> HeldOut:
-        """Return these patches and those of others, of the same illuminances."""
+        """Return these patches together with others at the same illuminances."""
         levels = tuple(
             Level(
                 same[0].lux,
@@ -75,7 +81,7 @@ class HeldOut:
     def answers(
         self, network: PictureNetwork
     ) -> Iterator[tuple[float, Batch, torch.Tensor, torch.Tensor]]:
-        """Yield illuminance, patches, and the XYZ and variance that a network makes of them."""
+        """Yield illuminance, patches, and the XYZ and variance that a network returns for them."""
         for lux, patches in self.levels:
             parts = [network(p.raw, p.noise, self.masks, p.valid) for p in halves(patches)]
             xyz, variance = (torch.cat([part[k] for part in parts]) for k in (0, 1))
@@ -88,12 +94,12 @@ def halves(patches: Batch) -> list[Batch]:
 
 
 def held_out(sheets: Sheets, brightest_lux: float, device: str) -> HeldOut:
-    """Return one sheet for each illuminance that the camera measures.
+    """Return one sheet of patches for each illuminance that the camera can measure.
 
     Parameters
     ----------
     sheets : sheets of the held-out pictures.
-    brightest_lux : largest illuminance that the camera measures, lux.
+    brightest_lux : largest illuminance that the camera can measure, lux.
     device : device of PyTorch.
     """
     levels = []
@@ -106,8 +112,13 @@ def held_out(sheets: Sheets, brightest_lux: float, device: str) -> HeldOut:
 
 
 def measured(patches: Batch, period: int) -> torch.Tensor:
-    """Return 1 where a picture of `isp=network` is valid (N, 1, y, x), else 0: no sample less than
-    one cell of the filter array away is clipped or broken.
+    """Return a mask (N, 1, y, x): 1 where a picture of `isp=network` is valid, else 0. A pixel is
+    valid if no sample less than one cell of the filter array away is clipped or broken.
+
+    Parameters
+    ----------
+    patches : samples and truth.
+    period : period of the filter array, pixels.
     """
     broken = 1 - patches.valid.amax(1, keepdim=True)
     return 1 - functional.max_pool2d(broken, 2 * period - 1, 1, period - 1)
@@ -115,7 +126,13 @@ def measured(patches: Batch, period: int) -> torch.Tensor:
 
 @torch.no_grad()
 def loss_on(network: PictureNetwork, pictures: HeldOut) -> float:
-    """Return the mean over some illuminances of the loss in units of noise, on some patches."""
+    """Return the mean loss in units of noise, over every second illuminance and patch.
+
+    Parameters
+    ----------
+    network : network that is checked.
+    pictures : held-out pictures.
+    """
     losses = []
     for _, patches, xyz, _ in pictures.thinned().answers(network):
         whole = patches.valid.amax(1, keepdim=True)
@@ -127,12 +144,18 @@ def loss_on(network: PictureNetwork, pictures: HeldOut) -> float:
 def rows_of(network: PictureNetwork, pictures: HeldOut) -> list[dict[str, Any]]:
     """Return one row for each illuminance.
 
-    Pixels beside a clipped sample do not count (`measured`): its electrons are not known.
+    Pixels close to a clipped sample do not count (`measured`), because its electrons are not known.
+
+    Parameters
+    ----------
+    network : network that is checked.
+    pictures : held-out pictures.
 
     Returns
     -------
-    rows with lux; mean_e, electrons of the mean Y; mean_error_percent of the mean Y;
-    error_in_noise, rms error of X, Y, Z over that of a sample; stated_over_true, the variance.
+    rows with lux, mean_e (mean Y, electrons), mean_error_percent (of the mean Y), error_in_noise
+    (rms error of X, Y, Z over the standard deviation of a sample), stated_over_true (ratio of
+    variances).
     """
     rows = []
     for lux, patches, xyz, variance in pictures.answers(network):
@@ -155,8 +178,8 @@ def rows_of(network: PictureNetwork, pictures: HeldOut) -> list[dict[str, Any]]:
 def normalised(
     patches: Batch, xyz: torch.Tensor, variance: torch.Tensor, of: torch.Tensor
 ) -> tuple[torch.Tensor, torch.Tensor]:
-    """Return stated variance and squared error (N, 3, y, x) over the variance of a sample nearby.
-    Bright pixels then do not hide the others.
+    """Return stated variance and squared error (N, 3, y, x), both over the local variance of a
+    sample, so that bright pixels do not dominate.
 
     Parameters
     ----------
@@ -171,7 +194,14 @@ def normalised(
 
 @torch.no_grad()
 def calibrate(network: PictureNetwork, pictures: HeldOut) -> None:
-    """Set the network's correction of its variance, by the level nearby, from held-out patches."""
+    """Set the network's correction of its variance, as a function of the local level, from held-out
+    patches.
+
+    Parameters
+    ----------
+    network : network that is calibrated in place.
+    pictures : held-out pictures.
+    """
     levels = torch.cat(
         [
             torch.log(sample_variance(patches.raw, patches.noise)).flatten()
@@ -180,7 +210,7 @@ def calibrate(network: PictureNetwork, pictures: HeldOut) -> None:
     )
     edges = np.quantile(levels.cpu().numpy(), np.linspace(0, 1, BINS + 1))
     places = (edges[:-1] + edges[1:]) / 2
-    places = places + 1e-3 * np.arange(BINS)  # rising, where many pixels are alike
+    places = places + 1e-3 * np.arange(BINS)  # strictly rising, even if many pixels are equal
     network.calibration_levels = torch.tensor(places, dtype=torch.float32, device=levels.device)
     network.calibration_logs = torch.zeros_like(network.calibration_levels)
     for _ in range(ROUNDS):

@@ -11,11 +11,11 @@ from ...isp.dead_leaves import dead_leaves
 from .camera import TrainingCamera
 
 WAVELENGTH_NM = tuple(np.arange(400.0, 701.0, 10.0).tolist())
-Y = -2  # place of Y among the planes: X, Y, Z are the last three
+Y = -2  # index of Y among the planes; X, Y, Z are the last three
 
 
 class LeavesRecipe(NamedTuple):
-    """What a bank of dead leaves is made from."""
+    """The settings that determine a bank of dead leaves."""
 
     pictures: int = 360
     side_px: int = 192
@@ -24,7 +24,7 @@ class LeavesRecipe(NamedTuple):
 
 
 def leaves(camera: TrainingCamera, recipe: LeavesRecipe, number: int) -> np.ndarray:
-    """Return planes (plane, y, x) float32 as `TrainingCamera.plane_weights` lists them, with a
+    """Return planes (plane, y, x) float32 in the order of `TrainingCamera.plane_weights`, with a
     mean illuminance of 1 lux.
 
     Surfaces are smooth reflectances in one of four lights, most of them pale.

@@ -1,4 +1,4 @@
-"""Weights of the linear start: least squares on sheets of the training, in closed form."""
+"""Weights of the linear start: a closed-form least-squares solution on sheets of the training."""
 
 from __future__ import annotations
 
@@ -12,31 +12,34 @@ from .loss import Batch, log_weight, weight
 from .networks.linear_start import LinearStart, merged
 from .sheets import Sheets
 
-SHEETS = 32
-FIRST = 1 << 30  # number of the first sheet: a training does not come so far
-TAKEN = 7  # every so many-th cell: its neighbours tell nearly the same
-RIDGE = 1e-6  # of the mean of the diagonal
-LEAST_CELLS = 20  # per weight of a filter; a level with fewer takes the filters of another one
-ROUNDS = 3  # the third changes the weights of cells little
+SHEETS = 32  # number of sheets
+FIRST = 1 << 30  # number of the first sheet, which no training reaches
+TAKEN = 7  # every 7th cell is used, because neighbouring cells have nearly the same information
+RIDGE = 1e-6  # ridge penalty over the mean of the diagonal
+# least number of cells per weight of a filter; a level with fewer takes the filters of the nearest
+# level that has enough
+LEAST_CELLS = 20
+ROUNDS = 3  # number of rounds; the third one changes the weights of cells only little
 
 
 class Rows(NamedTuple):
-    """Some cells of patches."""
+    """Samples, targets and weights of some cells of patches."""
 
-    samples: torch.Tensor  # (cell, window)
-    truth: torch.Tensor  # (cell, out)
-    weights: torch.Tensor  # (cell, level)
+    samples: torch.Tensor  # (cell, window) samples of the window around each cell
+    truth: torch.Tensor  # (cell, out) true X, Y, Z of the pixels of each cell
+    weights: torch.Tensor  # (cell, level) weight of each cell for each level
 
 
 @torch.no_grad()
 def fit(start: LinearStart, sheets: Sheets) -> None:
     """Set the weights of a linear start.
 
-    The filters of a level minimise the sum over cells of share w (W a - t)^2: a the samples of a
-    window, t the truth of a cell, w the weight of the loss. Noise in the samples keeps the filters
-    from amplifying it. Later rounds weigh cells so that the sum nears
-    the loss's logarithm (iteratively reweighted least squares, Holland and Welsch 1977), or edges
-    and lamps would decide how an even road is filtered.
+    The filters W of a level minimise the sum over cells of share w (W a - t)^2, with a the samples
+    of a window, t the truth of a cell, w the weight of the loss, and share the share of the level.
+    The samples have noise, so the filters do not amplify it. Later rounds change the weights of
+    cells so that the sum approaches the logarithm in the loss (iteratively reweighted least
+    squares, Holland and Welsch 1977). Otherwise edges and lamps would determine the filters for an
+    even road.
 
     Parameters
     ----------
@@ -55,7 +58,7 @@ def fit(start: LinearStart, sheets: Sheets) -> None:
 
 
 def _solved(start: LinearStart, parts: Sequence[Rows]) -> torch.Tensor | None:
-    """Return the weights (level, out, window); None where there are too few cells."""
+    """Return the weights (level, out, window); None if all levels have too few cells."""
     levels = len(start.levels)
     window = start.period**2 * start.taps**2
     out = len(start.weight) // levels
@@ -87,9 +90,9 @@ def _rows(start: LinearStart, batch: Batch, again: bool) -> Rows:
 
     Parameters
     ----------
-    start : whose window and levels are used.
-    batch : patches, with their truth.
-    again : whether the weights of `start` are solved already.
+    start : linear start with the window and the levels.
+    batch : patches with their truth.
+    again : whether the weights of `start` were already solved, so that cells are reweighted.
     """
     measured = batch.valid.amax(1, keepdim=True)
     weights = weight(batch)
@@ -99,7 +102,7 @@ def _rows(start: LinearStart, batch: Batch, again: bool) -> Rows:
         raw, noise = merged(raw, noise, batch.valid)
     packed = functional.pixel_unshuffle(raw, start.period)
     around = functional.pad(packed, (start.taps // 2,) * 4, mode="replicate")
-    # one saturated sample in the window, and the cell is not used
+    # a cell with a saturated sample in its window is not used
     side = start.period * start.taps
     inside = -functional.max_pool2d(-measured, side, start.period, side // 2 - start.period // 2)
     truth = functional.pixel_unshuffle(batch.truth, start.period)

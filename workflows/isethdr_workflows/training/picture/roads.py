@@ -1,8 +1,8 @@
 """Rendered roads of a dataset as a sensor's photocurrent and XYZ, through the lens of the config.
 
-One pixel is one tile: the focal length is chosen for it, so that no detail is made up. The truth is
-the light that reaches the sensor, flares included: a network sees too few pixels around one to tell
-a veil from a wall, and would guess.
+The focal length is chosen so that one pixel is one tile, and no detail is invented. The truth is
+the light that reaches the sensor, including flares. A network sees too few pixels around each pixel
+to distinguish veiling glare from a bright surface, so it could only guess the light without flares.
 """
 
 from __future__ import annotations
@@ -25,9 +25,9 @@ from ...dataset.record import DEFINITION, SceneRecord, read_dataset, read_defini
 from ...dataset.splits import part_of
 from .camera import TrainingCamera
 
-LEAST_ROADS = 2  # to train on; one road is learned by heart
-VARIANTS = 2  # of each road: as it was drawn, and relit with the flares of the config
-RELIT = 1.0  # sigma of the logarithm of a light group's weight, after each is made equally bright
+LEAST_ROADS = 2  # fewest roads to train on; a network would memorise a single road
+VARIANTS = 2  # variants of each road: as it was drawn, and relit with the flares of the config
+RELIT = 1.0  # standard deviation of the log weight of a light group, after all are equally bright
 TRAIN = "train"
 VALIDATION = "validation"
 TEST = "test"
@@ -37,7 +37,7 @@ class Road(NamedTuple):
     """One stored scene."""
 
     record: SceneRecord
-    path: Path  # of its radiance
+    path: Path  # path of its radiance
 
 
 class Lit(NamedTuple):
@@ -65,12 +65,12 @@ def roads_of(dataset: str) -> Roads:
 
     Parameters
     ----------
-    dataset : name of a dataset of the home, or the folder of one in another home, which is read
-        only.
+    dataset : name of a dataset in the home folder, or the folder of a dataset in another one, which
+        is only read.
 
     Raises
     ------
-    ConfigError : it has too few roads to train on, or none that is held out.
+    ConfigError : it has too few roads to train on, or no held-out road.
     CatalogError : there is no such dataset.
     """
     folder = Path(dataset) if "/" in dataset else home() / "datasets" / dataset
@@ -103,10 +103,10 @@ def lit(road: Road, camera: TrainingCamera, overrides: Sequence[str], variant: i
     Parameters
     ----------
     road : stored scene.
-    camera : camera whose pixel sets the focal length: one pixel is one tile.
+    camera : camera; the focal length is such that one of its pixels is one tile.
     overrides : overrides of the config, after those of the scene; its lens and flares are used.
     variant : 0 is the light that was drawn, through a clean lens; others have light groups in
-        other proportions, and every second one the flares of the config.
+        other proportions, and odd ones also the flares of the config.
     """
     return lit_scene(open_scene(road.path), road.record, camera, overrides, variant)
 
@@ -123,8 +123,8 @@ def lit_scene(
     Parameters
     ----------
     scene : radiance of the road, as stored or changed.
-    record : its record.
-    camera, overrides, variant : as of `lit`.
+    record : record of the road's scene.
+    camera, overrides, variant : as in `lit`.
     """
     config = compose([*record.overrides, *overrides])
     lighting = build_from_config("lighting", config.lighting)
@@ -142,18 +142,29 @@ def lit_scene(
 
 
 def relit_weights(scene: Any, rng: np.random.Generator) -> dict[str, float]:
-    """Return weights of light groups with which each is about as bright as the others, in cd/m2."""
+    """Return random weights of light groups, with which all groups are about equally bright.
+
+    Parameters
+    ----------
+    scene : scene radiance.
+    rng : generator of the random numbers.
+    """
     weights = {}
     for name in scene.light_group.values:
         y = luminance(scene.radiance.sel(light_group=name).values, scene.wavelength.values)
-        bright = float(np.percentile(y, 95))  # a lamp in view is not the light of its group
+        bright = float(np.percentile(y, 95))  # a percentile, so that lamps in view do not count
         weights[str(name)] = float(np.exp(rng.normal(0.0, RELIT))) / bright if bright > 0 else 0.0
     return weights
 
 
 def planes_of(view: Lit, camera: TrainingCamera) -> np.ndarray:
-    """Return the planes (plane, y, x) of a road with a mean illuminance of 1 lux, lamps not
-    counted. The overscan is cut off.
+    """Return the planes (plane, y, x) of a road, scaled to a mean illuminance of 1 lux in which
+    lamps are clipped. The overscan is cut off.
+
+    Parameters
+    ----------
+    view : road under one light.
+    camera : camera with the filters.
     """
     wavelength_nm = view.light.wavelength.values
     weights = camera.plane_weights(wavelength_nm)[:-3]
@@ -166,7 +177,13 @@ def planes_of(view: Lit, camera: TrainingCamera) -> np.ndarray:
 
 
 def cropped(planes: np.ndarray, mixed: Any) -> np.ndarray:
-    """Return planes (plane, y, x) of the camera's field alone."""
+    """Return planes (plane, y, x) without overscan.
+
+    Parameters
+    ----------
+    planes : planes with overscan.
+    mixed : mixed radiance, for the camera's field.
+    """
     counts = (
         round(mixed.attrs["field_height"] / mixed.attrs["pitch_y"]),
         round(mixed.attrs["field_width"] / mixed.attrs["pitch_x"]),
@@ -176,8 +193,13 @@ def cropped(planes: np.ndarray, mixed: Any) -> np.ndarray:
 
 
 def render_noise(road: Road, overrides: Sequence[str]) -> float:
-    """Return the median over tiles of the standard error of their luminance, relative; NaN where
-    the scene states none.
+    """Return the median over tiles of the relative standard error of their luminance; NaN if the
+    scene states no noise.
+
+    Parameters
+    ----------
+    road : stored scene.
+    overrides : overrides of the config, after those of the scene.
     """
     scene = open_scene(road.path)
     if "xyz_noise" not in scene:

@@ -22,35 +22,35 @@ CHOICES = {
     "device": ("auto", "cpu", "cuda"),
 }
 NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.-]*")
-SHEET = 16  # patches: a batch divides it
-LEAST_PATCH = 32  # pixels
+SHEET = 16  # number of patches of a sheet, a multiple of the batch
+LEAST_PATCH = 32  # least side of a patch, pixels
 
 
 @dataclass(frozen=True)
 class Settings:
-    """What a training is, beside its camera."""
+    """The settings of a training, except its camera."""
 
-    name: str = ""  # of its folder; "": sensor, network and size
+    name: str = ""  # name of its folder; "": sensor, network and size
     network: str = "unet"
     size: str = "small"
     loss: str = "electrons"
-    captures: str = "merged"  # or apart: the network joins the captures of a shot
+    captures: str = "merged"  # or apart: the network itself merges the captures of a shot
     start: str = "linear"  # the best linear estimate, which the network corrects; or learned
-    minutes: float = 0.0  # of computing
+    minutes: float = 0.0  # minutes of computing
     steps: int = 0
     seed: int = 0
-    dataset: str = ""  # of rendered roads; "": dead leaves alone
-    roads_share: float = 0.5  # of the patches, where there is a dataset
-    pictures: int = 360  # dead leaves
-    picture_px: int = 192  # side of a dead leaves picture
+    dataset: str = ""  # name of a dataset of rendered roads; "": only dead leaves
+    roads_share: float = 0.5  # share of the patches that show roads, if there is a dataset
+    pictures: int = 360  # number of pictures of dead leaves
+    picture_px: int = 192  # side of a picture of dead leaves
     patch_px: int = 128
     batch: int = 4
     rate: float = 1e-3  # largest learning rate
-    checks: int = 40  # of the held-out pictures, evenly over the training
-    patience: int = 16  # checks without a better one, after which it stops
-    precision: str = "auto"  # bfloat16 where a processor has matrices of it
+    checks: int = 40  # number of checks of the held-out pictures, evenly over the training
+    patience: int = 16  # number of checks without improvement after which it stops
+    precision: str = "auto"  # auto: bfloat16 if the processor multiplies such matrices
     device: str = "auto"
-    threads: int = 0  # of PyTorch; 0: its own choice
+    threads: int = 0  # number of threads of PyTorch; 0: its own choice
 
     def __post_init__(self) -> None:
         """Refuse values outside their ranges."""
@@ -100,7 +100,7 @@ class Settings:
         return Length(self.minutes, self.steps)
 
 
-# settings that change neither the data nor the result but by rounding
+# settings that change neither the data nor the result, except by rounding
 FREE = ("device", "threads", "name")
 
 
@@ -109,7 +109,7 @@ def parsed(typed: Sequence[str]) -> tuple[Settings, list[str]]:
 
     Raises
     ------
-    ConfigError : no key=value, a value that is no number, or one outside its range.
+    ConfigError : a setting is not key=value, or a value is not a number or outside its range.
     """
     fields = {field.name: field for field in dataclasses.fields(Settings)}
     values: dict[str, Any] = {}

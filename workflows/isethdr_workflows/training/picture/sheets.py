@@ -1,7 +1,7 @@
-"""Sheets: many patches of noise-free pictures side by side, seen in one shot of the camera.
+"""Sheets: many patches of noise-free pictures side by side, exposed in one shot of the camera.
 
-Sheet k is the same whenever it is made: a training that goes on after a kill sees what it would
-have seen.
+Sheet k is always the same, so a training that continues after an interruption gets the same data as
+without it.
 """
 
 from __future__ import annotations
@@ -16,11 +16,11 @@ from .bank import crop
 from .camera import Samples, TrainingCamera
 from .settings import SHEET
 
-LUX = (0.003, 100.0)  # mean illuminance of the sensor plane
-LEVELLED = 0.8  # exponent of a patch's own level that is taken out
-DARKEST = 1e-3  # lux: a patch darker than that stays dark
-UNEVEN = 0.7  # sigma of the logarithm of a patch's light within the sheet
-MEASURED = 0.99  # share of the pixels of an even grey that must not be saturated
+LUX = (0.003, 100.0)  # range of the mean illuminance of the sensor plane
+LEVELLED = 0.8  # a patch is divided by its own level to this power
+DARKEST = 1e-3  # least level of a patch for this, lux; darker patches stay dark
+UNEVEN = 0.7  # standard deviation of the logarithm of a patch's light within the sheet
+MEASURED = 0.99  # least share of the pixels of an even grey that must not be saturated
 
 
 class Source(NamedTuple):
@@ -29,7 +29,7 @@ class Source(NamedTuple):
     name: str
     pictures: Sequence[np.ndarray]  # each (plane, y, x), XYZ last, mean illuminance 1 lux
     wavelength_nm: tuple[float, ...]
-    share: float  # of the sheets
+    share: float  # share of the sheets
 
 
 class Patches(NamedTuple):
@@ -47,6 +47,7 @@ class Sheets:
 
     Parameters
     ----------
+    camera : camera that exposes the sheets.
     sources : sources of the pictures.
     patch_px : side of a patch, a multiple of the filter array's period.
     seed : seed of places, light and noise.
@@ -61,7 +62,7 @@ class Sheets:
 
     @property
     def patches(self) -> int:
-        """Patches of a sheet."""
+        """The number of patches of a sheet."""
         return SHEET
 
     def sheet(self, number: int) -> Patches:
@@ -84,8 +85,8 @@ class Sheets:
 
 
 def levelled(planes: np.ndarray) -> np.ndarray:
-    """Return a patch (plane, y, x) brought nearer to a mean of 1 lux, lamps not counted: else the
-    dark parts of a road would always be dark beside its lamps.
+    """Return a patch (plane, y, x) with a mean closer to 1 lux, in which lamps are clipped.
+    Otherwise the dark parts of a road would always be dark compared with its lamps.
     """
     y = planes[-2]
     level = float(np.minimum(y, np.percentile(y, 95)).mean())
@@ -93,12 +94,12 @@ def levelled(planes: np.ndarray) -> np.ndarray:
 
 
 def drawn_factor(rng: np.random.Generator) -> np.float32:
-    """Return the light of a patch over that of its sheet, with a mean of 1."""
+    """Return a random ratio of the light of a patch to that of its sheet, with a mean of 1."""
     return np.float32(np.exp(rng.normal(-(UNEVEN**2) / 2, UNEVEN)))
 
 
 def patches_of(samples: Samples, xyz_lux: np.ndarray, side: int, order: np.ndarray) -> Patches:
-    """Return the patches of one shot, in this order.
+    """Return the patches of one shot, in a given order.
 
     Parameters
     ----------
@@ -113,7 +114,7 @@ def patches_of(samples: Samples, xyz_lux: np.ndarray, side: int, order: np.ndarr
 
 
 def joined(patches: np.ndarray) -> np.ndarray:
-    """Return square patches (N, plane, y, x) as one picture (plane, y, x), N a square number."""
+    """Return square patches (N, plane, y, x) as one picture (plane, y, x). N is a square number."""
     count = round(len(patches) ** 0.5)
     rows = patches.reshape(count, count, *patches.shape[1:])
     planes = rows.transpose(2, 0, 3, 1, 4)
@@ -121,18 +122,29 @@ def joined(patches: np.ndarray) -> np.ndarray:
 
 
 def parted(picture: np.ndarray, side: int) -> np.ndarray:
-    """Return a picture (plane, y, x) as square patches (N, plane, y, x)."""
+    """Return a picture (plane, y, x) as square patches (N, plane, y, x).
+
+    Parameters
+    ----------
+    picture : picture with rows and columns that are multiples of `side`.
+    side : side of a patch, pixels.
+    """
     planes, height, width = picture.shape
     tiles = picture.reshape(planes, height // side, side, width // side, side)
     return tiles.transpose(1, 3, 0, 2, 4).reshape(-1, planes, side, side)
 
 
 def brightest_lux(camera: TrainingCamera, wavelength_nm: tuple[float, ...]) -> float:
-    """Return the largest illuminance, at most 100 lux, at which the camera measures an even grey:
-    a fixed exposure saturates.
+    """Return the largest illuminance, at most 100 lux, at which the camera can measure an even
+    grey. With a fixed exposure, brighter light saturates it.
+
+    Parameters
+    ----------
+    camera : camera of the training.
+    wavelength_nm : centres of the bands of the light, nm.
     """
     weights = camera.plane_weights(wavelength_nm)
-    grey = weights.sum(1) / weights[-2].sum()  # of equal energy
+    grey = weights.sum(1) / weights[-2].sum()  # planes of an equal-energy light of 1 lux
     side = 8 * camera.period
     even = np.broadcast_to(grey[:-3, None, None], (len(grey) - 3, side, side))
     lux = LUX[1]

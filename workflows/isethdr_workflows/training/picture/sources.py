@@ -1,4 +1,4 @@
-"""Sources of noise-free pictures for a training, and those that are held out."""
+"""Sources of noise-free pictures for a training, and of held-out pictures."""
 
 from __future__ import annotations
 
@@ -28,25 +28,25 @@ from .roads import (
 from .settings import Settings
 from .sheets import Source
 
-HELD_OUT_PICTURES = 24  # dead leaves
-HELD_OUT_SEED = 1000  # beyond those of a training
-VERSION = 3  # of the pictures of roads
-NOISE_OF = 3  # roads whose noise of rendering is looked at
+HELD_OUT_PICTURES = 24  # number of held-out pictures of dead leaves
+HELD_OUT_SEED = 1000  # added to the seed of the training's dead leaves
+VERSION = 3  # version of the pictures of roads
+NOISE_OF = 3  # number of roads for which the noise of rendering is measured
 NO_ROADS = "rendered roads: no dataset was named"
 NO_DIRT = "dirt on the lens: it comes with rendered roads"
 
 
 class Data(NamedTuple):
-    """Pictures of a training, and pictures that no step sees."""
+    """Pictures of a training, and held-out pictures, which no step uses."""
 
     training: tuple[Source, ...]
     held_out: tuple[Source, ...]
-    stated: dict[str, Any]  # for the card
-    missing: list[str]  # what was not done, for the card
+    stated: dict[str, Any]  # description of the data, for the card
+    missing: list[str]  # list of data that are missing, for the card
 
 
 def data_of(settings: Settings, camera: TrainingCamera, overrides: Sequence[str]) -> Data:
-    """Return the pictures of a training; they are made where they are missing.
+    """Return the pictures of a training. Missing pictures are made.
 
     Parameters
     ----------
@@ -56,7 +56,7 @@ def data_of(settings: Settings, camera: TrainingCamera, overrides: Sequence[str]
 
     Raises
     ------
-    ConfigError : a dataset has too few roads to train on, or none that is held out.
+    ConfigError : the dataset has too few roads to train on, or no held-out road.
     """
     roads = roads_of(settings.dataset) if settings.dataset else None
     share = settings.roads_share if roads else 0.0
@@ -90,7 +90,7 @@ def data_of(settings: Settings, camera: TrainingCamera, overrides: Sequence[str]
 def roads_source(
     roads: Sequence[Road], camera: TrainingCamera, overrides: Sequence[str], share: float
 ) -> Source:
-    """Return roads through the lens of a config and the filters of a camera.
+    """Return the pictures of roads through the lens of a config and the filters of a camera.
 
     Parameters
     ----------
@@ -120,12 +120,12 @@ def _counted(roads: Sequence[Road]) -> str:
 
 
 def _rounded(weights: np.ndarray) -> list[list[str]]:
-    """Return weights as texts that do not depend on the last bits of a sum."""
+    """Return weights as rounded texts, which do not depend on the last bits of a sum."""
     return [[f"{value:.9e}" for value in row] for row in weights]
 
 
 def leaves_source(camera: TrainingCamera, recipe: LeavesRecipe, share: float) -> Source:
-    """Return dead leaves through a camera's filters.
+    """Return the pictures of dead leaves through the filters of a camera.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Training of a picture network: from nothing, on data of our own."""
+"""Training of a picture network from random weights, on simulated data."""
 
 from __future__ import annotations
 
@@ -34,19 +34,19 @@ from .sources import Data, data_of
 
 STATE = "state.pt"
 MODEL = "model.onnx"
-DECAY = 1e-4  # of the weights, per step and rate
-LARGEST_GRADIENT = 1.0  # norm; larger ones are scaled down to it
+DECAY = 1e-4  # weight decay of AdamW, per step and learning rate
+LARGEST_GRADIENT = 1.0  # largest norm of a gradient; larger gradients are scaled down to it
 AVERAGED_FROM = 0.6  # share of the training after which the mean of weights begins
-AVERAGE = 0.998  # share of the old mean that a step keeps
-SAVED_EVERY_S = 60.0
-MOST_MAKERS = 8  # threads that make sheets for a GPU
-HELD_OUT_SEED = 2017  # of places, light and noise: the same for every training
+AVERAGE = 0.998  # share of the old mean that each step keeps
+SAVED_EVERY_S = 60.0  # time between two writes of the state
+MOST_MAKERS = 8  # largest number of threads that make sheets for a GPU
+HELD_OUT_SEED = 2017  # seed of places, light and noise of held-out sheets, for every training
 CURVES = {"loss": "training loss", "held_out": "held-out loss"}
 
 
 @dataclass
 class Progress:
-    """What changes in a training."""
+    """The state of a training that changes."""
 
     network: PictureNetwork
     optimiser: torch.optim.Optimizer
@@ -57,7 +57,12 @@ class Progress:
     stopped: str = ""  # why it ended before its length
 
     def state(self, recipe: str) -> dict[str, Any]:
-        """Return all that is needed to go on."""
+        """Return everything that is needed to continue.
+
+        Parameters
+        ----------
+        recipe : text of the recipe.
+        """
         return {
             "recipe": recipe,
             "step": self.clock.step,
@@ -71,7 +76,7 @@ class Progress:
         }
 
     def restore(self, state: dict[str, Any]) -> None:
-        """Take over a stored state."""
+        """Set the state to a stored one."""
         self.network.load_state_dict(state["weights"])
         self.optimiser.load_state_dict(state["optimiser"])
         device = next(self.network.parameters()).device
@@ -91,13 +96,13 @@ class Trained:
     settings: Settings
     camera: TrainingCamera
     data: Data
-    pictures: dict[str, HeldOut]  # by source
+    pictures: dict[str, HeldOut]  # held-out pictures by source
     progress: Progress
     device: str
 
     @property
     def judge(self) -> HeldOut:
-        """The held-out pictures that decide when to stop: roads where there are some."""
+        """The held-out pictures that decide when to stop: those of roads, if there are any."""
         return list(self.pictures.values())[-1]
 
 
@@ -112,8 +117,8 @@ def trained(settings: Settings, overrides: Sequence[str], tell: Callable[[str], 
 
     Raises
     ------
-    ConfigError : a mistake in a setting or an override, or another training has the name.
-    CatalogError : the state cannot be written. What was stored stays.
+    ConfigError : a setting or an override has a mistake, or another training has the name.
+    CatalogError : the state cannot be written. The stored state is kept.
     """
     if settings.threads:
         torch.set_num_threads(settings.threads)
@@ -152,7 +157,7 @@ def trained(settings: Settings, overrides: Sequence[str], tell: Callable[[str], 
 
 
 def _loop(run: Trained, sheets: Sheets, recipe: str, tell: Callable[[str], None]) -> None:
-    """Train until the end, and store the state now and then, at the end, and on Ctrl-C."""
+    """Train until the end. The state is stored about once a minute, at the end, and on Ctrl-C."""
     progress = run.progress
     clock = progress.clock
     path = run.folder / STATE
@@ -183,21 +188,22 @@ def _loop(run: Trained, sheets: Sheets, recipe: str, tell: Callable[[str], None]
 
 
 class Batches:
-    """The batches of a training: a patch of each of several sheets, which differ in light. The next
-    sheets are made while these are used.
+    """The batches of a training. A batch has one patch of each of several sheets, which differ in
+    light. The next sheets are made while the present ones are used.
     """
 
     def __init__(self, sheets: Sheets, size: int, device: str) -> None:
         self.sheets = sheets
         self.size = size
         self.device = device
-        # a GPU waits for the sheets; a CPU that trains has no threads to spare for more of them
+        # a GPU would wait for sheets, so several threads make them; a CPU that trains has no
+        # threads to spare
         makers = min(os.cpu_count() or 1, MOST_MAKERS) if device.startswith("cuda") else 1
         self.maker = ThreadPoolExecutor(makers)
         self.made: dict[int, list[Future[Any]]] = {}
 
     def of(self, step: int) -> Batch:
-        """Return the batch of a step: the same, whatever came before."""
+        """Return the batch of a step. It depends on the step alone, not on earlier batches."""
         group, part = divmod(step, SHEET)
         for wanted in (group, group + 1):
             if wanted not in self.made:
@@ -210,7 +216,7 @@ class Batches:
         return Batch(*(torch.from_numpy(planes).to(self.device) for planes in together))
 
     def close(self) -> None:
-        """Make no more sheets."""
+        """Stop making sheets."""
         self.maker.shutdown(wait=False, cancel_futures=True)
 
 
@@ -244,8 +250,13 @@ def _average(progress: Progress) -> None:
 
 
 def half_precision(wanted: str, device: str) -> bool:
-    """Return whether a training computes in bfloat16: where a processor multiplies such
-    matrices.
+    """Return whether a training computes in bfloat16.
+
+    Parameters
+    ----------
+    wanted : `bfloat16`, `float32` or `auto`, which takes bfloat16 if the processor multiplies such
+        matrices.
+    device : device of PyTorch.
     """
     if wanted != "auto":
         return wanted == "bfloat16"
@@ -258,7 +269,7 @@ def _is_check(run: Trained) -> bool:
 
 
 def _check(run: Trained, loss: float, tell: Callable[[str], None]) -> None:
-    """Add a row to the curves, and stop where held-out pictures no longer improve."""
+    """Add a row to the curves, and stop the training if held-out pictures no longer improve."""
     progress = run.progress
     network = progress.network.eval()
     network.half_precision = False
@@ -281,8 +292,8 @@ def _check(run: Trained, loss: float, tell: Callable[[str], None]) -> None:
 
 
 def final_network(run: Trained) -> tuple[PictureNetwork, str]:
-    """Return the network with its final weights, and which these are: the mean over the last
-    steps, or those of the best check where held-out pictures say so.
+    """Return the network with its final weights, and a description of them. They are the mean over
+    the last steps, or the weights of the best check if these are better on held-out pictures.
     """
     progress = run.progress
     network = progress.network.eval()
@@ -297,13 +308,25 @@ def final_network(run: Trained) -> tuple[PictureNetwork, str]:
 
 
 def folder_of(settings: Settings, camera: TrainingCamera) -> Path:
-    """Return the folder of a training."""
+    """Return the folder of a training.
+
+    Parameters
+    ----------
+    settings : settings of the training.
+    camera : camera of the training.
+    """
     name = settings.name or f"{camera.name}_{settings.network}_{settings.size}"
     return home() / "training" / "pictures" / name
 
 
 def recipe_text(settings: Settings, overrides: Sequence[str]) -> str:
-    """Return all that decides the result, as JSON."""
+    """Return everything that determines the result, as JSON.
+
+    Parameters
+    ----------
+    settings : settings of the training.
+    overrides : overrides of the config, as typed.
+    """
     decides = {k: v for k, v in asdict(settings).items() if k not in FREE}
     return json.dumps({**decides, "overrides": sorted(overrides)}, sort_keys=True)
 
@@ -314,7 +337,12 @@ def recipe_hash(recipe: str) -> str:
 
 
 def differing(stored: str, wanted: str) -> str:
-    """Return the settings in which two recipes differ, as the stored one has them."""
+    """Return the settings in which two recipes differ, with the values of the stored one.
+
+    Parameters
+    ----------
+    stored, wanted : texts of the two recipes.
+    """
     old = json.loads(stored)
     new = json.loads(wanted)
     keys = sorted(key for key in {*old, *new} if old.get(key) != new.get(key))

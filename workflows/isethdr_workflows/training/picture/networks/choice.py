@@ -19,10 +19,10 @@ from .unet import REACH, PlainBlock
 class Shape(NamedTuple):
     """A network of one size."""
 
-    block: Callable[[int], nn.Module]
-    width: int
-    blocks: tuple[int, int, int, int, int]
-    block_reach: float  # pixels; inf: the whole picture
+    block: Callable[[int], nn.Module]  # function of the channels that makes a block
+    width: int  # channels at the full resolution
+    blocks: tuple[int, int, int, int, int]  # number of blocks down, down, lowest, up, up
+    block_reach: float  # reach of one block, pixels of its own resolution; inf: the whole picture
 
 
 SHAPES = {
@@ -42,9 +42,9 @@ def network_of(
 
     Parameters
     ----------
-    camera : camera of the network: its filters and captures.
+    camera : camera of the network, with its filters and captures.
     name, size : name and size of the network, a key of `SHAPES`.
-    start : "linear", which is to be fitted, or "learned".
+    start : "linear", which is then to be fitted, or "learned".
     """
     shape = SHAPES[name, size]
 
@@ -56,7 +56,7 @@ def network_of(
 
 
 def multiple_px(camera: TrainingCamera) -> int:
-    """Return the number that divides rows and columns of a picture."""
+    """Return the number of which rows and columns of a picture must be multiples."""
     return camera.period * 2**LEVELS
 
 
@@ -74,7 +74,7 @@ def reach_px(camera: TrainingCamera, name: str, size: str, start: str = "linear"
     shape = SHAPES[name, size]
     if math.isinf(shape.block_reach):
         return math.inf
-    # of the network, which reads means around each cell
+    # reach of the network in cells; it also reads means over windows around each cell
     cells = reach(shape.blocks, int(shape.block_reach)) + 1 + WINDOWS[-1] // 2
     if start == "linear":
         return cells * camera.period + start_reach_px(camera.planes, camera.period)

@@ -1,9 +1,9 @@
 """Linear start: the estimate of XYZ that is linear in the raw and has the least squared error, for
-each level of signal over noise; `linear_fit` solves its weights, and training keeps them.
+each level of signal over noise. `linear_fit` solves its weights, and the training keeps them.
 
 This is the learned linear demosaic of the classical development (Jiang et al. 2017, L3), with one
-filter for each place in the cell. It keeps the mean luminance, so that the network has to correct
-details alone.
+filter for each position in the cell. It keeps the mean luminance, so that the network only has to
+correct details.
 """
 
 from __future__ import annotations
@@ -11,19 +11,19 @@ from __future__ import annotations
 from ...torch_library import functional, nn, torch
 
 LEVELS = tuple(1.4 * k - 1.0 for k in range(7))  # log of signal^2 over variance, evenly spaced
-NEAR = 9  # pixels of the window of the local mean
-LEAST_SIGNAL_E2 = 0.01  # of the local mean's square: keeps its logarithm finite
-WINDOW_PX = 10  # of the filters, at least
+NEAR = 9  # side of the window of the local mean, pixels
+LEAST_SIGNAL_E2 = 0.01  # added to the square of the local mean, so that its logarithm is finite
+WINDOW_PX = 10  # least side of the window of the filters
 XYZ = 3
 
 
 class LinearStart(nn.Module):
-    """Raw, noise and valid (N, plane, y, x) to XYZ (N, 3 * cell, rows, columns of cells).
+    """Map raw, noise and valid (N, plane, y, x) to XYZ (N, 3 * cell, rows, columns of cells).
 
     Parameters
     ----------
-    planes : planes of raw samples; several are merged to one first.
-    period : pixels after which the filter array repeats.
+    planes : number of planes of raw samples; several planes are first merged to one.
+    period : number of pixels after which the filter array repeats.
     """
 
     weight: torch.Tensor  # (level * 3 * cell, cell, tap, tap)
@@ -36,7 +36,7 @@ class LinearStart(nn.Module):
         self.taps = taps(period)
         cell = period**2
         shape = len(LEVELS) * XYZ * cell, cell, self.taps, self.taps
-        mean = torch.zeros(shape)  # of the cell, until it is solved
+        mean = torch.zeros(shape)  # until the weights are solved, they give the mean of the cell
         mean[..., self.taps // 2, self.taps // 2] = 1 / cell
         self.register_buffer("weight", mean)
         self.register_buffer("levels", torch.tensor(LEVELS))
@@ -63,20 +63,27 @@ class LinearStart(nn.Module):
 
 
 def taps(period: int) -> int:
-    """Return the taps of a filter along an axis, in cells; an odd number."""
+    """Return the number of taps of a filter along an axis, in cells, which is odd."""
     return max(3, WINDOW_PX // period // 2 * 2 + 1)
 
 
 def start_reach_px(planes: int, period: int) -> int:
-    """Return how far away the start can depend on samples."""
-    means = 3 if planes > 1 else 1  # local means of local means, where captures are merged
+    """Return the distance over which the start can depend on samples, pixels.
+
+    Parameters
+    ----------
+    planes : number of planes of raw samples.
+    period : number of pixels after which the filter array repeats.
+    """
+    means = 3 if planes > 1 else 1  # number of nested local means; merged captures need more
     return (taps(period) // 2 + 1) * period + means * (NEAR // 2)
 
 
 def shares(
     raw: torch.Tensor, noise: torch.Tensor, levels: torch.Tensor, period: int
 ) -> torch.Tensor:
-    """Return how near a cell is to each level: linear between two of them, 1 in sum.
+    """Return the share (N, level, rows, columns) of each level in a cell. It is linear between two
+    neighbouring levels, and the sum is 1.
 
     Parameters
     ----------
@@ -96,8 +103,8 @@ def shares(
 def merged(
     raw: torch.Tensor, noise: torch.Tensor, valid: torch.Tensor
 ) -> tuple[torch.Tensor, torch.Tensor]:
-    """Return one plane of several captures, weighted by the inverse of their variance, and its
-    noise besides shot noise.
+    """Return the mean of several captures, weighted by the inverse of their variance, and its noise
+    besides shot noise.
 
     Parameters
     ----------
@@ -114,6 +121,6 @@ def merged(
 
 
 def local_mean(raw: torch.Tensor) -> torch.Tensor:
-    """Return the mean of the samples nearby, at least 0."""
+    """Return the mean of the samples in a window around each pixel, at least 0."""
     near = functional.avg_pool2d(raw, NEAR, 1, NEAR // 2, count_include_pad=False)
     return torch.clamp(near, min=0.0)

@@ -1,5 +1,5 @@
-"""Block of NAFNet (Chen, Chu, Zhang, Sun 2022): gates in place of nonlinear functions, and
-attention to channels by their mean over the picture.
+"""Block of NAFNet (Chen, Chu, Zhang, Sun 2022): gates in place of activation functions, and channel
+attention from the mean of each channel over the picture.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ class ChannelNorm(nn.Module):
 
 
 class GatedBlock(nn.Module):
-    """Depthwise convolution, gate and channel attention; then a gated layer pixel by pixel."""
+    """Depthwise convolution, gate and channel attention, then a gated layer for each pixel."""
 
     def __init__(self, width: int) -> None:
         super().__init__()

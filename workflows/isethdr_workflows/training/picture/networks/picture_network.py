@@ -1,11 +1,13 @@
 """Picture network: raw samples of any filter array to XYZ and its variance.
 
-Inputs and outputs are those of a model file of `isp=network` (docs/how-to/network_isp.md). Inside,
-samples are square roots: their noise is then nearly the same from one electron to the full well
-(Anscombe 1948), so one network serves all levels. The U-shaped network adds a correction to the
-root of a start: the best linear estimate, or a filter of the roots that is learned as well. Beside
-a free correction it says, for three sizes of window, how far each pixel moves towards the mean
-around it, in luminance and in colour: an even surface then needs a number, not a filter.
+Inputs and outputs are those of a model file of `isp=network` (docs/how-to/network_isp.md).
+Internally, samples are square roots. Their noise is then nearly the same from one electron to the
+full well (Anscombe 1948), so one network is enough for all levels.
+
+The U-shaped network adds a correction to the root of a start. The start is the best linear
+estimate, or a filter of the roots that is learned, too. Besides a free correction, the network
+returns, for three sizes of window, how far each pixel moves towards the mean around it, in
+luminance and in colour. For an even surface, one number is then enough, without a filter.
 """
 
 from __future__ import annotations
@@ -16,30 +18,32 @@ from contextlib import nullcontext
 from ...torch_library import functional, nn, torch
 from .linear_start import NEAR, LinearStart
 
-ANSCOMBE = 0.375  # electrons
-LEAST_ROOT = 0.05  # electrons under the root: its slope stays finite
-SCALE = 4.0  # roots / it: noise of about 1 / 8 at any level
-START = 5  # taps of the learned start, cells each way
-WINDOWS = (3, 9, 27)  # of the means around a pixel, cells
-LOG_LIMIT = 8.0  # of the variance's logarithm: keeps exp finite
+ANSCOMBE = 0.375  # added before the square root, electrons
+LEAST_ROOT = 0.05  # least value before the square root, electrons, so that its slope is finite
+SCALE = 4.0  # divisor of the roots, which then have a noise of about 1 / 8 at any level
+START = 5  # number of taps of the learned start along each axis, cells
+WINDOWS = (3, 9, 27)  # sides of the windows of the means around a pixel, cells
+LOG_LIMIT = 8.0  # limit of the correction of the variance's logarithm, so that exp is finite
 XYZ = 3
-LUMINANCE = slice(1, 2)  # Y of X, Y, Z
+LUMINANCE = slice(1, 2)  # index of Y in X, Y, Z
 
 
 class PictureNetwork(nn.Module):
-    """Raw, noise, masks and valid (N, plane, y, x) to XYZ and variance (N, 3, y, x).
+    """Map raw, noise, masks and valid (N, plane, y, x) to XYZ and variance (N, 3, y, x).
 
     Parameters
     ----------
-    planes : planes of raw samples.
-    channels : filters.
-    period : pixels after which the filter array repeats; a cell is packed into channels.
-    make_body : makes the network between packed planes, from numbers of planes in and out.
-    linear : whether it starts from the best linear estimate, which `linear_fit` solves; else from a
-        filter of the roots, learned with the rest.
+    planes : number of planes of raw samples.
+    channels : number of filters.
+    period : number of pixels after which the filter array repeats; the pixels of a cell are packed
+        into channels.
+    make_body : function(planes in, planes out) that makes the network between packed planes.
+    linear : whether the start is the best linear estimate, which `linear_fit` solves; otherwise it
+        is a filter of the roots, which is learned with the network.
     """
 
-    # bfloat16 in training only, and never in the start: its 8 bits are too few for a signal
+    # whether the body computes in bfloat16, in training only; the start never does, because 8 bits
+    # are too few for a signal
     half_precision = False
 
     def __init__(
@@ -61,7 +65,7 @@ class PictureNetwork(nn.Module):
         self.body = make_body(seen, sum(self.outputs))
         nn.init.zeros_(self.body.tail.weight)
         nn.init.zeros_(self.body.tail.bias)
-        # correction of the variance's logarithm, linear between levels: set after training
+        # correction of the variance's logarithm, linear between levels; it is set after training
         self.register_buffer("calibration_levels", torch.tensor([0.0, 1.0]))
         self.register_buffer("calibration_logs", torch.tensor([0.0, 0.0]))
 
@@ -107,8 +111,8 @@ class PictureNetwork(nn.Module):
     def _variance(
         self, log_ratio: torch.Tensor, raw: torch.Tensor, noise: torch.Tensor
     ) -> torch.Tensor:
-        """Return the variance: that of a sample nearby, times what the network says, times the
-        calibration.
+        """Return the variance: the local variance of a sample, times the factor from the network,
+        times the calibration.
         """
         level = torch.log(sample_variance(raw, noise))
         logs = torch.clamp(log_ratio, -LOG_LIMIT, LOG_LIMIT) + level
@@ -116,7 +120,7 @@ class PictureNetwork(nn.Module):
 
 
 def local_means(planes: torch.Tensor) -> list[torch.Tensor]:
-    """Return the means of planes (N, plane, y, x) over each of `WINDOWS`."""
+    """Return the local means of planes (N, plane, y, x) over each of `WINDOWS`."""
     found = []
     for size in WINDOWS:
         rows = functional.avg_pool2d(planes, (size, 1), 1, (size // 2, 0), count_include_pad=False)
@@ -133,9 +137,9 @@ def moved(
 
     Parameters
     ----------
-    root : (N, 3, place, y, x).
-    means : means over each window, (N, 3, y, x).
-    shares : (N, place, y, x) of the way, for luminance and for colour of each window.
+    root : (N, 3, place, y, x) roots of X, Y, Z at each place of a cell.
+    means : (N, 3, y, x) means over each window.
+    shares : (N, place, y, x) shares of the way, for luminance and for colour of each window.
     """
     total = torch.zeros_like(root)
     for mean, of_luminance, of_colour in zip(means, shares[::2], shares[1::2], strict=True):
@@ -146,7 +150,14 @@ def moved(
 
 
 def learned_start(samples: int, cell: int) -> nn.Conv2d:
-    """Return a filter of the packed roots, at first the mean of the cell in each of X, Y, Z."""
+    """Return a filter of the packed roots. Before training, it gives the mean of the samples of the
+    cell for each of X, Y, Z.
+
+    Parameters
+    ----------
+    samples : number of packed planes of samples.
+    cell : number of pixels of a cell.
+    """
     start = nn.Conv2d(samples, XYZ * cell, START, padding=START // 2)
     nn.init.normal_(start.weight, std=1e-3)
     nn.init.zeros_(start.bias)
@@ -156,7 +167,14 @@ def learned_start(samples: int, cell: int) -> nn.Conv2d:
 
 
 def sample_variance(raw: torch.Tensor, noise: torch.Tensor) -> torch.Tensor:
-    """Return the variance (N, 1, y, x) of a sample at the local mean of the raw, e^2, above 1."""
+    """Return the variance (N, 1, y, x) of a sample at the local mean of the raw, electrons squared.
+    It is at least 1.
+
+    Parameters
+    ----------
+    raw : (N, plane, y, x) samples, electrons of light.
+    noise : (N, plane, y, x) noise besides shot noise, electrons rms.
+    """
     near = functional.avg_pool2d(raw, NEAR, 1, NEAR // 2, count_include_pad=False)
     return torch.clamp(near, min=0).mean(1, keepdim=True) + (noise**2).mean(1, keepdim=True) + 1
 
@@ -175,5 +193,5 @@ def interpolated(x: torch.Tensor, places: torch.Tensor, values: torch.Tensor) ->
 
 
 def parameters(network: nn.Module) -> int:
-    """Return the number of trained numbers."""
+    """Return the number of trained parameters."""
     return sum(p.numel() for p in network.parameters())

@@ -1,5 +1,5 @@
-"""Block of Restormer (Zamir et al. 2022): attention between channels, whose cost grows with the
-pixels and not with their square, and a gated feed-forward layer.
+"""Block of Restormer (Zamir et al. 2022): attention between channels, with a cost proportional to
+the number of pixels and not to its square, and a gated feed-forward layer.
 """
 
 from __future__ import annotations
@@ -8,7 +8,7 @@ from ...torch_library import functional, nn, torch
 from .nafnet import ChannelNorm
 
 HEAD_WIDTH = 16  # channels of one attention head
-EXPANSION = 2  # of the feed-forward layer
+EXPANSION = 2  # inner channels of the feed-forward layer over the width
 
 
 class AttentionBlock(nn.Module):

@@ -1,4 +1,6 @@
-"""U shape: the same kind of block at three resolutions, with skips (Ronneberger et al. 2015)."""
+"""U shape: the same kind of block at three resolutions, with skip connections (Ronneberger et al.
+2015).
+"""
 
 from __future__ import annotations
 
@@ -6,18 +8,18 @@ from collections.abc import Callable
 
 from ...torch_library import nn, torch
 
-LEVELS = 2  # times that the resolution is halved
+LEVELS = 2  # how many times the resolution is halved
 
 
 class UShape(nn.Module):
-    """Planes (N, planes, y, x) to planes (N, out, y, x); rows and columns are multiples of 4.
+    """Map planes (N, planes, y, x) to planes (N, out, y, x). Rows and columns are multiples of 4.
 
     Parameters
     ----------
     planes, out : number of planes of input and output.
-    width : channels at the full resolution; twice as many at each lower one.
+    width : number of channels at the full resolution; it doubles at each lower one.
     blocks : number of blocks down, down, lowest, up, up.
-    block : makes a block of a number of channels.
+    block : function of a number of channels that makes a block.
     """
 
     def __init__(
@@ -62,7 +64,7 @@ class UShape(nn.Module):
 
 
 def reach(blocks: tuple[int, int, int, int, int], block_reach: int) -> int:
-    """Return how far away, in planes' pixels, an output can depend on inputs.
+    """Return the distance over which an output can depend on inputs, pixels of the input planes.
 
     Parameters
     ----------
@@ -71,5 +73,5 @@ def reach(blocks: tuple[int, int, int, int, int], block_reach: int) -> int:
     """
     sizes = (1, 2, 4, 2, 1)
     of_blocks = sum(count * block_reach * size for count, size in zip(blocks, sizes))
-    halving = sum(2**k for k in range(LEVELS))  # a pixel's place within the larger ones
+    halving = sum(2**k for k in range(LEVELS))  # position of a pixel within the larger pixels
     return 2 + of_blocks + halving  # head and tail reach one pixel each

@@ -1,10 +1,12 @@
-"""Block of plain convolutions: most steps per second where a processor multiplies matrices fast."""
+"""Block of plain convolutions. It gives the most steps per second if the processor multiplies
+matrices fast.
+"""
 
 from __future__ import annotations
 
 from ...torch_library import functional, nn, torch
 
-REACH = 2  # pixels
+REACH = 2  # reach of a block, pixels
 
 
 class PlainBlock(nn.Module):
