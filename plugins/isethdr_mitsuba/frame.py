@@ -187,8 +187,9 @@ class FrameOfScene:
 def followed_light(
     settings: MitsubaRenderer, frame: FrameOfScene, request: Request, layer: np.ndarray
 ) -> tuple[Estimate, float | None]:
-    """Return the radiance found by paths, and its noise as a share of the cameras' noise. The share
-    is None if no camera limits the noise. Mitsuba's own integrator does not depend on the share.
+    """Return the radiance found by paths, and the share of the cameras' noise for which it was
+    computed. The share is None if no camera limits the noise. Mitsuba's own integrator follows the
+    same paths for any share.
 
     Parameters
     ----------

@@ -104,7 +104,8 @@ def estimated(bright: Signal, dark: Signal, contrast: np.ndarray, interval: floa
     The correction is the first term of Edgeworth's series at both ends of the interval. For means
     of 0.03 to 10 000 electrons, 0.2 to 50 e of read noise, contrasts of 0.05 to 1 with and without
     flare, and steps that differ by a factor of two, the difference from `of_signals` is at most 0.6
-    of the bound. Below 0.2 e of read noise the bound is 1.
+    of the bound. The bound is 0 if both signals are represented as NORMAL; otherwise it is 1 below
+    0.2 e of read noise.
     """
     bright = _limited(bright)
     dark = _limited(dark)

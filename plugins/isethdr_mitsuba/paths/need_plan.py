@@ -20,7 +20,7 @@ LAMPS_US = 1.3
 # them gets as much time as the most expensive tile among the others.
 GIVEN_UP = 0.01
 STEP = 8  # numbers of added paths are multiples of this
-HALVINGS = 12  # number of bisection steps for an affordable factor; its error is below 0.02 %
+HALVINGS = 12  # number of bisection steps for an affordable factor; its error is about 0.02 %
 WORTH = 1.15  # smallest ratio of planned paths to existing ones at which paths are added
 
 

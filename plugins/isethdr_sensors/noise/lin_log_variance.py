@@ -22,8 +22,8 @@ LOGARITHMIC = 0.002
 # approximate number of levels of light across the bend, and of parts of the table that are scaled
 # by a common factor
 LEVELS = 160
-# weight of the change of one factor, relative to the relative error of one level; it keeps the
-# table smooth
+# weight of the deviation of one factor from 1, compared with the relative error of one level; it
+# keeps the table smooth
 NEAR = 0.01
 # nodes and weights of the quadrature over counts, in standard deviations from the mean
 COUNTS, COUNT_SHARE = np.polynomial.hermite_e.hermegauss(21)
