@@ -110,11 +110,11 @@ class ImagingSensor:
     auto_gain_max: GainFactor = 1.0
 
     # --- effects that are off unless a preset sets them ---
-    # chief-ray angle that the microlenses are shifted for: points [image height mm, degrees], from
+    # chief-ray angle for which the microlenses are shifted: points [image height mm, degrees], from
     # [0, 0]; empty: pixels respond to all angles alike
     microlens_cra_deg: tuple[tuple[ImageHeight, DesignAngle], ...] = ()
-    # response of a pixel to light off that angle, over the largest: points [degrees, response],
-    # from [0, 1]
+    # response of a pixel, relative to the largest, to light that deviates from that angle: points
+    # [degrees, response], from [0, 1]
     microlens_response: tuple[tuple[Mismatch, Share], ...] = ()
     # share of a pixel's light at 550 nm that reaches its 4 neighbours
     optical_crosstalk_percent: Crosstalk = 0.0

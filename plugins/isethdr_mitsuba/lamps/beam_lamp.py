@@ -200,8 +200,8 @@ def _beam_class() -> type:
 
         def pdf_direction(self, it: Any, ds: Any, active: Any = True) -> Any:
             if self.mirrored_only:
-                # rays from surfaces that a spot lights get no weight; rays from mirrors use no
-                # density
+                # a large density gives rays from surfaces, which spots light, no weight; rays from
+                # mirrors do not use the density
                 return 1e18
             return dr.select(
                 dr.dot(ds.d, ds.n) < 0, self.get_shape().pdf_direction(it, ds, active), 0.0
