@@ -70,7 +70,7 @@ def cos4(
     x: float | np.ndarray, y: float | np.ndarray, projection: str = "tangent"
 ) -> float | np.ndarray:
     """Return the irradiance of a uniform scene through a flat entrance pupil, over that on the
-    axis, for a lens without distortion of these coordinates.
+    axis, for a lens that images these coordinates without distortion.
 
     It is the cosine of the pupil times the solid angle of a tile: cos^4 theta for tangents,
     cos(theta) sin(theta) / theta for angles. It is negative beyond 90 degrees, where no light

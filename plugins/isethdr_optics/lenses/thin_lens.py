@@ -108,8 +108,8 @@ class IdealLens:
     def photocurrent(
         self, mixed: xr.DataArray, flares: Sequence[Flare], response: Response
     ) -> xr.DataArray:
-        """Return photocurrent of mixed radiance in the window of a sensor's response. The result is
-        irradiance if the accuracy or the speed for this light is better.
+        """Return photocurrent of mixed radiance in the window of a sensor's response, or irradiance
+        if that is faster or more accurate for this light.
 
         Parameters
         ----------

@@ -31,8 +31,8 @@ if TYPE_CHECKING:
 DENSE_GAUSS = (1.75, 1.0)
 DENSE_WIDTHS = (0.9, 1.5)
 MORE_GAUSS = 2
-# Relative errors of an exact core from cells of the pupil: L1 and deviation at the border, and
-# either near the axis. The period of the field folds light into the core. Averaging over cells
+# Relative errors of an exact core from cells of the pupil: L1 and deviation at the border, and both
+# near the axis. The period of the field folds light into the core. Averaging over cells
 # suppresses this light, but not all of it: the error of a tile grows with the square of its
 # distance. Against finer cells (f/2.8 to f/16, with and without a wavefront and dirt, cores of 4 to
 # 80 tiles), the mean magnitude per tile was at most 4.5e-3 at the border, and

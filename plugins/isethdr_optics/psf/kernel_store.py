@@ -59,7 +59,7 @@ def name(request: KernelRequest, way: str | None = None) -> str | None:
                 "versions": provenance.libraries(lens, *flares),
             }
         )
-    except (TypeError, ValueError, OSError):  # a field cannot be written as JSON, or a file is lost
+    except (TypeError, ValueError, OSError):  # a field is not JSON, or a file is not readable
         return None
     return f"{made_of}{REACH}{'x'.join(map(str, request.reach))}"
 
