@@ -194,7 +194,7 @@ def judged(merged: Any, controls: Any, level_e: float) -> dict:
     Parameters
     ----------
     merged : merged signal of the pixels, electrons.
-    controls : (draw, control) parts of the noise whose mean is 0, electrons.
+    controls : (draw, control) parts of the noise with a known mean of 0, electrons.
     level_e : true signal, electrons.
     """
     x = merged.signal_e[0]

@@ -121,7 +121,7 @@ def anew(lens: Lens, mixed: xr.DataArray) -> np.ndarray:
 
 
 def nearest(field_point: Any, step: float, x: np.ndarray, y: np.ndarray) -> np.ndarray:
-    """Return 1 at tiles (y, x) whose nearest point of the polar grid is `field_point`, else 0.
+    """Return a mask (y, x): 1 where `field_point` is the nearest point of the polar grid, else 0.
 
     Parameters
     ----------

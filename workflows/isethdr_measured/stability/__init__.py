@@ -3,7 +3,7 @@ arithmetic of higher precision.
 
 | file       | content                                                                    |
 |------------|----------------------------------------------------------------------------|
-| `verdict`  | a case and its expected outcome, what it measures, and its verdict         |
+| `verdict`  | a case and its expected outcome, its measurement, and its verdict          |
 | `inputs`   | small light fields, as inputs of the stages                                |
 | `convolve` | neighbouring tiles that differ by up to 15 decades                         |
 | `lens`     | fast and slow apertures, much defocus, light of any level                  |

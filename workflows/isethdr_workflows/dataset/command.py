@@ -77,7 +77,7 @@ def pairs(
         ),
     ] = None,
 ) -> None:
-    """Make the pairs that are missing; type it again to go on."""
+    """Make the pairs that are missing. Type the command again to continue."""
     _actions().pair(name, settings or [])
 
 

@@ -11,7 +11,7 @@
 | `questions`     | presets of a study: cameras, light levels, overrides                      |
 | `recall`        | the recall of detectors and of the observer, for the same objects         |
 | `results`       | all results of a study                                                    |
-| `stabilising`   | the function of mean electrons whose noise is 1, from a camera's captures |
+| `stabilising`   | variance stabilisation: a function of mean electrons with a noise of 1    |
 | `study`         | the study: all objects, all cameras, all light levels                     |
 | `tables`        | objects found by class, distance, ...; roads needed to compare cameras    |
 | `threads`       | threads for the frames and windows of many scenes                         |

@@ -178,7 +178,7 @@ class Stabiliser:
         Parameters
         ----------
         captures : captures of the camera at its exposure.
-        most_e : largest mean electrons that will be asked for.
+        most_e : largest mean electrons for which values will be needed.
         """
         decades = np.log10(max(most_e, 1.0) / LEAST_E)
         rising = np.geomspace(LEAST_E, max(most_e, 1.0), int(PER_DECADE * decades) + 2)

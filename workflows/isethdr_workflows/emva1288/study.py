@@ -105,7 +105,9 @@ def nonlinear(sensor: Sensor) -> bool:
 
 
 def linear_captures(sensor: Sensor) -> list[int]:
-    """Return the captures whose codes are linear in charge up to the end of well or converter."""
+    """Return the numbers of the captures with codes that are linear in charge, up to the end of the
+    well or the converter.
+    """
     dark = sensor(Bench(sensor, 0, 0, 550.0, 8, 0).light(0.0), _key(0))
     model = sensor.model()
     ends = [

@@ -1,4 +1,4 @@
-"""Division of a loss among terms whose effects depend on each other.
+"""Division of a loss among terms with effects that depend on each other.
 
 The loss of a term depends on the terms that are switched on already: noise hides scatter, and
 scatter hides noise. Three values are computed for each term: its loss as the first term, its loss

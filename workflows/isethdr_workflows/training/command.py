@@ -26,7 +26,7 @@ def about() -> None:
 
 @app.command("picture", help="Train a network that develops raw captures, for isp=network.")
 def picture(settings: Typed = None) -> None:
-    """Train, or go on with the training of these settings.
+    """Train, or continue the training with these settings.
 
     Settings: sensor, size (small, large), network (unet, nafnet, restormer), minutes or steps,
     dataset, loss (electrons, view), captures (merged, apart), seed, name;
@@ -39,7 +39,7 @@ def picture(settings: Typed = None) -> None:
 
 @app.command("detector", help="Train a small detector of road users, for study detector_scores.")
 def detector(settings: Typed = None) -> None:
-    """Train, or go on with the training of these settings.
+    """Train, or continue the training with these settings.
 
     Settings: dataset, cameras, lightings, realisations, size (small, large), minutes or steps,
     seed, name; docs/how-to/detectors.md.

@@ -209,7 +209,7 @@ def row(frame: Frame, thing: Thing, answer: Answer, beside: Beside) -> Found:
     frame : scene through a camera.
     thing : object in the frame.
     answer : detectability and decision of the observer.
-    beside : camera, level of light and contrast transfer accuracy.
+    beside : further values: camera, level of light and contrast transfer accuracy.
     """
     d = answer.d
     return Found(
