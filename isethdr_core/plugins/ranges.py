@@ -26,6 +26,7 @@ SHORT = Repr()
 SHORT.maxstring = SHORT.maxother = 80
 TOO_SHORT = "missing"  # pydantic error type of a tuple that lacks an element
 NUMBERS = (int, float)
+MOST_SHOWN = 1e9  # numbers up to this size are shown with all their digits
 # the range in which silicon is sensitive, with a margin at both ends
 LEAST_NM = 100.0
 MOST_NM = 3000.0
@@ -252,6 +253,6 @@ def undeclared(annotation: Any) -> bool:
 
 
 def _text(number: float) -> str:
-    """Return a number with six digits where they give its value, else with fifteen."""
+    """Return a number with six digits, or with all of its digits up to `MOST_SHOWN`."""
     short = f"{number:g}"
-    return short if float(short) == number else f"{number:.15g}"
+    return short if float(short) == number or abs(number) > MOST_SHOWN else f"{number:.15g}"
