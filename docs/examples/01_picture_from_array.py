@@ -17,7 +17,7 @@ radiance = hdr.build("scene", "file", **field)()  # spectra that have these colo
 mixed = hdr.build("lighting", "ideal")(radiance)  # the sum of all light groups
 light = hdr.build("lens", "ideal")(mixed)  # irradiance on the sensor plane
 sensor = hdr.build("sensor", "bayer")
-key = hdr.generator(seed=0, device="A", scene="file")  # of all random numbers
+key = hdr.generator(seed=0, device="A", scene="file")  # source of all random numbers
 captures = sensor(light, key)  # DN
 picture = hdr.build("isp", "linear")(captures)  # cd/m2
 
