@@ -1,5 +1,5 @@
-"""Place cores: lines between wavelengths against exact kernels, and when they are not used; thinned
-grids of places.
+"""Field-point kernels: linear interpolation between wavelengths against exact kernels, cases
+without interpolation, and thinned grids of field points.
 """
 
 import numpy as np
@@ -7,6 +7,7 @@ import pytest
 from isethdr_optics import ApertureFlare, PrescribedLens, WavefrontLens
 from isethdr_optics.field import field_point_psf
 from isethdr_optics.field import grid as field_grid
+from isethdr_optics.field.field_point_psf import tile_integrals
 from isethdr_optics.lenses.field_point_lens import node_lens
 from isethdr_optics.psf.kernels import KernelRequest, computed
 
@@ -30,12 +31,12 @@ def stated(lens, half, flares=DIRT, waves=BANDS):
 @pytest.mark.parametrize(
     "lens, pitch_um, half",
     [
-        # rims cut half of its stop
+        # the rims of its surfaces block half of its stop
         pytest.param(place("double_gauss", 4.0, 22.0), 5.2, 12, marks=pytest.mark.slow),
         pytest.param(
             place("double_gauss", 3.2, 10.0, focal_length_mm=6.0), 3.0, 12, marks=pytest.mark.slow
         ),
-        # light uneven over its stop
+        # apodized: the light varies over its stop
         pytest.param(place("cooke_triplet", 5.6, 18.0), 2.0, 12, marks=pytest.mark.slow),
         (place("singlet", 8.0, 10.0), 40.0, 3),  # tiles far wider than the point spread
     ],
@@ -76,7 +77,8 @@ def test_a_band_is_the_mean_of_the_lines_that_it_holds():
         field_point_psf.field_point_kernels(KernelRequest(lens, (), waves, (3.0, 3.0), (8, 8)))
         for waves in (np.array([475.0, 500.0, 525.0]), lines_nm)
     )
-    # two midpoints of a band leave 1.6e-4 of a point's light, 20 lines 1e-2 of that
+    # midpoint sums of two wavelengths per band misplace 1.6e-4 of a point's light; sums of 20
+    # misplace 1e-2 of that
     assert np.abs(wide.bands[1] - np.mean(lines.bands, axis=0)).sum() < 1e-5
 
 
@@ -91,7 +93,7 @@ def test_the_worst_place_is_stated_whichever_comes_last():
 
 
 def test_a_ramp_over_keys_cubic_is_a_ramp_but_near_its_kink():
-    """Against sums of the cubic's values over fine steps, and the integrals' known limits."""
+    """Compare the convolution of a ramp and Keys' cubic with sums over fine steps."""
     at = np.linspace(-2.5, 2.5, 11)
     t = np.arange(-2, 2, 1e-4) + 5e-5
     near, far = (
@@ -100,20 +102,21 @@ def test_a_ramp_over_keys_cubic_is_a_ramp_but_near_its_kink():
     )
     cubic = np.where(np.abs(t) < 1, near, far)
     want = [(np.maximum(a - t, 0) * cubic).sum() * 1e-4 for a in at]
-    np.testing.assert_allclose(field_point_psf._ramp(at), want, atol=1e-7)
+    np.testing.assert_allclose(tile_integrals.ramp(at), want, atol=1e-7)
 
 
 def test_the_weights_of_all_tiles_sum_to_one_at_every_point():
-    """A partition of unity: light is kept whatever the scale."""
+    """The weights are a partition of unity, so light is conserved at any scale."""
     for wide in (5.0, 6.37, 31.4):
         size = 2 * int(6 * wide) + 1
-        total = field_point_psf._triangles(7, wide, 1.0, size).sum(axis=0)
+        total = tile_integrals.triangles(7, wide, 1.0, size).sum(axis=0)
         np.testing.assert_allclose(total, 1.0, atol=1e-6)
 
 
 def test_a_thinned_grid_is_a_partition_of_unity_where_it_has_places():
-    """Point spreads that change beyond half of the field alone: rings stay there, and places around
-    it on the outermost one.
+    """Keep rings only in the outer half of the field, the only part where the PSF changes.
+
+    Only the outermost ring needs more azimuths, since only there the PSF changes with azimuth.
     """
 
     def between(inner, outer):
@@ -156,5 +159,5 @@ def test_a_lens_that_changes_at_the_border_has_its_places_there():
     own = node_lens(lens, lens.wavefront_at(angle), turn)(
         quantities.plane(values, [550.0], x, y, quantities.RADIANCE)
     )
-    # half way along and around: the sum of both
+    # half way between two rings and between two azimuths: both errors add
     assert np.abs(light.values - own.values).sum() < 2 * note.value * own.values.sum()

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from isethdr_optics import WavefrontLens
 from isethdr_optics.field import field_point_psf
+from isethdr_optics.field.field_point_psf import knots
 from isethdr_optics.field.reference_bands import references_nm
 from isethdr_optics.lenses.field_point_lens import node_lens
 from isethdr_optics.psf import kernels
@@ -45,7 +46,7 @@ def test_reference_wavelengths_lie_in_the_spectral_range_of_the_bands():
         lens, [550.0, 940.0]
     ) == [400.0, 550.0, 700.0, 800.0, 1000.0]
     table = node_lens(WavefrontLens(focal_shift_um={450.0: 9.0, 650.0: 0.0}), {}, 0.0)
-    # within the table
+    # the reference wavelengths stay within the table
     assert references_nm(table, [500.0, 600.0]) == [
         460.0,
         550.0,
@@ -65,9 +66,7 @@ def test_bands_with_too_much_change_for_linear_interpolation_are_exact():
         field_point_psf.field_point_kernels(KernelRequest(lens, (), w, (6.0, 6.0), (6, 6)))
         for w in (waves, waves[1:])
     )
-    interpolated = field_point_psf._worth_computing(
-        field_point_psf._read(lens, (), waves, (6, 6)), np.full(5, 20.0)
-    )
+    interpolated = knots.by_interpolation(knots.readings(lens, (), waves, (6, 6)), np.full(5, 20.0))
     assert interpolated.tolist() == [True, True, True, False, False]
     for band, other in zip(all_bands.bands[1:], fewer_bands.bands):
         np.testing.assert_array_equal(band, other)
