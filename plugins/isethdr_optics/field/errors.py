@@ -31,11 +31,9 @@ if TYPE_CHECKING:
 
     from ..imaging.field_optics import FieldOptics
 
-APART = (
-    1 / 192
-    # share of the frame's longer side, and at least half a tile: images of bands that lie closer
-    # than this count as one. The resolution of the errors is twice as wide.
-)
+# share of the frame's longer side, and at least half a tile: images of bands that lie closer than
+# this count as one. The resolution of the errors is twice as wide.
+APART = 1 / 192
 
 
 def spread_errors(

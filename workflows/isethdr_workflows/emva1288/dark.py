@@ -19,11 +19,9 @@ from .camera import BORDER, DARK, STACK, Bench, Stack, picture_key
 if TYPE_CHECKING:
     from isethdr_sensors.sensor_model import SensorModel
 
-SHARE = (
-    1 / 3
-    # standard error of the pattern's variance over that variance: 4 standard errors of the DSNU are
-    # 0.7 of it
-)
+# standard error of the pattern's variance over that variance: 4 standard errors of the DSNU are
+# 0.7 of it
+SHARE = 1 / 3
 
 
 @dataclass(frozen=True, eq=False)

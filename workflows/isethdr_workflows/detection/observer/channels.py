@@ -13,9 +13,8 @@ import numpy as np
 from numpy.polynomial.hermite_e import hermeval
 
 SCALE = 0.4  # one unit of u, as a share of the width or height of a box
-REACH = (
-    1.3  # half size of a window over size of the box; there, at u = 3.25, order 3 is < 0.1 of peak
-)
+# half size of a window over size of the box; there, at u = 3.25, order 3 is < 0.1 of peak
+REACH = 1.3
 
 
 @dataclass(frozen=True, eq=False)
