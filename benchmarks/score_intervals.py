@@ -30,12 +30,7 @@ CASES = {
     "tunnel": ("experiment=tunnel_exit", "sensor=bayer", "scene.seed=4"),
     "rural": ("experiment=night_drive", "scene=night_drive_rural", "sensor=rgbw", "scene.seed=12"),
 }
-COMMON = (
-    "renderer.step_nm=30",
-    "report=false",
-    "~flare.dirt",
-    "+metric@metric.level=ideal",
-)
+COMMON = ("renderer.step_nm=30", "report=false", "~flare.dirt", "+metric@metric.level=ideal")
 TRUE_SEEDS = (9001, 9002)
 
 

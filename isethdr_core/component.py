@@ -9,11 +9,4 @@ from .plugins.component import (
     class_getter,
 )
 
-__all__ = [
-    "Component",
-    "KEYED",
-    "KINDS",
-    "PLUGIN_API",
-    "Stage",
-    "class_getter",
-]
+__all__ = ["Component", "KEYED", "KINDS", "PLUGIN_API", "Stage", "class_getter"]

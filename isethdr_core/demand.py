@@ -6,8 +6,4 @@ from .pipeline.demand import (
     Response,
 )
 
-__all__ = [
-    "Demand",
-    "NoiseLimit",
-    "Response",
-]
+__all__ = ["Demand", "NoiseLimit", "Response"]

@@ -3,13 +3,4 @@
 from .uncertainty.earlier_terms import DIRECT, SPREAD, ErrorNote
 from .uncertainty.error_terms import ErrorMaps, ErrorTerm, How, Quantity, Source
 
-__all__ = [
-    "DIRECT",
-    "SPREAD",
-    "ErrorMaps",
-    "ErrorNote",
-    "ErrorTerm",
-    "How",
-    "Quantity",
-    "Source",
-]
+__all__ = ["DIRECT", "SPREAD", "ErrorMaps", "ErrorNote", "ErrorTerm", "How", "Quantity", "Source"]

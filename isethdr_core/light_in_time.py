@@ -9,11 +9,4 @@ from .data.temporal_modulation import (
     wrong,
 )
 
-__all__ = [
-    "DIM",
-    "components",
-    "each_component",
-    "stacked",
-    "time_mean",
-    "wrong",
-]
+__all__ = ["DIM", "components", "each_component", "stacked", "time_mean", "wrong"]

@@ -9,11 +9,4 @@ from .plugins.ranges import (
     check_ranges,
 )
 
-__all__ = [
-    "Percent",
-    "Range",
-    "Seed",
-    "Share",
-    "Wavelength",
-    "check_ranges",
-]
+__all__ = ["Percent", "Range", "Seed", "Share", "Wavelength", "check_ranges"]

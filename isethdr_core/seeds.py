@@ -6,8 +6,4 @@ from .runs.seeds import (
     generator,
 )
 
-__all__ = [
-    "Generator",
-    "checked_seed",
-    "generator",
-]
+__all__ = ["Generator", "checked_seed", "generator"]

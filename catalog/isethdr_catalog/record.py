@@ -17,16 +17,7 @@ from isethdr_core.store import read_attrs
 
 SCHEMA = 4  # increased when records of an earlier version must be read again
 # attributes whose entries become properties with dotted names
-NESTED = (
-    "config",
-    "scene",
-    "renderer",
-    "weights",
-    "noise",
-    "effort",
-    "versions",
-    "kernels",
-)
+NESTED = ("config", "scene", "renderer", "weights", "noise", "effort", "versions", "kernels")
 
 
 def records(path: Path, folder: Path) -> list[dict]:

@@ -36,14 +36,7 @@ DIMS = {
     "quantum_efficiency": 3,
 }
 # optional variables: differences between devices
-SPREADS = (
-    "prnu",
-    "dark_spread_e",
-    "dsnu_e",
-    "column_e",
-    "row_e",
-    "silicon",
-)
+SPREADS = ("prnu", "dark_spread_e", "dsnu_e", "column_e", "row_e", "silicon")
 ORDER = ("capture", "y", "x")
 KEY = generator(seed=7, device="K", scene="kit")
 # mean signal of the test field: well above the read noise, well below any full well

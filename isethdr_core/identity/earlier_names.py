@@ -42,11 +42,7 @@ CORE_PACKAGE = "isethdr_core"
 # {key of a config that holds one component: its kind}
 COMPONENTS = {kind: kind for kind in ("scene", "renderer", "lighting", "lens", "sensor", "isp")}
 # settings that select the noise, or the number of its realisations
-FREE = (
-    "device",
-    "seed",
-    "draws",
-)
+FREE = ("device", "seed", "draws")
 # {key of a config that holds several components: their kind}
 TABLES = {"versions": "lighting", "flare": "flare", "cameras": "sensor", "metric": "metric"}
 

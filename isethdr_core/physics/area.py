@@ -8,10 +8,4 @@ from .resampling.area import (
     resample_mean,
 )
 
-__all__ = [
-    "SLACK",
-    "detail_error",
-    "integrate_tiles",
-    "overlaps",
-    "resample_mean",
-]
+__all__ = ["SLACK", "detail_error", "integrate_tiles", "overlaps", "resample_mean"]

@@ -6,8 +6,4 @@ from .detector.random_words import (
     words,
 )
 
-__all__ = [
-    "philox",
-    "tail",
-    "words",
-]
+__all__ = ["philox", "tail", "words"]

@@ -38,11 +38,7 @@ PLANE = {
     "x": 960,
 }
 # dims with entries that are read one at a time, so that no chunk holds several of them
-ONE_SHARD_EACH = (
-    "light_group",
-    "component",
-    "capture",
-)
+ONE_SHARD_EACH = ("light_group", "component", "capture")
 ONE_CHUNK_EACH = ("xyz_channel",)  # a chunk of similar numbers compresses better
 # blosc shuffles the bits of a block only if its number of values is a multiple of this number.
 # Other blocks are copied as they are: rounded pictures then take 1.5 times the disk

@@ -20,17 +20,9 @@ if TYPE_CHECKING:
 
 OWN_LANE_M = -1.75  # middle of the camera's lane
 # own headlamps: metres ahead of the camera, to either side, above the road
-OWN_LAMPS = (
-    2.0,
-    0.65,
-    0.65,
-)
+OWN_LAMPS = (2.0, 0.65, 0.65)
 # headlamps of a car: ahead of its middle, to either side, above the road
-CAR_LAMP = (
-    2.25,
-    0.68,
-    0.70,
-)
+CAR_LAMP = (2.25, 0.68, 0.70)
 RAIL_Y_M = 5.6
 RAIL_M = (26.0, 150.0)
 LAMP_POST_Y_M = 6.4
@@ -48,13 +40,7 @@ HOUSE_TURN_DEG = 225.0  # the lit windows face the road and the camera
 FAR_STEP_M = 0.09  # length of the coarser sections of vehicles beyond 40 m
 SIDE_WALK_Y_M = EDGE_M - 0.25  # pedestrians walk on the paved shoulder
 
-DRIVING = (
-    "low_beam",
-    "position",
-    "tail",
-    "marker",
-    "sign",
-)
+DRIVING = ("low_beam", "position", "tail", "marker", "sign")
 BRAKING = ("brake", "brake_high")
 PARKED = ("position", "tail", "marker", "indicator_front", "indicator_rear")
 # share of all plants, least |y|, m

@@ -109,11 +109,4 @@ def test_tables_above_name_components_that_exist():
 def test_every_kind_has_an_ideal_member_or_needs_none():
     have = {kind for kind, name in components() if name == "ideal"}
     # a scene and a renderer have no effects to switch off
-    assert have >= {
-        "lighting",
-        "lens",
-        "flare",
-        "sensor",
-        "isp",
-        "metric",
-    }
+    assert have >= {"lighting", "lens", "flare", "sensor", "isp", "metric"}

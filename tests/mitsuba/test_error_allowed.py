@@ -115,14 +115,7 @@ def test_the_ladder_of_paths_climbs_and_is_one_for_all():
         paths = next_rung(paths)
     assert rungs == [1, 2, 3, 4, 6, 8, 12, 16, 24, 32, 48, 64, 80, 96, 112, 128, 160, 192, 224, 256]
     # from wherever paths began
-    assert [next_rung(n) for n in (17, 63, 65, 79, 100, 300)] == [
-        24,
-        64,
-        80,
-        80,
-        112,
-        320,
-    ]
+    assert [next_rung(n) for n in (17, 63, 65, 79, 100, 300)] == [24, 64, 80, 80, 112, 320]
 
 
 def test_the_paths_of_a_group_depend_neither_on_other_groups_nor_on_the_overscan():

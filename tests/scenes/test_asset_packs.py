@@ -125,11 +125,7 @@ def test_the_bytes_of_a_pack_are_part_of_the_names_of_results(pack, tmp_path):
     shutil.copytree(pack, folder)
     scene = Street(assets=(str(folder),))
     before = input_digests(scene)
-    assert {name.rpartition("/")[2] for name in before} == {
-        "pack.yaml",
-        "delivery.glb",
-        "rock.ply",
-    }
+    assert {name.rpartition("/")[2] for name in before} == {"pack.yaml", "delivery.glb", "rock.ply"}
     first = load_pack(str(folder)).things[1]
     again = load_pack(str(folder)).things[1]
     assert first is again

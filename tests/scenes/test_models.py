@@ -122,14 +122,7 @@ def test_vehicle_has_glass_wheels_plates_and_a_lamp_of_each_kind_on_both_sides(m
     model = models[name]
     assert {"glass", "tyre", "plate_white", "interior"} <= {p.material for p in model.parts}
     kinds = {p.lamp.kind for p in model.parts if p.lamp}
-    assert {
-        "low_beam",
-        "position",
-        "tail",
-        "brake",
-        "indicator_rear",
-        "reverse",
-    } <= kinds
+    assert {"low_beam", "position", "tail", "brake", "indicator_rear", "reverse"} <= kinds
     for kind in ("low_beam", "position", "tail"):
         y = [p.vertices[:, 1].mean() for p in model.parts if p.lamp and p.lamp.kind == kind]
         assert len(y) == 2 and sum(y) == pytest.approx(0, abs=0.03) and max(y) > 0.45, kind

@@ -23,19 +23,7 @@ if TYPE_CHECKING:
     from isethdr_sensors.sensor_model import SensorModel
 
 # levels around the end of each capture, as standard deviations of shot noise from it
-TOPS_SD = (
-    -8,
-    -5,
-    -4,
-    -3,
-    -2,
-    -1,
-    0,
-    1,
-    2,
-    3,
-    5,
-)
+TOPS_SD = (-8, -5, -4, -3, -2, -1, 0, 1, 2, 3, 5)
 DEFAULT = "inverse_variance"
 UNBIASED = 1e-3  # largest bias of a rule that counts as unbiased, relative to the level
 

@@ -15,13 +15,7 @@ import numpy as np
 
 from isethdr_core.errors import UnitError
 
-COLUMNS = (
-    "field_deg",
-    "wavelength_nm",
-    "frequency_per_mm",
-    "mtf_tangential",
-    "mtf_sagittal",
-)
+COLUMNS = ("field_deg", "wavelength_nm", "frequency_per_mm", "mtf_tangential", "mtf_sagittal")
 SIZE = 129  # number of samples of a point spread along each axis
 PER_LIMIT = 4  # samples per period of the diffraction limit: twice the necessary number
 

@@ -47,11 +47,7 @@ def test_reference_wavelengths_lie_in_the_spectral_range_of_the_bands():
     ) == [400.0, 550.0, 700.0, 800.0, 1000.0]
     table = node_lens(WavefrontLens(focal_shift_um={450.0: 9.0, 650.0: 0.0}), {}, 0.0)
     # the reference wavelengths stay within the table
-    assert references_nm(table, [500.0, 600.0]) == [
-        460.0,
-        550.0,
-        640.0,
-    ]
+    assert references_nm(table, [500.0, 600.0]) == [460.0, 550.0, 640.0]
     narrow = node_lens(WavefrontLens(focal_shift_um={548.0: 9.0, 552.0: 0.0}), {}, 0.0)
     assert references_nm(narrow, [550.0]) == [550.0]
 

@@ -36,12 +36,7 @@ def test_the_default_is_unbiased_rightly_reported_and_not_beaten(rows):
 
 def test_every_figure_with_a_limit_has_a_row(rows):
     said = [r["check"] for r in rows if r["check"]]
-    assert [text.split(":")[-1].strip() for text in said] == [
-        "0.1 %",
-        "5 %",
-        "0.1 dB",
-        "0.1 dB",
-    ]
+    assert [text.split(":")[-1].strip() for text in said] == ["0.1 %", "5 %", "0.1 dB", "0.1 dB"]
     assert "0 other rules without bias at every level: nobody" in said[2]
     assert all(set(r) == set(rows[0]) for r in rows)  # one table
 

@@ -16,11 +16,7 @@ from ..convolution_methods import METHODS, direct, frame, prepare
 SHAPE = (270, 480)
 # relative errors allowed; the last two are 0.1 and 1 standard deviation of the shot noise of
 # 25 000 electrons, the first is far below
-ALLOWED = (
-    1e-5,
-    6e-4,
-    6e-3,
-)
+ALLOWED = (1e-5, 6e-4, 6e-3)
 RATIO = 1e8  # lamp over background, as for a headlight next to a dark road
 
 

@@ -24,16 +24,7 @@ PUBLISHED = {
     "conversion_gain_uv_per_e": 160.0,
 }
 # levels of the photon transfer, as shares of the scale of a capture
-SHARES = (
-    0.1,
-    0.2,
-    0.3,
-    0.4,
-    0.5,
-    0.6,
-    0.7,
-    0.8,
-)
+SHARES = (0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8)
 NEAR = 0.98  # level of the largest SNR as a share of the scale, below the clipping of noise
 SIZE = 128  # side of the pictures, pixels
 

@@ -34,11 +34,7 @@ class Shell:
     lean: float = 0.36  # inward lean of the cabin, per metre of height
     crown: float = 3.2  # exponent of the cabin section; higher values are boxier
     # radius of the corners in plan, radius in profile, flat share of the end face
-    front_round: tuple = (
-        0.34,
-        0.14,
-        0.78,
-    )
+    front_round: tuple = (0.34, 0.14, 0.78)
     rear_round: tuple = (0.28, 0.12, 0.82)
     sweep: tuple = (0.10, 0.06)  # plan curvature of front and rear, 1/m
     soft: float = 0.035  # rounding of the profile corners
