@@ -5,8 +5,8 @@ from isethdr_core.data import quantities
 
 
 def make_light(values, pitch_um=3.0, wavelength_nm=None, field=None):
-    """Return irradiance from a (wavelength, y, x) array on square tiles; the field is all of it
-    unless given in metres.
+    """Return irradiance from a (wavelength, y, x) array on square tiles. `field` is the width and
+    height of the nominal field in metres; None means the whole array.
     """
     values = np.asarray(values, float)
     bands, height, width = values.shape
@@ -35,7 +35,7 @@ def _make_light():
 
 @pytest.fixture
 def flat():
-    """Return a maker of uniform light of `level` W m-2 nm-1 in 31 bands."""
+    """Return a function that makes uniform light of `level` W m-2 nm-1 in 31 bands."""
 
     def make(level, height=64, width=64, pitch_um=3.0):
         return make_light(np.full((31, height, width), float(level)), pitch_um)

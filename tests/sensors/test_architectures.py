@@ -1,5 +1,5 @@
-"""Architectures: shared and separate effects of several charges, gains and exposures; every preset;
-bad fields.
+"""Architectures of sensors: effects that several charges, gains and exposures share or do not
+share; every preset; bad fields.
 """
 
 from importlib.resources import files
@@ -81,7 +81,8 @@ def test_keeps_the_promises_of_a_sensor(name, fields):
 )
 def test_presets_keep_the_promises_of_a_sensor(name):
     base, fields = preset(name)
-    # a bent converter is not its mean, by design; what is expected is said for a fixed exposure
+    # the kit compares shots with `expected`, which holds for a linear converter and a fixed
+    # exposure
     check("sensor", base, **{**fields, "inl_dn": 0.0, **FIXED.get(name, {})})
 
 
@@ -112,7 +113,7 @@ def test_exposures_share_silicon_and_no_shot_noise():
     assert_allclose(found.mean((1, 2)), [8000, 4000, 2000], rtol=5 / np.sqrt(2000 * N))
     correlation = np.corrcoef(found.reshape(3, -1))
     assert np.abs(correlation[np.triu_indices(3, 1)]).max() < 5 / np.sqrt(N)
-    # PRNU is that of one photodiode: 5 % of 4000 e against 63 e of shot noise
+    # both exposures share the PRNU of their photodiode: 5 % of 4000 e against 63 e of shot noise
     found, _ = electrons(
         StaggeredSensor(**{**CLEAN, "prnu": 0.05}, exposure_ratios=(1.0, 0.5)), 8000.0
     )
@@ -139,7 +140,7 @@ def test_four_captures_of_two_photodiodes():
     )
     found, _ = electrons(sensor, 20000.0)
     assert [r.capture for r in sensor.model().readings] == ["LPLG", "LPHG", "SPLG", "SPHG"]
-    # 5 standard errors, step of 29 e
+    # 5 standard errors, and a converter step of 29 e
     assert_allclose(found.mean((1, 2)), [20000, 20000, 20000 / 9, 20000 / 9], rtol=0.002)
     correlation = np.corrcoef(found.reshape(4, -1))
     assert (
@@ -173,7 +174,7 @@ def test_lower_case_pixels_collect_less(flat, varies, dark):
     filters = shot["filter"].values
     level = [mean[filters == k].mean() for k in range(6)]
     assert_allclose(level[3:], [0.0625 * v for v in level[2::-1]], rtol=1e-9)
-    # darkness stands at one level, its noise follows the exposure
+    # all pixels have the same dark level; the dark noise follows the exposure
     night = sensor(flat(0.0, *SIZE), generator(1)).raw.values[0]
     short = filters >= 3
     assert_allclose([night[short].mean(), night[~short].mean()], 1600, atol=5 * 40 / np.sqrt(N / 2))
@@ -255,13 +256,13 @@ def test_all_dark_and_all_saturated(name, level, saturated, flat):
     assert (shot.saturated.values == saturated).all()
     codes = shot.raw.values.astype(float)
     black, top = (shot[name].values[:, None, None] for name in ("black_dn", "top_dn"))
-    # 10 widths of the noise
+    # 10 standard deviations of the read noise plus 1 e
     spread = (
         10
         * shot.gain_dn_per_e.values[:, None, None]
         * (shot.read_noise_e.values[:, None, None] + 1)
     )
-    # which goes on beyond its knee
+    # lin_log still responds beyond its knee, where top_dn ends its linear range
     assert np.all(np.abs(codes - (top if saturated else black)) <= spread) or name == "lin_log"
 
 

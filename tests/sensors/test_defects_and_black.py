@@ -1,6 +1,4 @@
-"""Optical black rows, random telegraph noise and the map of defects, and their treatment
-by an isp.
-"""
+"""Optical black rows, random telegraph noise and the defect map, and how an isp corrects them."""
 
 import numpy as np
 import pytest
@@ -31,7 +29,9 @@ def dark(sensor, key=KEY):
 
 
 def test_telegraph_noise_has_three_peaks_and_its_variance():
-    """Steps of an exponential distribution: -1, 0, 1 with 1/4, 1/2, 1/4; 5 standard errors."""
+    """The steps are exponentially distributed. A trap moves its pixel by -1, 0 or 1 steps with
+    probabilities 1/4, 1/2 and 1/4. Tolerances are 5 standard errors.
+    """
     rows = range(0, 400)
     percent = 30.0
     step = 20.0
@@ -46,7 +46,7 @@ def test_telegraph_noise_has_three_peaks_and_its_variance():
     for value, probability in ((-1, 0.25), (0, 0.5), (1, 0.25)):
         error = 5 * np.sqrt(probability * (1 - probability) / len(sign))
         assert np.mean(sign == value) == pytest.approx(probability, abs=error)
-    # fourth moment of such a product: share x 24 step^4 / 2
+    # fourth moment of the product of step and sign: share x 24 step^4 / 2
     want = telegraph_noise.rms_e(step, percent) ** 2
     spread = np.sqrt((12 * share * step**4 - want**2) / n)
     assert np.mean(found**2) == pytest.approx(want, abs=5 * spread)
@@ -70,10 +70,10 @@ def test_captures_state_telegraph_noise_as_read_noise(flat):
     spread = np.sqrt((12 * 0.1 * 20.0**4 + 2 * 9.0**2) / N)
     assert dark(traps).var() == pytest.approx(stated**2, abs=5 * spread)
     same = np.isclose(dark(traps), dark(plain), atol=1e-4)
-    assert same.mean() == pytest.approx(0.95, abs=0.01)  # half of a tenth moved
+    assert same.mean() == pytest.approx(0.95, abs=0.01)  # half of the 10 % with a trap moved
     again = np.isclose(dark(traps, generator(4, "A")), dark(plain, generator(4, "A")), atol=1e-4)
     both = (~same & ~again).mean()
-    assert both == pytest.approx(0.1 * 0.25, abs=0.005)  # the same pixels, drawn anew
+    assert both == pytest.approx(0.1 * 0.25, abs=0.005)  # same traps, new signs
 
 
 # --- optical black ---
@@ -95,7 +95,7 @@ def test_black_rows_leave_the_image_as_it_is_and_show_the_dark(flat):
 
 @pytest.mark.parametrize("fields", [{}, {"combine_bits": 20}], ids=["apart", "combined"])
 def test_a_measured_black_level_needs_no_stated_one(fields, flat):
-    """Black level and dark charge stated wrong by 9 DN: measured, the picture does not change."""
+    """If the black level is measured, a stated level that is wrong by 9 DN changes no picture."""
     sensor = SplitPixelSensor(**fields, black_rows=16, dark_e_per_s=(2000.0, 300.0))
     shot = sensor(flat(2e-6, 64, 64), KEY)
     wrong = shot.assign(black_dn=shot["black_dn"] - 9.0)
@@ -104,7 +104,7 @@ def test_a_measured_black_level_needs_no_stated_one(fields, flat):
     right, off = (MergeIsp(black="optical")(one)["xyz"].values for one in (shot, wrong))
     np.testing.assert_allclose(off, right, rtol=1e-9, atol=1e-9 * np.abs(right).max())
     stated = MergeIsp()(shot)["xyz"].values[..., 1]
-    # 16 x 64 black pixels of 3 e beside the mean of 60 e
+    # noise of 3 e in each of 16 x 64 black pixels, against a mean of 60 e
     assert right[..., 1].mean() == pytest.approx(stated.mean(), rel=0.01)
 
 
@@ -129,7 +129,7 @@ def test_the_map_names_hot_pixels_and_stays(flat):
     light = flat(1e-6, 96, 96)
     one, two = (hot()(light, generator(k, "A", "x"))["defect"].values for k in (1, 2))
     np.testing.assert_array_equal(one, two)
-    # exponential beyond 500 of 1e5 e/s: a share of exp(-0.005)
+    # an exponential distribution of mean 1e5 e/s has a share of exp(-0.005) beyond 500 e/s
     assert one.mean() == pytest.approx(0.01 * np.exp(-0.005), abs=5 * np.sqrt(0.01 / one.size))
     assert "defect" not in hot(defect_e_per_s=np.inf)(light, KEY)
 

@@ -87,19 +87,19 @@ def test_infrared_cut_residual_is_as_stated():
 
 def test_imx363_curves_are_the_same_shapes_times_062():
     data = reference("sensor_qe.npz")
-    # one was resampled from a coarser grid
+    # 0.017: one of the two tables was resampled from a coarser grid
     assert_allclose(data["imx363_public"], 0.62 * data["ar0132at_rgb"], atol=0.017)
 
 
 def test_responsivity_of_the_data_sheet():
-    # 5.48 V/lux-s over 110 uV/e; illuminant A (2856 K), no blocking filter, green: the assumption
-    # behind peak_qe = 0.65
+    # 5.48 V/lux-s at 110 uV/e, under illuminant A (2856 K), without blocking filter, in green
+    # pixels: peak_qe = 0.65 was derived under these assumptions
     w = np.arange(380.0, 781, 5)
     light = planck_radiance(w, 2856)
     photons = photons_from_energy(light, w) * 5 / luminance(light, w)
     qe = quantum_efficiency(BayerSensor(infrared_cut=False).model(), w)[1]
     volts = (photons * qe).sum() * 3.75e-6**2 * 110e-6
-    # peak_qe is stated to two digits, the fit is good to 1 %
+    # 3 %: peak_qe is stated to two digits, and the fit is good to 1 %
     assert_allclose(volts, 5.48, rtol=0.03)
 
 
@@ -109,7 +109,7 @@ def test_curves_are_physical_everywhere():
         assert np.all((filter_curve(letter, w) >= 0) & (filter_curve(letter, w) <= 1))
     assert np.all((infrared_cut(w) >= 0) & (infrared_cut(w) <= 1))
     assert infrared_cut(850.0) < 1e-10
-    # filters: red longest, blue shortest centroid
+    # the centroid wavelength is shortest for the blue filter and longest for the red one
     centroid = [
         np.sum(w * filter_curve(k, w) * infrared_cut(w))
         / np.sum(filter_curve(k, w) * infrared_cut(w))
@@ -172,7 +172,7 @@ def test_narrow_drops_only_bands_that_cannot_matter(make_light):
     inside = np.isin(w, kept)
     full = sensor.expected(make_light(values, 3.75, w)).values
     less = sensor.expected(make_light(values[inside], 3.75, kept)).values
-    assert_allclose(less, full, rtol=1e-5)  # the bound, for as many as 10 dropped bands
+    assert_allclose(less, full, rtol=1e-5)  # the bound of 1e-6 for each of 10 dropped bands
     assert replace(sensor.narrow(Demand()), response=None) == Demand()
 
 
@@ -181,13 +181,13 @@ def test_a_smooth_spectrum_s_error_shrinks_with_the_square_of_the_band():
     wide, middle, narrow = (
         smooth_spectrum_error(model, np.arange(380.0, 781, step)) for step in (20, 10, 5)
     )
-    # 4 where the curves have no edges
+    # the ratios are 4 for curves without edges
     assert narrow < 1e-3 and 2.5 < wide / middle < 6 and 2.5 < middle / narrow < 6
 
 
 def triangle(tmp_path, centre_nm, half_nm):
-    """Return the model of a sensor with one line, a triangle of height 1, and the wavelengths of
-    its table.
+    """Return a sensor that responds to one spectral line only: a triangle of height 1 that falls to
+    0 at `half_nm` from `centre_nm`, the same in all channels.
     """
     path = tmp_path / f"line{centre_nm}.csv"
     rows = [(400, 0), (centre_nm - half_nm, 0), (centre_nm, 1), (centre_nm + half_nm, 0), (700, 0)]
@@ -199,13 +199,14 @@ def triangle(tmp_path, centre_nm, half_nm):
     "centre_nm", [552.0, 554.97, 555.0, 560.0]
 )  # between band centres, across a border, at a centre
 def test_a_line_narrower_than_a_band_counts_as_it_is(tmp_path, make_light, centre_nm):
-    """0.1 nm wide, in bands of 10 nm: the integral in closed form, and black bodies within the
-    stated error.
+    """For a response 0.1 nm wide in bands of 10 nm, the integral equals its closed form, and black
+    bodies agree within the stated error.
     """
     sensor = triangle(tmp_path, centre_nm, 0.05)
     bands = np.arange(400.0, 701.0, 10.0)
     response = quantum_efficiency(sensor.model(), bands)[0] * bands
-    # of even energy: int q w dw = height x half width x centre, a triangle's moment
+    # light of constant spectral energy: the integral of q w dw over a triangle is
+    # height x half width x centre
     assert response.sum() * 10 == pytest.approx(0.05 * centre_nm, rel=1e-12)
     with stage(rows := Ledger(), "sensor"):
         shot = sensor(make_light(np.full((31, 4, 4), 1e-3), 3.75, bands), None)
@@ -216,7 +217,7 @@ def test_a_line_narrower_than_a_band_counts_as_it_is(tmp_path, make_light, centr
         energy = planck_radiance(fine, kelvin)
         counted = response @ energy.reshape(31, -1).mean(1) * 10
         true = float(spectral_curve(sensor.model(), fine)[0] @ (energy * fine)) * 0.001
-        assert abs(counted / true - 1) <= note.value + 1e-4  # the sum of steps of 0.001 nm
+        assert abs(counted / true - 1) <= note.value + 1e-4  # 1e-4: sum in steps of 0.001 nm
 
 
 def test_a_curve_that_no_band_holds_is_refused(tmp_path, make_light):
@@ -254,9 +255,9 @@ def test_filters_made_of_the_clear_one():
     clear, yellow, magenta = (filter_curve(letter, w) for letter in "CYM")
     assert_array_equal(clear, filter_curve("W", w))
     assert np.all(yellow < clear) and np.all(magenta < clear)
-    # blocks blue
+    # yellow blocks blue
     assert_allclose(np.interp([450, 500, 600], w, yellow / clear), [0, 0.5, 1], atol=1e-3)
-    # blocks green
+    # magenta blocks green
     assert_allclose(np.interp([450, 540, 650], w, magenta / clear), [1, 0.1, 1], atol=0.05)
 
 
@@ -266,8 +267,9 @@ def test_lower_case_letters_stand_after_their_filters():
 
 @pytest.mark.parametrize("cfa", ["RGGB", "W"])
 def test_any_spectrum_within_its_bands_stays_within_the_stated_bound(cfa):
-    """Lines at random places, in bands of 10 nm and where they are; the bound is met to a third by
-    the worst of them, so it is no empty one.
+    """Sum the electrons of random spectral lines in bands of 10 nm and at their own wavelengths.
+    The difference stays within the bound; the worst spectrum exceeds a third of the bound, so the
+    bound is not loose.
     """
     model = BayerSensor(cfa=cfa).model()
     bands = np.arange(400.0, 701.0, 10.0)
@@ -283,5 +285,5 @@ def test_any_spectrum_within_its_bands_stays_within_the_stated_bound(cfa):
         )
         worst = max(worst, float(np.abs(counted - true).max() / response.max()))
     assert bound / 3 < worst <= bound
-    # a tenth of the width, a tenth of the error, and a little for edges
+    # bands a tenth as wide have a tenth of the error, and a little more at edges of the curves
     assert line_error(model, np.arange(400.0, 701.0, 1.0)) < 0.15 * bound

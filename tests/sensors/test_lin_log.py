@@ -1,5 +1,5 @@
-"""Lin-log: a linear sensor below the knee, a straight line in log light beyond, and a table that
-reads it back.
+"""The lin-log sensor is linear below its knee and logarithmic beyond it; a table inverts its
+response.
 """
 
 import re
@@ -33,7 +33,7 @@ def table(sensor):
 
 
 @pytest.mark.slow
-def test_keeps_the_promises_of_a_sensor():  # as it is by default: tests/core/test_conformance.py
+def test_keeps_the_promises_of_a_sensor():  # default fields: tests/core/test_conformance.py
     check("sensor", "lin_log", bits=0)
 
 
@@ -45,14 +45,14 @@ def test_below_the_knee_it_is_the_bayer_sensor_bit_for_bit(flat):
     assert float(bayer.raw.max()) < 2000 and float(bayer.raw.max()) > 100
     for name in ("raw", "saturated", "gain_dn_per_e", "dark_e", "quantum_efficiency"):
         np.testing.assert_array_equal(ours[name].values, bayer[name].values)
-    # it ends where it stops being linear
+    # top_dn is where the response stops being linear
     assert float(ours.top_dn[0]) < float(bayer.top_dn[0])
 
 
 def test_beyond_the_knee_every_decade_of_light_is_the_same_step():
     sensor = LinLogSensor(noise=False, bits=0)
     levels = [float(shot(sensor, 10.0**k)[0][0, 0]) for k in range(6, 11)]
-    # float32 raw: 25 000 e to 0.002 e
+    # 0.01 e: raw is float32, which holds 25 000 e to 0.002 e
     np.testing.assert_allclose(np.diff(levels), 391.0 * np.log(10.0), atol=0.01)
 
 
@@ -64,11 +64,11 @@ def test_the_table_reads_six_decades_back_within_its_codes():
     for mean in (0.0, 100.0, 19000.0, 20500.0, 22000.0, 1e5, 1e6, 1e8, 1e10):
         raw, saturated = shot(sensor, mean)
         found = np.interp(float(raw[0, 0]), dn, electrons)
-        # half a code of charge, divided by the slope there
+        # half a code, converted to charge, divided by the slope of the response at this light
         assert abs(found - mean) <= 0.51 * step_e / cd.slope(
             max(mean, 1.0), sensor.exposure_s, sensor.well()
         ), mean
-        assert saturated[0, 0] == (mean > 17900)  # 2 e of them spilled
+        assert saturated[0, 0] == (mean > 17900)  # from there on more than 2 e spill
 
 
 @pytest.mark.parametrize(
@@ -100,24 +100,25 @@ def test_the_table_reads_noisy_pixels_back_without_bias(mean):
         ]
     )
     found = np.interp(raw.astype(float), dn, electrons)
-    # 5 standard errors; where the response bends within a width of the noise 0.04 % stays
-    # (docs/explanation/charge_dynamics.md)
+    # 5 standard errors; a bias of 0.04 % remains where the response bends within one standard
+    # deviation of the noise (docs/explanation/charge_dynamics.md)
     assert found.mean() / mean == pytest.approx(
         1.0,
         abs=5 * found.std() / mean / np.sqrt(raw.size) + (4e-4 if 2.05e4 < mean < 2.4e4 else 0.0),
     )
-    # what readings say of their own variance, on average: 0.96 to 1.04 where it jumps twentyfold,
-    # +- 0.5 %
+    # mean of the stated variances over the variance found: measured 0.96 to 1.04, each +- 0.5 %,
+    # where the variance rises twentyfold
     ratio = np.interp(raw, dn, variance).mean() / found.var()
     assert abs(ratio - 1) < (0.06 if 2e4 < mean < 2.5e4 else 0.015)
-    if mean > 5e4:  # 5.6 %: s / 391 with s = sqrt(391 + 9.1^2 + step^2 / 12), whatever the light
+    if mean > 5e4:  # 5.6 %: s / 391 with s = sqrt(391 + 9.1^2 + step^2 / 12), at any light
         assert found.std() / mean == pytest.approx(
             np.sqrt(391 + 9.1**2 + 6.3**2 / 12) / 391, rel=0.01
         )
 
 
 def test_a_bend_beyond_the_range_is_refused_in_the_plan_where_no_converter_has_codes():
-    # beyond 25 454 e, just before, and 455 e with one at 20 000 e
+    # a bend beyond the range of 25 454 e; a bend just before its end; and a range of 455 e with the
+    # bend at 20 000 e
     for fields in (
         {"knee_e": 1e5},
         {"knee_e": 33500.0},
@@ -151,12 +152,12 @@ def test_a_bend_beyond_the_range_is_refused_in_the_plan_where_no_converter_has_c
     ],
 )
 def test_readings_state_their_variance_for_other_bends_too(fields, worst):
-    """A sharper bend, more noise, no steps, and steps as wide as the noise; without knowing of the
-    bend it was 1.09 to 2.3 times too large.
+    """The cases are a sharper bend, more noise, no converter steps, and steps as wide as the noise.
+    A variance computed without regard to the bend is 1.09 to 2.3 times too large.
     """
     sensor = LinLogSensor(prnu=0.0, dark_spread=0.0, dark_e_per_s=0.0, column_e=0.0, **fields)
     dn, electrons, variance = table(sensor)
-    assert np.all(np.diff(variance[2:]) > 0)  # a brighter reading never claims to be known better
+    assert np.all(np.diff(variance[2:]) > 0)  # brighter readings state more variance
     for mean in (20400.0, 20800.0, 21200.0, 22400.0, 26000.0):
         [raw], _ = soft_knee_shot.readings(
             soft_knee_shot.SoftKneePixel(sensor.model(), sensor.well(), (False,)),
@@ -164,13 +165,15 @@ def test_readings_state_their_variance_for_other_bends_too(fields, worst):
             generator(5),
         )
         ratio = np.interp(raw, dn, variance).mean() / np.interp(raw, dn, electrons).var()
-        # measured with 900 000 draws: 0.06, 0.01, 0.044, 0.135 at most; 75 000 know a ratio to 0.5
-        # to 1.4 %
+        # largest deviations measured with 900 000 pixels: 0.06, 0.01, 0.044, 0.135; the 75 000
+        # pixels here give the ratio to 0.5 to 1.4 %
         assert abs(ratio - 1) < worst, mean
 
 
 def test_the_plain_inverse_is_too_bright():
-    """Noise on an exponential: exp(s^2 / 2 / 391^2) = 1.0016; at the bend 0.9 %."""
+    """Noise of standard deviation s, put through an exponential, raises the mean by the factor
+    exp(s^2 / 2 / 391^2) = 1.0016. At the bend the bias is 0.9 %.
+    """
     sensor = LinLogSensor(prnu=0.0, dark_spread=0.0, dark_e_per_s=0.0, column_e=0.0)
     dn, electrons, _ = response(
         sensor.model().readings[0], sensor.exposure_s, sensor.well(), noise=False

@@ -1,5 +1,5 @@
-"""LOFIC: conserved charge, two readings of it, a spill with the right noise, and a linear sensor
-below the knee.
+"""The LOFIC sensor conserves charge, reads it twice, spills with the right noise, and is linear
+below its knee.
 """
 
 import numpy as np
@@ -28,8 +28,8 @@ CLEAN = {
 
 
 def electrons(sensor, mean_e, collects=(True, False), **kw):
-    """Return (capture, y, x) electrons of a field of `mean_e` light electrons, and what is
-    saturated.
+    """Return the electrons (capture, y, x) that a light of `mean_e` mean photoelectrons gives, and
+    the mask of saturated pixels.
     """
     light = np.broadcast_to(np.asarray(mean_e, float), SIZE)
     return soft_knee_shot.readings(
@@ -41,13 +41,13 @@ def electrons(sensor, mean_e, collects=(True, False), **kw):
 
 
 @pytest.mark.slow
-def test_keeps_the_promises_of_a_sensor():  # as it is by default: tests/core/test_conformance.py
+def test_keeps_the_promises_of_a_sensor():  # default fields: tests/core/test_conformance.py
     check("sensor", "lofic", bits=0)
 
 
 def test_below_the_knee_it_is_a_linear_sensor_bit_for_bit():
     sensor = LoficSensor()
-    # from 2200 e on, 1e-6 e and more spill
+    # 1800 e at most: from 2200 e on, 1e-6 e or more spill
     light = np.linspace(0.0, 1800.0, SIZE[0] * SIZE[1]).reshape(SIZE)
     raw, saturated = electrons(sensor, light)
     want, want_saturated = linear_readings(sensor.model(), [light], generator(3))
@@ -60,7 +60,7 @@ def test_low_gain_counts_every_electron_on_both_sides_of_the_knee():
     for mean in (100.0, 7000.0, 9000.0, 60000.0):
         (total, charge), _ = electrons(sensor, mean)
         n = total.size
-        # float32 raw: 60 000 e to 0.004 e
+        # raw is float32, which holds 60 000 e to 0.004 e
         assert np.array_equal(total, np.round(total)) and np.all(total - charge >= -1e-3)
         # 5 standard errors: charge plus spill is Poisson
         assert total.mean() == pytest.approx(mean, abs=5 * np.sqrt(mean / n))
@@ -75,8 +75,8 @@ def test_the_photodiode_has_the_noise_of_its_dynamics(mean):
     charge = charge.astype(float)
     total = total.astype(float)
     n = charge.size
-    # 5 standard errors; the mean's 3 e: curvature of the knee over the shot noise, which the
-    # moments leave out
+    # 5 standard errors, and 3 e in the mean: the moments neglect the curvature of the knee over the
+    # range of the shot noise
     assert charge.mean() == pytest.approx(
         float(want.charge_e), abs=5 * np.sqrt(charge.var() / n) + 3.0
     )
@@ -99,10 +99,10 @@ def test_the_high_gain_says_where_it_stops_being_linear():
         <= soft_knee_shot.LINEAR_WITHIN * sensor.knee_e
     )
     _, saturated = electrons(sensor, light)
-    # 6 shot noises
+    # 600 e: 6 standard deviations of the shot noise
     assert not saturated[1][light < limit - 600].any() and saturated[1][light > limit + 600].all()
     assert not saturated[0].any()
-    # the default's converter ends before the knee
+    # with the default fields, the converter ends before the knee
     model = LoficSensor().model()
     assert (
         soft_knee_shot.tops(
@@ -135,8 +135,8 @@ def test_warm_pixels_have_a_softer_knee():
 
 
 def test_the_merge_joins_both_readings_without_bias(make_light):
-    """Levels on both sides of the high gain's end and of the knee, merged, are proportional to the
-    light that was there.
+    """Merged readings are proportional to the light, at levels on both sides of the high gain's end
+    and of the knee.
     """
     sensor = build("sensor", "lofic", cfa="RGGB", prnu=0.0, dark_spread=0.0, column_e=(0.0, 0.0))
     light = make_light(np.ones((31, 48, 48)), 5.6)
@@ -148,7 +148,8 @@ def test_the_merge_joins_both_readings_without_bias(make_light):
         picture = build("isp", "merge", balance="daylight")(shot)
         assert bool(picture.valid.values[4:-4, 4:-4].all())
         found.append(float(picture.xyz.values[4:-4, 4:-4, 1].mean()) / level_e)
-    # 5 standard errors of 1600 pixels, shot noise of the level and of the last
+    # 5 standard errors over 1600 pixels: shot noise of each level and of the last one, to which all
+    # are compared
     assert np.all(
         np.abs(np.array(found) / found[-1] - 1)
         <= 5 * np.sqrt((1 / levels + 1 / levels[-1]) / 1600) + 5e-4

@@ -14,7 +14,8 @@ COUNTER = dict(cfa="W", curves="unit")
 
 
 def test_28_photons_of_1_cd_m2(make_light):
-    # 1 cd/m2 at 555 nm is 1/683 W m-2 sr-1; f/4 makes pi / (1 + 4 16) of it; one 3 um pixel, 16 ms
+    # 1 cd/m2 at 555 nm is 1/683 W m-2 sr-1; an f/4 lens turns it into an irradiance pi / (1 + 4 x
+    # 16) times that; a pixel of 3 um collects for 16 ms
     irradiance = np.pi / 65 / 683
     light = make_light(
         np.array([0, irradiance / 10, 0])[:, None, None] * np.ones((1, 8, 8)),
@@ -34,7 +35,7 @@ def test_all_photons_are_counted_whatever_the_pixel_size(make_light):
         * 9e-12
         * 0.016
     )
-    for pitch in (1.0, 1.5, 3.0, 4.5, 12.0):  # all of them divide the field
+    for pitch in (1.0, 1.5, 3.0, 4.5, 12.0):  # each divides the field without rest
         found = IdealSensor(pitch_um=pitch, **COUNTER).expected(light).sum()
         assert_allclose(found, total, rtol=1e-12)  # rounding only
 
@@ -99,7 +100,7 @@ def test_small_photodiode_collects_its_share(flat):
 
 def test_default_grid_fills_the_nominal_field_and_ignores_the_margin(make_light):
     values = np.ones((3, 40, 60))
-    # bright margin
+    # bright overscan
     values[:, :5] = 1e6
     values[:, :, :5] = 1e6
     light = make_light(values, pitch_um=3.0, field=(50 * 3e-6, 30 * 3e-6))

@@ -1,5 +1,5 @@
-"""Noise, well, converter and fixed pattern of whole shots: photon transfer, shared charge,
-persistence, limits.
+"""Noise, full well, converter and fixed pattern in whole shots: photon transfer, shared charge,
+persistence from shot to shot, and limits.
 """
 
 import numpy as np
@@ -21,8 +21,8 @@ CLEAN_SPLIT = dict(
 
 
 def electrons_read(sensor, mean_e, key=KEY, size=SIZE):
-    """Return (capture, y, x) electrons read back from the numbers of a shot of uniform charge, and
-    `saturated`.
+    """Return the electrons (capture, y, x) decoded from a shot of uniform charge, and the mask of
+    saturated pixels.
     """
     model = sensor.model()
     light = [
@@ -55,7 +55,7 @@ def test_photon_transfer_slope_is_the_gain():
     levels = np.array([500.0, 2000.0, 5000.0, 10000.0, 20000.0])
     shots = [electrons_read(sensor, level)[0] * gain for level in levels]
     slope = np.polyfit([s.mean() for s in shots], [s.var() for s in shots], 1)[0]
-    # 5 standard errors; all levels share their words, so errors do not average
+    # 5 standard errors; all levels share their random numbers, so their errors do not average out
     assert_allclose(slope, gain, rtol=0.03)
 
 
@@ -67,14 +67,14 @@ def test_readings_of_one_charge_share_its_shot_noise():
     lphg = 0.83**2 + 1.337**2 / 12
     assert_allclose(correlation[0, 1], 4000 / np.sqrt((4000 + lplg) * (4000 + lphg)), atol=1e-4)
     assert abs(correlation[0, 2]) < 5 / np.sqrt(N) and abs(correlation[1, 2]) < 5 / np.sqrt(N)
-    # what differs between the two is read noise alone
+    # the two readings differ by read noise and rounding alone
     assert_allclose((found[0] - found[1]).var(), lplg + lphg, rtol=5 * np.sqrt(2 / N))
 
 
 def test_read_noise_below_black_survives():
     found, _ = electrons_read(SplitPixelSensor(**CLEAN_SPLIT), 0.0)
     assert np.all(found.min((1, 2)) < 0)
-    # no bias by clipping; rms is below 4 e
+    # clipping adds no bias; the rms noise is below 4 e
     assert_allclose(found.mean((1, 2)), 0, atol=5 * 4 / np.sqrt(N))
     assert not electrons_read(SplitPixelSensor(bits=0), 0.0)[0].min() >= 0
 
@@ -85,7 +85,7 @@ def test_too_low_a_black_level_is_stated_with_its_bias(flat):
         captures = BayerSensor(black_dn=0.0, **CLEAN)(flat(0.0, 300, 300), KEY)
     [note] = [o for o in ledger[0].left_out if "below code 0" in o.what]
     read = captures.raw.values / float(captures.gain_dn_per_e[0])
-    # 5 standard errors of 9.1 e / sqrt(9e4), and rounding in steps of 6.2 e, less than 1 %
+    # 0.15 e: 5 standard errors of 9.1 e / sqrt(9e4); 1 %: rounding in steps of 6.2 e adds less
     assert_allclose(read.mean(), note.bound, rtol=0.01, atol=0.15)
 
 
@@ -118,7 +118,7 @@ def test_fixed_pattern_persists_from_shot_to_shot_and_differs_between_devices():
     pattern = (0.05 * 5000) ** 2 + 20**2 + 10**2
     temporal = 5000 + 9.1**2 + 0.2
     shared = np.corrcoef(first.ravel(), second.ravel())[0, 1]
-    # 5 standard errors; only 256 columns
+    # 5 standard errors; the column pattern has only 256 samples
     assert_allclose(shared, pattern / (pattern + temporal), atol=0.02)
     assert abs(np.corrcoef(first.ravel(), other.ravel())[0, 1]) < 0.02
     assert_allclose((first - second).var() / 2, temporal, rtol=5 * np.sqrt(2 / N))
@@ -153,13 +153,14 @@ def test_dark_spread_scales_with_the_dark_charge():
     found, _ = electrons_read(sensor, 0.0)
     mean = 9.1e5 * 0.016
     assert_allclose(found.mean(), mean, rtol=5 * 0.2 / np.sqrt(N))
-    # the spread's clipped tail (below -5 sigma) is not seen; a fixed pattern of 5e4 pixels
+    # the spread is clipped below -5 sigma, which does not matter here; 3 %: 5 standard errors of a
+    # variance over 5e4 pixels
     assert_allclose(found.var(), mean + (0.2 * mean) ** 2, rtol=0.03)
 
 
 def test_rounding_error_of_the_converter():
-    # a linear ramp over many codes without any noise: uniform error of one step, rms step /
-    # sqrt(12)
+    # without noise, a linear ramp over many codes has an error that is uniform over one step: its
+    # rms is step / sqrt(12)
     sensor = BayerSensor(noise=False, **CLEAN)
     model = sensor.model()
     ramp = np.linspace(0, 20000, N).reshape(SIZE)
@@ -229,7 +230,7 @@ def test_every_sensor_reduces_to_the_ideal_one(make, ideal, make_light):
     for capture in range(got.sizes["capture"]):
         assert_array_equal(got.raw.values[capture], want.raw.values[0])
         assert not got.saturated.values.any()
-    # float32
+    # rounding of float32
     assert_allclose(want.raw.values, IdealSensor(peak_qe=0.65, **ideal).expected(light), rtol=1e-7)
     assert_array_equal(got["filter"], want["filter"])
 
@@ -242,6 +243,6 @@ def test_mean_of_many_shots_is_expected(make_light):
     read = np.array([3.05, 0.83, 0.83])[:, None, None]
     free = expected < np.array([20000, 5000, 7000])[:, None, None]
     z = (shots.mean(0) - expected) / np.sqrt((expected + read**2) / 60)
-    assert free.mean() > 0.5 and np.abs(z[free]).max() < 5.5  # 1000 pixels; chance 4e-5
+    assert free.mean() > 0.5 and np.abs(z[free]).max() < 5.5  # 1000 pixels; by chance in 4e-5
     assert abs(z[free].mean()) < 5 / np.sqrt(free.sum())  # and all of them together
     assert abs(z[free].std() - 1) < 0.1

@@ -1,5 +1,5 @@
-"""ISETCam's own numbers: noise-free volts by its spatial rule, and its noise statistics by our
-sensor.
+"""Results of ISETCam: its spatial rule gives its noise-free volts, and the sensor of isethdr has
+the same noise statistics.
 """
 
 import os
@@ -64,8 +64,8 @@ def test_noise_free_volts(name, largest_difference):
 
 
 def cells(data, flag):
-    """Yield (level, filter, what ISETCam found with noise flag `flag`, what its rules make of the
-    same electrons) of all 18 cells.
+    """Yield for each of the 18 cells: level, filter, the statistics that ISETCam found with noise
+    flag `flag`, and the statistics that its rules predict for the same electrons.
     """
     gain = float(data["conversion_gain_v_per_e"])
     flag_2 = float(flag == 2)
@@ -89,8 +89,8 @@ def cells(data, flag):
 
 
 def errors_of(want, n):
-    """Return the standard errors of the mean and of the variance of `n` draws; a variance's rests
-    on the fourth moment.
+    """Return the standard errors of the mean and of the variance of `n` draws; that of the variance
+    follows from the fourth moment.
     """
     return np.sqrt(want.variance_v2 / n), np.sqrt((want.fourth_v4 - want.variance_v2**2) / n)
 
@@ -106,21 +106,21 @@ def test_noise_free_means_of_uniform_fields():
 
 @pytest.mark.parametrize("flag", [1, 2])
 def test_noise_statistics_of_all_cells(flag, record_property):
-    """18 cells for a noise flag, most of them clipped at 0 and one at the swing: mean, variance,
-    share at either end.
+    """For each noise flag, compare mean, variance, and the shares clipped at 0 and at the swing in
+    18 cells. Most cells are clipped at 0, and one at the swing.
     """
     data = load("e_noise_default.npz")
     clipped = 0
     off = []
     for _, _, found, want in cells(data, flag):
         of_mean, of_variance = errors_of(want, found["n"])
-        # 5 standard errors; 3e-8 V: volts are float32, of up to 1 V
+        # 5 standard errors; 3e-8 V: rounding of float32 volts up to 1 V
         assert_allclose(found["mean_volts"], want.mean_v, rtol=0, atol=5 * of_mean + 3e-8)
         assert_allclose(found["var_volts"], want.variance_v2, rtol=0, atol=5 * of_variance)
         off.append(abs(found["mean_volts"] - want.mean_v) / (of_mean + 3e-8))
         off.append(abs(found["var_volts"] - want.variance_v2) / of_variance)
         for name, share in (("frac_at_zero", want.at_zero), ("frac_at_swing", want.at_swing)):
-            # 5 binomial standard errors, and one draw where none is expected
+            # 5 binomial standard errors, plus one draw for shares near 0
             assert_allclose(
                 found[name],
                 share,
@@ -136,7 +136,7 @@ def test_clipping_is_left_alone_where_it_does_not_reach():
     noise = VoltageNoise(1e-3, 0.01, 1e-3)
     mean, variance = noise_mean_and_variance(1000.0, 2.0, 1e-4, noise)
     found = clipped_noise(1000.0, 2.0, VoltageReadout(1e-4, 1.0), noise)
-    # 1e-4: rounding the normal count adds 1/12 of an electron squared to 1000
+    # 1.2e-4: rounding the count to whole electrons adds 1/12 e2 to a variance of 1000 e2
     assert_allclose([found.mean_v, found.variance_v2], [mean, variance], rtol=1.2e-4)
     assert (
         found.at_zero < 1e-12
@@ -146,8 +146,9 @@ def test_clipping_is_left_alone_where_it_does_not_reach():
 
 
 def test_our_sensor_has_the_same_statistics(record_property):
-    """Ours, clipped as theirs are: all 18 cells, where its exact Poisson and PRNU of the light
-    alone agree within both samples' errors.
+    """With shots clipped as ISETCam clips, mean and variance of all 18 cells agree within the
+    standard errors of both samples. The sensor of isethdr draws exact Poisson counts, and its PRNU
+    acts on the light alone.
     """
     data = load("e_noise_default.npz")
     gain = float(data["conversion_gain_v_per_e"])
@@ -178,8 +179,8 @@ def test_our_sensor_has_the_same_statistics(record_property):
         assert_allclose(
             ours.mean(dtype=float), theirs["mean_volts"], rtol=0, atol=5 * of_mean + 3e-8
         )
-        # 2e-4: ISETCam's PRNU multiplies noise too; 1e-3 below 25 e to 1e-4 above it: its normal is
-        # rounded
+        # 2e-4: in ISETCam the PRNU multiplies the noise too. Its normal counts are rounded, which
+        # adds 1e-3 below 25 e and 1e-4 above
         assert_allclose(ours.var(dtype=float), theirs["var_volts"], rtol=2e-4, atol=5 * of_variance)
         off.append(abs(ours.mean(dtype=float) - theirs["mean_volts"]) / (of_mean + 3e-8))
         off.append(abs(ours.var(dtype=float) - theirs["var_volts"]) / of_variance)

@@ -1,4 +1,4 @@
-"""Filter arrays and the isp together: a grey comes back in cd/m2 under every pattern that the
+"""Filter arrays together with an isp: a grey comes back in cd/m2 under every pattern that the
 sensors offer.
 """
 
@@ -22,7 +22,9 @@ ALL = [cfa for patterns in PATTERNS.values() for cfa in patterns]
 
 
 def grey(level, size=48, pitch_um=3.75):
-    """Return the irradiance of an even daylight grey of `level` cd/m2 at f/4, without falloff."""
+    """Return the irradiance of a uniform grey of `level` cd/m2 in daylight, at f/4, without
+    falloff.
+    """
     pitch = pitch_um * 1e-6
     at = centres(size, size * pitch)
     values = level * THROUGHPUT * white("daylight", W)[:, None, None] * np.ones((1, size, size))
@@ -49,8 +51,8 @@ def test_grey_comes_back_without_noise(cfa, crosstalk):
     )
     picture = hdr.build("isp", "linear")(sensor(grey(100.0), None))
     y = picture.xyz.values[..., 1]
-    # raw is float32. With crosstalk, pixels of one channel with unlike neighbours differ; the mean
-    # does not
+    # raw is float32. With crosstalk, pixels of one channel differ where their neighbours differ;
+    # their mean does not change
     np.testing.assert_allclose(y[8:-8, 8:-8].mean(), 100.0, rtol=1e-6)
     if not crosstalk:
         np.testing.assert_allclose(y, 100.0, rtol=3e-6)
@@ -62,8 +64,8 @@ def test_grey_comes_back_with_all_noise(cfa):
     sensor = hdr.build("sensor", "single", cfa=cfa)
     picture = hdr.build("isp", "linear")(sensor(grey(100.0), hdr.generator(3)))
     y = picture.xyz.values[..., 1]
-    # neighbours share samples, so 48 x 48 pixels count as about 1 / 16 of that: 5 standard errors,
-    # and 0.05 % for PRNU and columns
+    # 5 standard errors, plus 0.05 % for PRNU and column noise; neighbours share samples, so only
+    # about 1 / 16 of the 48 x 48 pixels count as independent
     assert abs(y.mean() / 100 - 1) < 5 * y.std() / 100 / np.sqrt(y.size / 16) + 5e-4
     assert abs(y.mean() / 100 - 1) < 0.02
     assert picture.valid.values.all()
@@ -77,7 +79,7 @@ def test_companded_captures_come_back():
     plain = hdr.build("isp", "linear")(
         hdr.build("sensor", "bayer")(grey(500.0), hdr.generator(3))
     ).xyz.values[..., 1]
-    # rounding to steps of up to 10 codes, the same noise
+    # 2e-3: both have the same noise, and companding rounds to steps of up to 10 codes
     assert abs(y.mean() / plain.mean() - 1) < 2e-3
 
 

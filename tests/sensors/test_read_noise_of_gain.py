@@ -1,4 +1,6 @@
-"""Read noise against analog gain: a floor, and noise behind the gain that the gain divides."""
+"""Read noise as a function of analog gain: a floor, and noise added after the gain, which the gain
+divides.
+"""
 
 import numpy as np
 import pytest
@@ -18,7 +20,7 @@ from isethdr_core.seeds import generator
 SIZE = (160, 200)
 N = SIZE[0] * SIZE[1]
 CLEAN = dict(prnu=0.0, dark_spread=0.0, column_e=0.0, dark_e_per_s=0.0)
-# 1.5 e, and 6 e at a gain of 1
+# a floor of 1.5 e, and noise after the gain of 600 uV, which is 6 e at a gain of 1
 FLOOR_E = 1.5
 BEHIND_UV = 600.0
 CONVERSION = 100.0
@@ -45,8 +47,9 @@ def dark_dn(sensor):
 
 @pytest.mark.parametrize("gain", [0.5, 1.0, 2.0, 4.0, 8.0, 16.0])
 def test_variance_of_codes_in_the_dark_is_the_closed_form(gain):
-    """K^2 (floor^2 + (V / (c g))^2) + 1 / 12 DN^2, with K DN a microvolt at the sensor's own
-    fields, not from the model; 5 standard errors sqrt(2 / n) of a variance.
+    """The variance is K^2 (floor^2 + (V / (c g))^2) + 1 / 12 DN^2. K in DN per electron is computed
+    here from the sensor's fields, not read from its model. The tolerance is 5 standard errors
+    sqrt(2 / n) of a variance.
     """
     dn_per_e = (4095 - 64) / (0.8e6 / (CONVERSION * gain))
     want = dn_per_e**2 * (FLOOR_E**2 + (BEHIND_UV / (CONVERSION * gain)) ** 2) + 1 / 12
@@ -54,7 +57,7 @@ def test_variance_of_codes_in_the_dark_is_the_closed_form(gain):
 
 
 def test_input_referred_noise_falls_to_its_floor():
-    """n^2 = a + b / g^2 exactly, so a straight line over 1 / g^2, with the floor as its start."""
+    """n^2 = a + b / g^2: a straight line over 1 / g^2 that starts at the square of the floor."""
     gains = np.array([0.5, 1.0, 2.0, 4.0, 16.0, 100.0])
     found = np.array([camera(g).model().readings[0].read_noise_e for g in gains])
     slope, start = np.polyfit(gains**-2, found**2, 1)
@@ -77,7 +80,7 @@ def test_none_behind_the_gain_leaves_every_number(sensor):
 
 
 def test_a_high_conversion_gain_hides_noise_behind_it():
-    """LCG and HCG of one charge: the same microvolts are fewer electrons at 200 than at 49 uV/e."""
+    """LCG and HCG read one charge: 98 uV are fewer electrons at 200 than at 49 uV/e."""
     lcg, hcg = DualGainSensor(after_gain_noise_uv=98.0).model().readings
     assert lcg.read_noise_e == pytest.approx(np.hypot(3.05, 2.0))
     assert hcg.read_noise_e == pytest.approx(np.hypot(0.83, 0.49))

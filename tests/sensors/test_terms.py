@@ -40,7 +40,7 @@ ALL = dict(
 
 
 def read(mean_e, seed=1, sensor=SingleSensor, device="A", **fields):
-    """Return the reading (y, x) of a shot of uniform charge, in electrons where the converter is
+    """Return the first reading (y, x) of a shot of uniform charge, in electrons if the converter is
     off.
     """
     model = sensor(**{**CLEAN, **fields}).model()
@@ -63,19 +63,19 @@ def test_crosstalk_conserves_electrons(optical, electrical):
     model = SingleSensor(
         optical_crosstalk_percent=optical, electrical_crosstalk_percent=electrical
     ).model()
-    # lamps beside darkness, up to the border
+    # a high contrast between neighbours, up to the border
     mean = np.random.default_rng(0).lognormal(0, 8, (7, 9))
     astray = mean * np.random.default_rng(1).random((7, 9))
     both = [mean - astray, astray] if optical else [mean]
     assert_allclose(spread(both, model).sum(), mean.sum(), rtol=1e-13)
     assert spread(both, model).min() >= 0
-    # a single pixel keeps all
+    # a frame of one pixel keeps all electrons
     assert_allclose(spread([part[:1, :1] for part in both], model), mean[:1, :1], rtol=1e-14)
 
 
 @pytest.mark.parametrize("power", [0.0, 1.0, 2.5, -1.0])
 def test_light_goes_astray_as_a_power_of_its_wavelength(make_light, power):
-    """One lit pixel: the share of its light that the neighbours collect is a power of the
+    """With one lit pixel, the share of its light that the neighbours collect is a power of the
     wavelength.
     """
     for nm in (450.0, 550.0, 650.0):
@@ -151,10 +151,10 @@ def test_blooming_conserves_charge_that_finds_room():
     assert_allclose(out.sum(), charge.sum(), rtol=1e-14)
     assert out.max() <= 1000.0
     assert_array_equal(out[:, [0, 2]], 100.0)  # along the column only
-    # 3000 e each way fill 900 e wells: three whole and a third
+    # 3000 e each way fill three and a third wells that have 900 e of room
     assert_allclose(out[20 - 3 : 21 + 3, 1], 1000.0)
     assert_allclose(out[[16, 24], 1], 400.0, rtol=1e-12)
-    # the rest is drained
+    # the drain takes the charge that does not bloom
     assert_allclose(bloom(charge, 1000.0, 40.0).sum(), charge.sum() - 0.6 * 6000, rtol=1e-14)
     assert_array_equal(bloom(charge, 1000.0, 0.0), np.minimum(charge, 1000.0))
 
@@ -175,7 +175,8 @@ def test_blooming_in_a_shot():
     dark, bright = (readings(model, [m], generator(1)) for m in (np.full((60, 40), 100.0), mean))
     changed = np.argwhere((dark[0] != bright[0]).any(0))
     assert set(changed[:, 1]) == {20} and len(changed) > 15
-    # half of 974 545 e fill 25 355 e wells: 9.6 up and 9.6 down, and the pixel itself
+    # half of 974 545 e fill wells with 25 355 e of room: 9.6 wells up, 9.6 down, and the pixel
+    # itself
     assert bright[1].sum() == 19
 
 
@@ -198,8 +199,8 @@ def test_row_noise_is_new_in_every_shot_and_rows_of_the_device_stay():
 
 
 def test_captures_state_the_row_noise_of_their_pixels(make_light):
-    """Half the variance of the difference of two shots of one device is the square of the stated
-    noise.
+    """The square of the stated noise is half the variance of the difference of two shots of one
+    device.
     """
     light = make_light(np.zeros((3, 40, 40)), 3.75)
     sensor = BayerSensor(read_noise_e=5.0, row_noise_e=12.0, rows=40, columns=40)
@@ -210,7 +211,7 @@ def test_captures_state_the_row_noise_of_their_pixels(make_light):
         + float(one.quantisation_e[0]) ** 2 / 12
         + float(one.dark_e[0])
     )
-    # the noise is shared by rows: 40 of them give the variance within 1 +- sqrt(2 / 40); five times
+    # all pixels of a row share its noise, so 40 rows give the variance to sqrt(2 / 40); 5 times
     # that is allowed
     assert (
         0.5 * apart.var() == pytest.approx(stated, rel=5 * np.sqrt(2 / 40))
@@ -221,14 +222,14 @@ def test_captures_state_the_row_noise_of_their_pixels(make_light):
 def test_hot_pixels():
     one, two = (read(0.0, seed, hot_percent=2.0, hot_dark_e_per_s=1e5) for seed in (1, 2))
     count = 0.02 * N
-    # 1 in 1600 of them is below 1 e
+    # 1 in 1600 hot pixels is below 1 e
     assert_allclose((one > 0).sum(), count, atol=5 * np.sqrt(count) + 0.01 * count)
-    # 1e5 e/s in 16 ms, exponential: rms = mean
+    # 1e5 e/s over 16 ms; an exponential distribution has a standard deviation equal to its mean
     assert_allclose(one[one > 0].mean(), 1600, rtol=5 / np.sqrt(count))
     assert_allclose(one[one > 0].std(), 1600, rtol=5 * 2 / np.sqrt(count))
     assert ((one > 50) == (two > 50)).mean() > 0.9995  # the same pixels
     warm = read(0.0, 1, hot_percent=2.0, hot_dark_e_per_s=1e5, temperature_c=68.0)
-    # thermal: doubles in 8 K
+    # dark current doubles in 8 K
     assert_allclose(warm[one > 50].mean() / one[one > 50].mean(), 2, rtol=0.01)
 
 
@@ -295,7 +296,7 @@ def test_captures_carry_the_table(flat):
     linear = np.interp(
         shot.raw.values[0], shot.companding_dn.values[0], shot.companding_linear_dn.values[0]
     )
-    # half of the widest step
+    # 5.1 codes: half of the widest step
     assert np.abs(linear - plain.raw.values[0]).max() <= 5.1 and plain.raw.values.max() > 600
     assert_array_equal(shot.saturated, plain.saturated)
     assert table(KNEES, 4095)[0][-1] == shot.companding_linear_dn.values[0][-1]

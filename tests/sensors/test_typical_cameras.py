@@ -13,7 +13,7 @@ from isethdr_core.data.reference_picture import before_denoising, truth
 from isethdr_core.plugins.registry import build_from_config
 
 LEAST_DB = {"typical_bayer": 15.0, "typical_rgbw": 15.0, "typical_split_pixel": 10.0}
-INNER = slice(8, -8)  # without what the border mirrors
+INNER = slice(8, -8)  # leaves out the border, where samples are mirrored
 
 
 @cache
@@ -25,8 +25,9 @@ def parts(camera):
 @pytest.mark.slow
 @pytest.mark.parametrize("camera", LEAST_DB)
 def test_half_a_candela_stands_out_of_the_noise(camera):
-    """Mean over rms over the pixels of a flat field, in the light that is worst for it: shot noise,
-    reading, fixed pattern, demosaic and colour matrix together.
+    """A flat field of 0.5 cd/m2 has a signal-to-noise ratio (mean over standard deviation of its
+    pixels) above LEAST_DB in every light. The noise contains shot noise, read noise, fixed pattern,
+    demosaic and colour matrix.
     """
     lens, sensor, isp = parts(camera)
     fields = {"width": 64, "height": 64, "horizontal_field_deg": 2.6}
@@ -37,7 +38,7 @@ def test_half_a_candela_stands_out_of_the_noise(camera):
         shot = sensor(lens(lit), hdr.generator(seed=1))
         assert float(shot["exposure_s"].max()) <= 0.033
         y = before_denoising(isp(shot))["xyz"].values[INNER, INNER, 1]
-        assert y.mean() == pytest.approx(0.5, rel=0.02)  # noise of 3e3 pixels, and the aperture
+        assert y.mean() == pytest.approx(0.5, rel=0.02)  # noise of 2304 pixels, and the aperture
         assert 20 * np.log10(y.mean() / y.std()) > LEAST_DB[camera]
 
 
@@ -45,7 +46,8 @@ def test_half_a_candela_stands_out_of_the_noise(camera):
 def test_the_read_noise_at_a_gain_of_one_is_that_of_its_source(camera):
     sensor = parts(camera)[1]
     found = [reading.read_noise_e for reading in sensor.model().readings]
-    # ISETCam's 3.05 e and 0.83 e; the presets hold three digits of a floor and of a voltage
+    # 3.05 e and 0.83 e are the values of ISETCam; 1e-3: the presets state a floor and a voltage to
+    # three digits
     np.testing.assert_allclose(found, [3.05, 0.83, 0.83][: len(found)], rtol=1e-3)
 
 
@@ -53,7 +55,9 @@ def test_the_read_noise_at_a_gain_of_one_is_that_of_its_source(camera):
 @pytest.mark.parametrize("camera", LEAST_DB)
 @pytest.mark.parametrize("contrast", [2.0, 10.0])
 def test_denoising_takes_at_most_a_fifth_of_mtf50(camera, contrast):
-    """Against the same demosaic without denoising: the demosaic alone changes MTF50, too."""
+    """The comparison is with the same demosaic without denoising, because the demosaic alone also
+    changes MTF50.
+    """
     lens, sensor, isp = parts(camera)
     noisy_isp = replace(isp, denoise="none")
     scene = hdr.build(
@@ -69,7 +73,7 @@ def test_denoising_takes_at_most_a_fifth_of_mtf50(camera, contrast):
     light = lens(mixed)
     metric = hdr.build("metric", "slanted_edge")
     found = []
-    for seed in range(3):  # of the noise, which moves one measurement by some per cent
+    for seed in range(3):  # noise moves one measurement by some per cent
         shot = sensor(light, hdr.generator(seed=seed))
         picture = isp(shot)
         reference = truth(mixed, picture)
@@ -101,8 +105,8 @@ def test_the_main_job_runs_with_either_cameras(experiment, f_number, pupil, deno
 
 @pytest.mark.slow
 def test_a_deer_stands_out_of_its_ring_in_every_camera():
-    """The goal is a detectability d' of 5 by temporal noise: one coarse shot of the main job, with
-    a clean lens, whose kernels take less time.
+    """In one coarse shot of the main job, the deer exceeds the goal of d' = 5 against temporal
+    noise. The lens is clean, because its kernels take less time.
     """
     size = ["renderer.width=96", "renderer.height=54", "renderer.samples=8"]
     others = ("shares", "dynamic_range", "snr", "colour", "ssim", "log_luminance", "detection")

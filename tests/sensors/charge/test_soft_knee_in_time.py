@@ -1,5 +1,5 @@
-"""Pixels that bend under light that flashes: against the differential equation, and electron by
-electron.
+"""Soft-knee pixels under flashing light agree with the differential equation and with a simulation
+electron by electron.
 """
 
 from __future__ import annotations
@@ -40,13 +40,13 @@ LIGHTS = [
 
 
 def frames(lights, starts, columns):
-    """Return the parts as frames, and the mean electrons that arrive in each row."""
+    """Return the parts of the light as frames, and the mean electrons that arrive in each pixel."""
     parts = [(m, np.full((len(starts), columns), v)) for m, v in lights]
     return parts, sum(v * (light_s(m, starts, T) / T) for m, v in parts)
 
 
 def integrated(lights, start):
-    """Return the charge by an implicit solver from switch to switch."""
+    """Return the charge from an implicit solver that restarts wherever a lamp switches."""
     begins, durations = pieces([m for m, _ in lights], np.array([start]), T)
     charge = np.zeros(1)
     for begin, duration in zip(begins[:, 0], durations[:, 0]):
@@ -70,7 +70,7 @@ def integrated(lights, start):
     return charge[0]
 
 
-# one kind of light that varies is enough for a quick test; the solver takes half a second for each
+# the quick tests run one light only: the solver takes half a second for each
 @pytest.mark.parametrize(
     "lights",
     [pytest.param(one, marks=[pytest.mark.slow] * (k != 1)) for k, one in enumerate(LIGHTS)],
@@ -79,7 +79,7 @@ def test_charge_agrees_with_the_differential_equation(lights):
     starts = row_starts_s(2, 5.1e-3)
     parts, arrived = frames(lights, starts, 1)
     found = in_time.stays(arrived, parts, starts, in_time.Exposure(T, WELL, LIMIT), None, 0)[:, 0]
-    # 1e-3 e: what the solver leaves of 7000 e at its 1e-8
+    # 1e-3 e: error of the solver at 7000 e, with its relative tolerance of 1e-8
     np.testing.assert_allclose(found, [integrated(lights, s) for s in starts[:, 0]], atol=1e-3)
 
 
@@ -93,7 +93,7 @@ def test_constant_parts_are_constant_light_and_little_light_is_untouched():
         None,
         0,
     )
-    # 1e-6 e may spill unnoticed
+    # below LIMIT, a spill of up to 1e-6 e is neglected
     np.testing.assert_allclose(found, flow(0.0, arrived / T, T, WELL)[0], rtol=1e-12, atol=2e-6)
     small = arrived[arrived < LIMIT]
     assert len(small) > 5 and np.array_equal(found[0, : len(small)], small)
@@ -104,7 +104,7 @@ def test_fast_pulses_are_even_light():
     lights = [(Modulation(50e3, duty=0.5, phase=0.2), 2e4)]
     parts, arrived = frames(lights, np.zeros((1, 1)), 1)
     even = flow(0.0, arrived / T, T, WELL)[0]
-    # half a pulse
+    # 12.5 e: half the charge of one pulse
     assert in_time.stays(
         arrived, parts, np.zeros((1, 1)), in_time.Exposure(T, WELL, LIMIT), None, 0
     ) == pytest.approx(even, abs=12.5)
@@ -129,8 +129,9 @@ def test_noise_agrees_with_pixels_followed_in_small_steps():
     found = in_time.stays(
         arrived, parts, np.zeros((100, 1)), in_time.Exposure(T, WELL, LIMIT), generator(3), 0
     )
-    # 1 e: curvature (half an electron) and 5 standard errors of 16 e, 6000 pixels and 10 000; 12 %:
-    # 5 standard errors of a variance, steps, curvature
+    # mean: 0.5 e for the curvature of the response, and 5 standard errors of a difference of means
+    # (standard deviation 16 e; 6000 and 10 000 pixels). 12 % of the variance and covariance: 5
+    # standard errors, the time steps, and the curvature
     assert found.mean() == pytest.approx(
         charge.mean(), abs=0.5 + 5 * 16 * np.sqrt(1 / 6000 + 1 / 10_000)
     )
@@ -138,11 +139,11 @@ def test_noise_agrees_with_pixels_followed_in_small_steps():
     assert np.cov(found.ravel(), arrived.ravel())[0, 1] == pytest.approx(
         np.cov(charge, total)[0, 1], rel=0.12
     )
-    assert found.var() < 0.1 * mean[0, 0]  # far from Poisson: the test above is no matter of course
+    assert found.var() < 0.1 * mean[0, 0]  # far from Poisson noise, so the tests above can fail
 
 
 def test_the_noise_that_the_count_explains_is_not_drawn_twice():
-    # just beyond the knee: most of the variance is that of the count
+    # just beyond the knee, where most of the variance comes from the number of photoelectrons
     lights = [
         (STEADY, 1e3),
         (PULSES, 7e3),
@@ -161,8 +162,8 @@ def test_the_noise_that_the_count_explains_is_not_drawn_twice():
     found = in_time.stays(
         arrived, parts, np.zeros((100, 1)), in_time.Exposure(T, WELL, LIMIT), generator(3), 0
     )
-    # 12 %: 5 standard errors of a variance from 10 000 draws are 7 %, curvature at the knee adds 4;
-    # drawn twice it would be 19
+    # 12 %: 5 standard errors of a variance from 10 000 pixels are 7 %, curvature at the knee adds
+    # 4 %; noise drawn twice would add 19 %
     assert found.var() == pytest.approx(float(moments.charge_var_e2[0]), rel=0.12)
 
 
@@ -174,7 +175,7 @@ def test_a_lofic_pixel_keeps_all_charge_in_its_capacitor_whenever_it_comes(flat)
     assert mean.values.min() > 2 * sensor.knee_e
     np.testing.assert_allclose(shot.raw.sel(capture="LCG"), mean.sel(capture="LCG"), rtol=1e-6)
     alone = shot.raw.sel(capture="HCG").values
-    assert np.ptp(alone, axis=0).min() > 0.1 * alone.mean()  # rows differ by when the pulses come
+    assert np.ptp(alone, axis=0).min() > 0.1 * alone.mean()  # rows see other pulses
     assert shot.saturated.sel(capture="HCG").values.mean() > 0.3
 
 
@@ -206,7 +207,7 @@ def test_lamps_too_fast_to_follow_are_refused(flat):
 
 def test_what_may_have_spilled_is_a_bound_for_any_course():
     for charge in (3000.0, 5000.0, 6000.0):
-        flash = [(Modulation(1 / T, duty=1e-3, phase=0.0), charge)]  # all at once, at the start
+        flash = [(Modulation(1 / T, duty=1e-3, phase=0.0), charge)]  # all light at the start
         parts, arrived = frames(flash, np.zeros((1, 1)), 1)
         left = in_time.stays(
             arrived, parts, np.zeros((1, 1)), in_time.Exposure(T, WELL, 0.0), None, 0

@@ -1,4 +1,4 @@
-"""Combination on the chip: its codes are decoded to the light, with the stated noise."""
+"""Combination on the chip: decoded codes give the light back, with the stated noise."""
 
 import numpy as np
 import pytest
@@ -31,7 +31,9 @@ def test_every_code_comes_back_as_itself(bits):
 
 @pytest.mark.parametrize("bits", [20, 24])
 def test_every_linear_code_comes_back_within_half_a_step(bits):
-    """All of 20 bits, every eleventh of 24; in a segment the error is even: step / sqrt(12)."""
+    """Test every linear code of 20 bits, and every eleventh of 24 bits. Within a segment the error
+    is uniform, so its standard deviation is step / sqrt(12).
+    """
     sensor = camera(bits)
     knees = sensor.companding
     top = 2**bits - 1
@@ -39,7 +41,7 @@ def test_every_linear_code_comes_back_within_half_a_step(bits):
     dn = np.arange(0, top + 1, 1 if bits == 20 else 11, dtype=float)
     apart = companding.decompand(companding.compand(dn, knees, top), knees, top) - dn
     step = chip_combination.code_steps(code, dn)
-    # a knee may round to the segment beyond it, whose codes are wider
+    # a value near a knee may round into the next segment, where codes are wider
     beyond = chip_combination.code_steps(code, np.minimum(dn + step, top))
     assert np.all(np.abs(apart) <= np.maximum(step, beyond) / 2 * (1 + 1e-9))
     for low, high in zip([0.0, *(k[0] for k in knees)], (k[0] for k in knees), strict=False):
@@ -63,7 +65,8 @@ def test_without_noise_it_is_the_light_to_half_a_code(bits, make_light):
         np.interp(want, shot["response_e"].values[0], shot["response_dn"].values[0]),
     )
     adc = [1.0 / r.gain_dn_per_e / s.ratio for r, s in _by_source(sensor)]
-    # the output's half step, and the half step of the least sensitive converter that takes part
+    # allowed: half a step of the output, plus half a step of the least sensitive converter that
+    # contributes
     part = np.select([want < 4300, want < 17600], [adc[2], adc[1]], adc[0])
     assert np.all(np.abs(read.charge_e - want)[use] <= (0.51 * steps + 0.51 * part)[use])
     assert use[:, :-8].all() and not use[:, -1].any()
@@ -78,8 +81,8 @@ def _by_source(sensor):
 @pytest.mark.parametrize("bits", [20, 24])
 @pytest.mark.parametrize("mean_e", [1.0, 30.0, 1000.0, 4700.0, 12000.0, 19000.0, 1e5, 6e5])
 def test_mean_and_stated_variance(bits, mean_e, flat):
-    """In all three readings and in both ramps: no bias but what the ramp has, and the variance of
-    an average pixel as stated; 5 standard errors.
+    """In all three readings and in both blending ramps, the mean has no bias beyond that of the
+    ramp, and the variance is the one stated for an average pixel, within 5 standard errors.
     """
     sensor = camera(bits)
     one = sensor.expected(flat(1e-6, 4, 4)).values[0].mean()
@@ -95,12 +98,15 @@ def test_mean_and_stated_variance(bits, mean_e, flat):
     error = 5 * values.std() / np.sqrt(n)
     assert abs(values.mean() - mean_e) < error + in_ramp * allowed
     stated = float(np.interp(mean_e, shot["response_e"][0], shot["response_variance_e2"][0]))
-    # 7 %: in the ramps the weight moves with the reading; elsewhere 5 sqrt(2 / n)
+    # 7 % in the ramps, where the weight changes with the noisy reading; elsewhere 5 standard errors
+    # sqrt(2 / n) of a variance
     assert values.var() == pytest.approx(stated, rel=0.07 if in_ramp else 5 * np.sqrt(2 / n))
 
 
 def test_the_picture_is_that_of_the_captures_apart(make_light):
-    """From 0.1 to 1e4 cd/m2: medians of 600 pixels of each level agree within their noise."""
+    """At 12 levels over four decades, the means of the 384 inner pixels of each level agree within
+    their noise.
+    """
     levels = np.repeat(np.geomspace(1e-6, 1e-2, 12), 8)
     light = make_light(np.broadcast_to(levels, (31, 96, 96)).copy(), pitch_um=3.0)
     apart, together = (

@@ -33,7 +33,9 @@ def straight(corner_deg: float) -> tuple[tuple[float, float], ...]:
 
 @pytest.fixture
 def through_lens(flat):
-    """Return a maker of uniform light with a chief ray proportional to the image height."""
+    """Return a function that makes uniform light with a chief ray angle proportional to the image
+    height.
+    """
 
     def make(corner_deg: float) -> xr.DataArray:
         light = flat(1e-3, COUNT, COUNT, PITCH_UM)
@@ -49,7 +51,7 @@ def sensor(cls=SingleSensor, **fields):
 
 
 def electrons(light, **fields) -> np.ndarray:
-    """Return the mean electrons of light alone, (y, x)."""
+    """Return the mean photoelectrons (y, x), without dark charge."""
     return sensor(dark_e_per_s=0.0, **fields).expected(light).values[0]
 
 
@@ -61,9 +63,10 @@ def test_the_corner_loses_what_the_table_says_and_the_axis_nothing(
     tables = {"microlens_cra_deg": straight(design_deg), "microlens_response": RESPONSE}
     share = electrons(light, **tables) / electrons(light)
     assert share[CENTRE, CENTRE] == 1.0
-    # 1e-12: the corner is 20 degrees off, a point of the table, up to rounding of the angles
+    # in the corner the chief ray is 20 degrees off the design, a point of the table; 1e-12 allows
+    # for rounding of the angles
     assert share[[0, 0, -1, -1], [0, -1, 0, -1]] == pytest.approx(0.8, rel=1e-12)
-    # half way out the chief ray is 10 degrees off, another point
+    # half way to the corner the chief ray is 10 degrees off, another point of the table
     assert share[CENTRE // 2, CENTRE // 2] == pytest.approx(0.95, rel=1e-12)
     assert share.max() <= 1.0 and np.all(np.diff(share[CENTRE, CENTRE:]) < 0)
 
@@ -87,7 +90,7 @@ def test_light_without_chief_rays_keeps_every_bit_and_the_ledger_says_so(flat):
         found = sensor(**tables)(light, generator)
     xr.testing.assert_identical(found, sensor()(light, generator))
     [note] = [note for note in book[0].left_out if note.key == CHIEF_RAYS]
-    assert note.bound == pytest.approx(0.6, rel=1e-12)  # all that the table can take away
+    assert note.bound == pytest.approx(0.6, rel=1e-12)  # the largest loss in the table
 
 
 def test_photocurrent_loses_as_irradiance_does(through_lens):
@@ -106,7 +109,7 @@ def test_photocurrent_loses_as_irradiance_does(through_lens):
     )
     assert current.attrs["units"] == quantities.PHOTOCURRENT
     found, wanted = (bayer.expected(one).values for one in (current, light))
-    assert found == pytest.approx(wanted, rel=1e-12)  # the same sums
+    assert found == pytest.approx(wanted, rel=1e-12)  # rounding only
     assert wanted[0, 0, 0] < 0.9 * wanted[0, CENTRE, CENTRE]
 
 
@@ -150,7 +153,7 @@ def test_through_a_thin_lens_light_comes_from_its_centre():
     radius_mm = 1e3 * np.hypot(shot.x.values[None, :], shot.y.values[:, None])
     angle_deg = np.degrees(np.arctan(radius_mm / lens.focal_length_mm))
     wanted = PchipInterpolator(*zip(*RESPONSE))(angle_deg)
-    # 2e-5: the lens states angles right to 1e-3 degrees, where the response falls 0.02 a degree
+    # 2e-5: the lens states angles to 1e-3 degrees, and the response falls by 0.02 per degree
     assert share == pytest.approx(wanted, abs=2e-5)
 
 
@@ -177,14 +180,15 @@ def test_the_ledger_states_what_the_cone_of_rays_changes(through_lens):
         return note.bound
 
     assert stated(((0.0, 1.0), (60.0, 1.0))) == 0.0
-    # random rays in an even cone, instead of rings
+    # independent computation: random rays, uniform over the cone, instead of rings of rays
     radius, turn = np.random.default_rng(1).random((2, 20_000))
     radius = np.degrees(np.arctan(0.5 / 1.4)) * np.sqrt(radius)
     rays = [radius * f(2 * np.pi * turn) for f in (np.cos, np.sin)]
     chief = np.linspace(0, 25, 33)
     mean = np.array([1 - 0.01 * np.hypot(rays[0] + off, rays[1]).mean() for off in chief])
     wanted = np.abs(mean / mean[0] - (1 - 0.01 * chief)).max()
-    # 3e-3: three standard errors of the rays, 0.05 / sqrt(20 000) each, and 8 rings
+    # 3e-3: three standard errors of the random rays, 0.05 / sqrt(20 000) each, and the error of the
+    # sensor's 8 rings
     assert stated(((0.0, 1.0), (100.0, 0.0))) == pytest.approx(wanted, abs=3e-3)
     assert wanted > 0.08
 

@@ -1,5 +1,5 @@
-"""Both kinds of light: photocurrent made from irradiance by hand gives the electrons that
-irradiance gives, in every sensor.
+"""Sensors take irradiance or photocurrent: a photocurrent computed from the irradiance by hand
+gives the same electrons in every sensor.
 """
 
 import numpy as np
@@ -49,11 +49,11 @@ def test_every_sensor_accepts_both(name):
     sensor = build("sensor", name)
     light = irradiance()
     response = sensor.narrow(Demand()).response
-    if response is None:  # no noise: no error could be small beside it
+    if response is None:  # without noise, no error is small enough to neglect
         assert not sensor.model().noise
         return
     short = photocurrent(light, response)
-    # float64, another order of sums
+    # rounding of float64: the sums run in another order
     np.testing.assert_allclose(
         sensor.expected(short).values, sensor.expected(light).values, rtol=1e-12
     )

@@ -1,4 +1,6 @@
-"""Automatic exposure: proportional to the light, within its limits, blind to noise."""
+"""Automatic exposure is inversely proportional to the light, stays within its limits, and does not
+depend on noise.
+"""
 
 import numpy as np
 import pytest
@@ -12,7 +14,7 @@ RULES = ["centre", "histogram", "percentile", "highlights"]
 
 
 def light_of(make_light, factor=1.0):
-    """Return light of five decades, a thousandth of the pixels far above the rest."""
+    """Return light over three decades, and one pixel of 1600 a hundred times brighter."""
     level = np.geomspace(1e-6, 1e-3, 40 * 40).reshape(40, 40)
     level[20, 20] = 0.1
     return make_light(np.broadcast_to(factor * level, (31, 40, 40)).copy(), pitch_um=3.75)
@@ -36,7 +38,7 @@ def test_twice_the_light_takes_half_the_time(rule, make_light):
 
 @pytest.mark.parametrize("rule", RULES)
 def test_the_level_meets_its_target(rule, make_light):
-    """Metered again, apart from the solver, on the mean electrons at the solved exposure."""
+    """Meter again, independently of the solver, on the mean electrons at the solved exposure."""
     light = light_of(make_light)
     camera = sensor(exposure_rule=rule, exposure_target=0.4)
     with ledger.stage(ledger.Ledger(), "sensor") as row:
@@ -50,7 +52,7 @@ def test_the_level_meets_its_target(rule, make_light):
         "percentile": np.percentile(share, 95.0),
         "highlights": np.sort(share, axis=None)[-2],  # all but the lamp
     }[rule]
-    # a code of the converter's top, 6.3 e of 25 455
+    # 3e-4: one code of the converter, 6.3 e of 25 455
     assert level == pytest.approx(0.4, rel=3e-4)
     assert row.errors[0].value < 1e-9 and "iterations" in row.errors[0].label
 
@@ -134,8 +136,8 @@ def test_bad_fields_are_refused_by_name(fields, said):
 
 
 def test_each_exposure_is_solved_on_its_own(make_light):
-    """T1 meets its rule, the last keeps the brightest pixel at the target, the steps between are
-    equal.
+    """T1 meets its rule, the last exposure has the brightest pixel at the target, and the ratios
+    between neighbouring exposures are equal.
     """
     light = light_of(make_light)
     camera = sensor(
@@ -148,7 +150,7 @@ def test_each_exposure_is_solved_on_its_own(make_light):
     shot = camera(light, hdr.generator(1))
     exposures = np.asarray(shot["exposure_s"].values, float)
     alone, _ = auto_exposure.solve(sensor("bayer", exposure_rule="histogram"), light)
-    # T1 as a sensor with one exposure solves it
+    # T1 equals the exposure of a sensor with one exposure
     assert exposures[0] == pytest.approx(alone, rel=1e-6)
     np.testing.assert_allclose(
         exposures[1:] / exposures[:-1], exposures[1] / exposures[0], rtol=1e-9
@@ -157,7 +159,7 @@ def test_each_exposure_is_solved_on_its_own(make_light):
     brightest = (
         hdr.build("sensor", "bayer", exposure_s=float(exposures[-1])).expected(light).values.max()
     )
-    # the target; dark charge is a part of it
+    # 0.5 is the target; it includes dark charge
     assert brightest / full_e == pytest.approx(0.5, rel=1e-3)
 
 

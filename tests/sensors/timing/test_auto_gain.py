@@ -1,4 +1,4 @@
-"""Automatic gain takes over where the exposure is at its limit, and only there."""
+"""Automatic gain acts where the exposure has reached its limit, and only there."""
 
 import numpy as np
 import pytest
@@ -20,7 +20,7 @@ def camera(name="bayer", **fields):
 
 
 def dim(make_light, level=1e-5):
-    """Return light of a decade, of which no rule fills the scale in 10 ms."""
+    """Return light over one decade, too dim for any rule to reach its target in 10 ms."""
     values = level * np.geomspace(0.5, 5.0, 24 * 24).reshape(24, 24)
     return make_light(np.broadcast_to(values, (31, 24, 24)).copy(), pitch_um=3.75)
 
@@ -28,7 +28,7 @@ def dim(make_light, level=1e-5):
 @pytest.mark.parametrize("rule", RULES)
 @pytest.mark.parametrize("name", SENSORS)
 def test_the_amplified_reading_meets_the_target(name, rule, make_light):
-    """Metered again on a sensor that has that gain from the start."""
+    """Meter again on a sensor that has the found gain from the start."""
     sensor = camera(name, exposure_rule=rule, auto_gain_max=200.0)
     light = dim(make_light)
     found = auto_exposure.settle(sensor, light)
@@ -45,7 +45,7 @@ def test_the_amplified_reading_meets_the_target(name, rule, make_light):
         "percentile": np.percentile(share, 95.0),
         "highlights": share.max(),
     }[rule]
-    assert level == pytest.approx(0.5, rel=1e-3)  # full wells count whole codes
+    assert level == pytest.approx(0.5, rel=1e-3)  # full scale is a whole number of codes
 
 
 @pytest.mark.parametrize("name", SENSORS)
@@ -79,7 +79,7 @@ def test_darkness_takes_all_the_gain(make_light):
 
 
 def test_gain_lowers_the_noise_behind_it(make_light):
-    """sqrt(floor^2 + (V / (c g))^2), as the shot states it."""
+    """The shot states a read noise of sqrt(floor^2 + (V / (c g))^2)."""
     sensor = camera(read_noise_e=1.0, after_gain_noise_uv=880.0)
     shot = sensor(dim(make_light), hdr.generator())
     gain = shot.attrs["analog_gain_factor"]

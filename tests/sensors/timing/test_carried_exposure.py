@@ -1,4 +1,6 @@
-"""A carried exposure: every sensor with an exposure rule states its own and takes another."""
+"""Exposure carried from frame to frame: every sensor with an exposure rule states the exposure it
+settles at, and takes a given one.
+"""
 
 import numpy as np
 import pytest
@@ -24,7 +26,7 @@ def camera(name, **fields):
 
 
 def light_of(make_light, level=1e-3):
-    """Return light of three decades."""
+    """Return light over three decades."""
     values = level * np.geomspace(0.03, 30.0, 16 * 16).reshape(16, 16)
     return make_light(np.broadcast_to(values, (31, 16, 16)).copy(), pitch_um=3.75)
 

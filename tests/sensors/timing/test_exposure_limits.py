@@ -1,4 +1,6 @@
-"""Limits of the exposure: motion by projecting a moving point, flicker by counting pulses."""
+"""Limits of the exposure: that of motion by projecting a moving point, that of flicker by lamps at
+several phases.
+"""
 
 import numpy as np
 import pytest
@@ -20,7 +22,9 @@ def exposure_of(sensor, light):
 
 
 def test_the_object_beside_the_lane_moves_by_two_pixels(make_light):
-    """The lens of `make_light` is 4 mm long; in darkness the exposure is as long as it may be."""
+    """`make_light` states a focal length of 4 mm. In darkness the exposure is as long as the limits
+    allow.
+    """
     dark = make_light(np.zeros((31, 8, 8)), pitch_um=3.75)
     t = exposure_of(camera(exposure_speed_m_s=SPEED), dark)
     before, after = (4e-3 * 5.0 / distance for distance in (20.0, 20.0 - SPEED * t))
@@ -36,8 +40,8 @@ def test_bright_light_needs_no_limit(make_light):
 
 @pytest.mark.parametrize("level", [1e-5, 2e-4])
 def test_no_phase_and_no_row_shows_where_exposures_are_whole_periods(level, make_light):
-    """A lamp that flashes at 90 Hz gives its mean in every row, to the rounding of its phase; half
-    a line of light more would show.
+    """A lamp that flashes at 90 Hz gives its mean in every row, up to the rounding of its phase. An
+    exposure longer by half a line time would fail.
     """
     scene = make_light(np.full((31, 40, 8), level), pitch_um=3.75)
     lamp = make_light(np.full((31, 40, 8), 0.3 * level), pitch_um=3.75)
@@ -59,7 +63,7 @@ def test_no_phase_and_no_row_shows_where_exposures_are_whole_periods(level, make
         np.testing.assert_allclose(fixed.expected(light).values, want, rtol=1e-9)
     [exposure_s] = exposures
     assert (exposure_s * 90) % 1 == pytest.approx(0.0, abs=1e-9)
-    assert 1 <= round(exposure_s * 90) <= 2  # 33 ms hold two periods
+    assert 1 <= round(exposure_s * 90) <= 2  # 33 ms hold two whole periods
 
 
 def test_gain_makes_up_for_what_whole_periods_cut_off(make_light):

@@ -1,4 +1,6 @@
-"""Lamps that flash during an exposure: each row of each capture has its own exact exposure."""
+"""Lamps that flash during an exposure: each row of each capture integrates exactly the light of its
+own exposure.
+"""
 
 from __future__ import annotations
 
@@ -19,22 +21,22 @@ QUIET = {"noise": False, "bits": 0}
 
 
 def two(make_light, modulation=PULSES, height=24):
-    """Return light of a constant scene and a lamp of its own modulation, and the two alone, on
-    pixels of 3.75 um.
+    """Return the light of a constant scene and a modulated lamp as components, then the scene alone
+    and the lamp alone, on tiles of 3.75 um.
     """
     scene, lamp = (make_light(scale * pattern((5, height, 8)), 3.75) for scale in (1e-5, 1e-4))
     return stacked(["constant", "lamp"], [Modulation(), modulation], [scene, lamp]), scene, lamp
 
 
 def sampled(modulation, start, duration, samples=40_000):
-    """Return the mean of the modulation over each row by brute force, and how far that may be
-    off.
+    """Return the mean of the modulation over the exposure of each row by brute force, and a bound
+    on its error.
     """
     t = start + (np.arange(samples) + 0.5) * (duration / samples)
     turns = modulation.frequency_hz * t + modulation.phase
     if modulation.depth:
         return (1 + modulation.depth * np.cos(2 * np.pi * turns)).mean(axis=1, keepdims=True), 1e-8
-    # half a sample an edge
+    # the error is half a sample for each edge of a pulse
     return (turns % 1 < modulation.duty).mean(
         axis=1, keepdims=True
     ) / modulation.duty, 6 / samples / modulation.duty
@@ -73,7 +75,7 @@ def test_rolling_is_global_a_line_time_later_per_row(make_light):
             phase=("component", [0.0, PULSES.phase + PULSES.frequency_hz * 1e-3 * row])
         )
         shot = build("sensor", "single", exposure_s=2e-3, line_time_s=0.0).expected(later).values
-        # the phase is rounded: 1e-15 periods of a pulse of 0.1, in 0.18 periods
+        # rounding of the phase by 1e-15 periods, for pulses of 0.1 periods in an exposure of 0.18
         np.testing.assert_allclose(rolling[:, row], shot[:, row], rtol=1e-12)
     assert np.ptp(rolling[0].sum(axis=1)) > 0.5 * rolling[0].sum(axis=1).max()  # the rows do differ
 
@@ -103,7 +105,7 @@ def test_whole_periods_see_the_mean_over_time(make_light, name):
     sensor = build("sensor", name, exposure_s=3 / 90)
     if name == "interleaved":
         sensor = replace(sensor, lower_case_percent=100 / 3)  # the shorter exposure is one period
-    # the sum of both components is rounded to float32 where it is mixed beforehand
+    # 1e-6: `time_mean` adds the components in float32
     np.testing.assert_allclose(
         sensor.expected(light).values, sensor.expected(time_mean(light)).values, rtol=1e-6
     )
@@ -118,8 +120,8 @@ def test_the_mean_over_phases_is_the_mean_over_time(make_light):
         sensor.expected(light.assign_coords(phase=("component", [0.0, p]))).values
         for p in (np.arange(20) + 0.5) / 20
     ]
-    # straight between multiples of 0.1 periods, where the midpoint rule is exact; the sum
-    # beforehand is rounded to float32
+    # the electrons are piecewise linear in the phase between multiples of 0.1 periods, so the
+    # midpoint rule is exact; 1e-6: `time_mean` adds the components in float32
     np.testing.assert_allclose(
         np.mean(each, axis=0), sensor.expected(time_mean(light)).values, rtol=1e-6
     )
@@ -132,7 +134,7 @@ def test_both_photodiodes_expose_together_and_staggered_captures_do_not(make_lig
     flash = in_components(lamp, frequency_hz=50.0, duty=0.05, phase=0.0)
     split = build("sensor", "split_pixel", exposure_s=0.016, line_time_s=0.0).expected(flash).values
     steady = build("sensor", "split_pixel", exposure_s=0.016).expected(lamp).values
-    # dark charge is 1 % at most
+    # 1 %: dark charge is less
     np.testing.assert_allclose(split.sum(axis=(1, 2)) / steady.sum(axis=(1, 2)), 20 / 16, rtol=0.01)
     sensor = build(
         "sensor",
@@ -161,7 +163,7 @@ def test_an_interleaved_shorter_exposure_ends_with_the_longer_one(make_light):
         line_time_s=0.0,
         dark_e_per_s=0.0,
     )
-    lower = np.isin(np.arange(24) % 4, (2, 3))  # rows of the pattern that are written in lower case
+    lower = np.isin(np.arange(24) % 4, (2, 3))  # rows of the pattern in lower case
     assert np.all(sensor.expected(early).values[0][lower] == 0) and np.all(
         sensor.expected(early).values[0][~lower] > 0
     )
