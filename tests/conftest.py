@@ -11,8 +11,8 @@ from pathlib import Path
 
 import pytest
 
-# files of more than three CPU seconds, the longest first: the processes that share the tests take
-# file by file, and what comes last should be short, so that they end together
+# test files that take more than three CPU seconds, longest first. Each worker process takes one
+# file at a time. The last files should be short, so that all workers end at about the same time
 LONGEST_FIRST = (
     "core/test_conformance.py",
     "core/test_conformance_kit.py",
@@ -90,14 +90,16 @@ def largest_difference(record_property):
 
 
 def pytest_collection(session):
-    """Count no objects while five thousand tests are collected, of which none is garbage."""
+    """Stop garbage collection while five thousand tests are collected; they hold no garbage."""
     gc.disable()
     send_what_is_shown(session.config)
 
 
 def send_what_is_shown(config):
-    """Let a process that shares the tests send one message a test instead of five: setups and
-    teardowns that passed, begins and ends are not shown. These messages take 2 ms of both sides.
+    """Let each worker process send one message per test instead of five.
+
+    The terminal does not show begins and ends of tests, nor setups and teardowns that passed. Their
+    messages take 2 ms on both sides. With the option `--durations`, all messages are sent.
     """
     if config.getoption("durations") is not None:
         return
@@ -110,7 +112,7 @@ def send_what_is_shown(config):
 
 
 def of_a_process(hook) -> bool:
-    """Return whether a hook sends messages from a process that shares the tests."""
+    """Return whether a hook sends the messages of a worker process of pytest-xdist."""
     return type(hook.plugin).__name__ == "WorkerInteractor"
 
 
@@ -129,7 +131,7 @@ def pytest_collection_modifyitems(items):
 
 
 def pytest_collection_finish():
-    """Leave what was collected out of all later searches for garbage: 6 % of the tests' time."""
+    """Exclude the collected tests from later garbage collections: saves 6 % of the tests' time."""
     gc.enable()
     gc.collect()
     gc.freeze()
@@ -138,8 +140,8 @@ def pytest_collection_finish():
 def draw_examples_whatever_is_imported():
     """Let hypothesis draw the same examples in each order of the tests.
 
-    It would try numbers that it finds in the source files of all modules imported so far, and reads
-    a thousand files for this: two CPU seconds in each process.
+    By default, hypothesis also tries numbers that it finds in the source files of all modules
+    imported so far. Reading these thousand files takes two CPU seconds in each process.
     """
     providers = sys.modules.get("hypothesis.internal.conjecture.providers")
     if providers is not None:
@@ -147,15 +149,16 @@ def draw_examples_whatever_is_imported():
 
 
 def pytest_unconfigure():
-    """Let the interpreter free all objects at its end; bindings complain about those it keeps."""
+    """Let the interpreter free all objects at exit; C++ bindings warn about objects that stay."""
     gc.unfreeze()
 
 
 @pytest.fixture(scope="session", autouse=True)
 def power_stays_on():
-    """Leave out the wait for the disk at the end of each store: 2 ms for each of its files.
+    """Replace `os.fsync` by nothing: its wait for the disk takes 2 ms for each file of a store.
 
-    Only a power cut could tell; tests/core/storage/test_store.py checks that stores ask for it.
+    Only a power cut makes a difference. tests/core/storage/test_store.py checks that stores call
+    `os.fsync`.
     """
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(os, "fsync", lambda _: None)
@@ -164,17 +167,17 @@ def power_stays_on():
 
 @pytest.fixture(scope="session")
 def unmade_folders(tmp_path_factory):
-    """Return names of folders that are new and not made yet, one for each test that asks."""
+    """Return an iterator over paths of folders that do not exist yet, one for each test."""
     parent = tmp_path_factory.getbasetemp() / "homes"
     return (parent / str(number) for number in itertools.count())
 
 
 @pytest.fixture(autouse=True)
 def isethdr_home(request, unmade_folders, monkeypatch):
-    """Send every store that a test makes to the test's own folder, and return it.
+    """Let every store that a test writes go to the test's own home folder, and return its path.
 
-    It is made by the first store. A folder for each of the tests that make none would take a
-    millisecond, and another one to remove it.
+    The first store creates the folder. To create one for each test that writes no store would take
+    a millisecond, and to remove it another millisecond.
     """
     own = "tmp_path" in request.fixturenames
     home = (request.getfixturevalue("tmp_path") if own else next(unmade_folders)) / "isethdr_home"
@@ -186,7 +189,7 @@ def isethdr_home(request, unmade_folders, monkeypatch):
 
 @pytest.fixture(scope="session", autouse=True)
 def no_page():
-    """Leave out the report of a run, whose plots take a second; tests of the catalog have them."""
+    """Leave out the report of a run: its plots take a second. Tests of the catalog do write it."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("isethdr_catalog.report.write_report", lambda result: None)
         yield

@@ -1,4 +1,4 @@
-"""Fixtures of the catalog's tests: here reports are made."""
+"""Fixtures of the catalog's tests, in which runs write their reports."""
 
 import pytest
 from isethdr_catalog import report
@@ -8,9 +8,9 @@ write_report = report.write_report
 
 @pytest.fixture(scope="module", autouse=True)
 def with_pages():
-    """Undo the fixture that leaves reports out, for the tests of one file.
+    """Undo the fixture `no_page`, which leaves reports out, for the tests of one file.
 
-    The scope `package` would last to the end of the session, because this folder is no package.
+    The scope `package` would last to the end of the session, because this folder is not a package.
     """
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(report, "write_report", write_report)

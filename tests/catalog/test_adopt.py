@@ -31,9 +31,9 @@ COLUMNS = 6
 
 @pytest.fixture
 def home(tmp_path):
-    """Return a home folder with a scene and a run that the version before manifests wrote."""
+    """Return a home folder with a scene and a run in format 1, which has no manifests."""
     with tarfile.open(Path(__file__).parent / "data" / "format_1.tar.xz") as archive:
-        # Python before 3.11.4 knows no filters; the archive is our own
+        # Python before 3.11.4 has no extraction filters; this archive is a part of the tests
         filters = {"filter": "data"} if sys.version_info >= (3, 11, 4) else {}
         archive.extractall(tmp_path, **filters)
     return tmp_path
@@ -78,8 +78,9 @@ def test_adoption_changes_no_value_and_protects(home):
 
 
 def test_an_adopted_store_has_the_manifest_of_a_new_one(home, tmp_path):
-    """The same data, written anew: the same files with the same parts, but none of an array that
-    has one value.
+    """Adopt a store, and write its data again: both manifests list the same files.
+
+    Only chunks of arrays with a single value are missing from the new store.
     """
     adopt_store(home / SCENE)
     old = read_manifest(home / SCENE)
@@ -92,7 +93,7 @@ def test_an_adopted_store_has_the_manifest_of_a_new_one(home, tmp_path):
     )
     new = read_manifest(again)
     assert all("/c/" not in key for key in new.files)
-    # the version before manifests had a folder for every axis of an array
+    # format 1 has a folder for each axis of an array; the new format has one file name
     old_names = {key: key.replace("/c/", "/c.") for key in old.files}
     flat = {
         k.partition("/c.")[0] + "/c." + k.partition("/c.")[2].replace("/", ".") if "/c." in k else k

@@ -42,7 +42,7 @@ def person(distance_m):
 
 @pytest.fixture
 def folder(tmp_path):
-    """Return a home of this test's own."""
+    """Return a home that the test may change."""
     return filled(tmp_path)
 
 
@@ -99,7 +99,7 @@ def ids(rows):
 
 def test_night_scenes_with_a_pedestrian_within_30_m(same_folder):
     rows = find(same_folder, kind="scene", lighting="night", person__distance_m__le=30)
-    assert ids(rows) == ["near"] and rows[0]["person.distance_m"] == 12.0  # the nearer of two
+    assert ids(rows) == ["near"] and rows[0]["person.distance_m"] == 12.0  # the nearer person
 
 
 def test_runs_of_one_sensor_ordered_by_a_score(same_folder):
@@ -113,7 +113,7 @@ def test_runs_of_one_sensor_ordered_by_a_score(same_folder):
         "run2",
         "run0",
     ]
-    # NaN last
+    # NaN sorts last
     assert ids(find(same_folder, kind="run", sensor="bayer", order_by="-ssim")) == [
         "run0",
         "run1",
@@ -196,7 +196,7 @@ def test_operators(same_folder, conditions, expected):
 
 
 def test_a_list_property_equals_what_it_holds(tmp_path, monkeypatch):
-    """As Python finds it, whatever characters JSON writes in another way."""
+    """A query finds what `in` finds in Python, also for characters that JSON escapes."""
     monkeypatch.setattr(index, "SETTLED_S", -1e9)  # the index stays open between the queries
     odd = ["wet", "wet night", "we", 'a"b', "a\\b", "a/b", "é", "a\tb", "'", "[", "1.5", ""]
     lists = {f"n{k}": [text, f"x{text}"] for k, text in enumerate(odd)} | {"many": odd, "none": []}
@@ -264,7 +264,7 @@ def test_two_hundred_records_are_indexed_fast(tmp_path):
         put(tmp_path, f"s{i:03d}", kind="scene", scene={"seed": i}, objects=[person(float(i))] * 20)
     start_s = time.process_time()
     assert refresh(tmp_path).records == 200
-    # of CPU; measured well below 1 s, and a loaded machine may take twice as much
+    # 3 s of CPU time: measured well below 1 s, and a loaded machine may take twice as much
     assert time.process_time() - start_s < 3
 
 

@@ -1,4 +1,6 @@
-"""Two runs beside each other: what differs, and whether by more than their intervals."""
+"""Comparing two runs: the settings that differ, and whether scores differ beyond their
+intervals.
+"""
 
 from __future__ import annotations
 
@@ -68,7 +70,7 @@ def test_a_mistyped_home_is_an_error(tmp_path, monkeypatch):
 
 
 def test_scores_of_frames_and_of_objects_are_two_tables(isethdr_home):
-    """A mean over `scores` is one over frames, whatever objects there are."""
+    """A mean over the view `scores` averages frames only; it includes no object's scores."""
     stored_sweep(isethdr_home)
     _, [(mean, count)] = sql(
         isethdr_home, "SELECT avg(value), count(*) FROM scores WHERE metric = 'ssim'"

@@ -1,6 +1,4 @@
-"""The index is a cache that never hides a store, whatever was renamed and however clocks
-were set.
-"""
+"""The index is a cache. It never hides a store, even when stores are renamed or clocks are set."""
 
 from __future__ import annotations
 
@@ -22,7 +20,7 @@ from isethdr_core.errors import CatalogError
 
 
 def put(home: Path, name: str, **attrs) -> Path:
-    """Rename a whole store of nothing but root attributes into `home`."""
+    """Write a store that has only root attributes, and rename it into `home`."""
     attrs = {"kind": "run", "format": 1, "complete": True, "cameras": ["a"]} | attrs
     folder = home / ("runs" if attrs["kind"] == "run" else "scenes")
     hidden = folder / f".{name}.new"
@@ -38,7 +36,7 @@ def names(home: Path) -> list[str]:
 
 @pytest.fixture
 def read(monkeypatch) -> list[str]:
-    """Return the names of the stores whose attributes the index reads, as they are read."""
+    """Return a list that receives a store's name each time the index reads its attributes."""
     seen = []
     real = index.records
 
@@ -172,7 +170,7 @@ index.refresh(sys.argv[1])
 @pytest.mark.slow
 def test_what_an_interrupted_refresh_leaves_is_removed(tmp_path):
     put(tmp_path, "a")
-    old = tmp_path / ".index-abc"  # as an older version names it
+    old = tmp_path / ".index-abc"  # name of older versions
     old.mkdir()
     os.utime(old, (1, 1))
     done = subprocess.run([sys.executable, "-c", KILLED, str(tmp_path)], check=False)
@@ -203,7 +201,10 @@ print(json.dumps([records, time.process_time() - start_s, peak_mb() - before_mb]
 
 @pytest.mark.slow
 def test_one_new_run_among_20_000_costs_little(tmp_path):
-    """Below 1 s of CPU and 50 MB per 10,000 records; measured 0.3 s and 25 MB per 10,000."""
+    """Indexing one more run takes below 1 s of CPU time and 50 MB per 10,000 records.
+
+    Measured are 0.3 s and 25 MB per 10,000 records.
+    """
     for k in range(20_000):
         put(
             tmp_path,
@@ -229,7 +230,7 @@ def test_one_new_run_among_20_000_costs_little(tmp_path):
 
 @pytest.fixture
 def settled(monkeypatch):
-    """Have each state of a folder count as settled, as it does some seconds after a change."""
+    """Count each state of a folder as settled; normally it settles some seconds after a change."""
     monkeypatch.setattr(index, "SETTLED_S", -1e9)
 
 
@@ -273,11 +274,11 @@ def test_a_folder_that_changed_a_moment_ago_is_compared_again(tmp_path):
     assert index.state(tmp_path) is None
 
 
-# values of a property in three stores, and (operator, asked, numbers of the stores it finds)
+# property: (values in three stores, [(operator, value in the query, numbers of stores found)])
 OF_SEVERAL_TYPES = {
-    # a column that becomes text
+    # the column of the index becomes text
     "gain": ((1, 2.5, "auto"), [("", "auto", {2}), ("", 1, {0}), ("__ge", 2, {1})]),
-    "in_list": ((1, [1, 2], "1"), [("", 1, {0, 1, 2})]),  # a list holds the value
+    "in_list": ((1, [1, 2], "1"), [("", 1, {0, 1, 2})]),  # lists match by element
     "on": ((True, False, "true"), [("", True, {0, 2})]),
     "far": ((1e-5, 10**17, -3), [("", 1e-5, {0}), ("__in", [10**17, -3], {1, 2})]),
     "half": ((0.1, "[half a list", "x"), [("__ne", "x", {0, 1})]),
@@ -287,7 +288,7 @@ OF_SEVERAL_TYPES = {
 
 @pytest.mark.slow
 def test_properties_of_several_types_are_found(tmp_path):
-    """Types change from refresh to refresh."""
+    """The type of each property changes from refresh to refresh."""
     for k in range(3):
         config = {name: values[k] for name, (values, _) in OF_SEVERAL_TYPES.items()}
         put(tmp_path, f"r{k}", config={**config, "Gain": k, "": k, "odd \"n'ame": k})

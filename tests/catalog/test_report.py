@@ -29,7 +29,7 @@ SMALL = [
     "~flare@flare.dirt",
     "scene.width=64",
     "scene.height=36",
-    "scene.horizontal_field_deg=8",  # a small field is a small sensor
+    "scene.horizontal_field_deg=8",  # makes the sensor small
     "draws=2",
 ]
 
@@ -41,7 +41,7 @@ def home(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def result(home):
-    """One run for all tests of this file."""
+    """Return one run for all tests of this file."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("ISETHDR_HOME", str(home))
         patch.setenv("ISETHDR_CACHE", str(home / "cache"))
@@ -89,12 +89,12 @@ def without_scripts(html):
 
 
 def shown_numbers(html):
-    """Return what the viewer reads, as Python values."""
+    """Return the data that the viewer reads, as Python values."""
     return json.loads(re.search(r'id="viewer-data">([^<]*)</script>', html)[1])
 
 
 def unpacked(text, itemsize):
-    """Return the whole numbers of a plane that `viewer.packed` wrote, in rows."""
+    """Return the integers of a plane that `viewer.packed` wrote, row after row."""
     rows = np.frombuffer(gzip.decompress(base64.b64decode(text)), np.uint8)
     return rows.reshape(itemsize, -1).T.copy().view(f"<u{itemsize}").ravel()
 
@@ -107,7 +107,7 @@ def test_the_viewer_holds_what_the_store_says_of_each_pixel(result):
         captures = result.open(f"captures/{entry['name']}").load()
         y = display_view.luminance(picture).ravel()
         upper = unpacked(entry["luminance"], 2).astype("<u4") << 16
-        # 8 significant bits, rounded to nearest: half of 2^-7
+        # the page keeps 8 significant bits, rounded to nearest: relative error of half of 2^-7
         np.testing.assert_allclose(upper.view("<f4"), y, rtol=2.0**-8)
         for k, plane in enumerate(captures["raw"].values):
             np.testing.assert_array_equal(unpacked(entry["raw"][k], 4), plane.ravel())
@@ -126,7 +126,7 @@ def test_the_viewer_holds_what_the_store_says_of_each_pixel(result):
         low = data["lowest_db"] + data["step_db"]
         high = data["lowest_db"] + 255 * data["step_db"]
         told = data["lowest_db"] + data["step_db"] * steps[known]
-        # half a step of rounding, and its own rounding
+        # SNR is rounded to steps: half a step, and 1e-6 dB for rounding of the step itself
         np.testing.assert_allclose(
             told, np.clip(snr_db, low, high), atol=data["step_db"] / 2 + 1e-6
         )
@@ -134,7 +134,7 @@ def test_the_viewer_holds_what_the_store_says_of_each_pixel(result):
 
 def test_a_page_of_very_many_pixels_leaves_their_numbers_out(result, monkeypatch):
     monkeypatch.setattr(viewer, "MOST_PIXELS", 100)
-    monkeypatch.setattr(plots, "_svg", lambda *_, **__: Markup())  # of no use here
+    monkeypatch.setattr(plots, "_svg", lambda *_, **__: Markup())  # no plots are needed
     data = shown_numbers(page.page(result))
     assert not data["told"] and "luminance" not in data["entries"][0]
 
@@ -174,7 +174,7 @@ def test_a_missing_report_is_made_again_and_an_old_one_stays(result, home, monke
     # no process has this number
     left = report.parent / f".{report.name}.{socket.gethostname()}-999999999-abcdef.tmp"
     left.touch()
-    monkeypatch.setattr(plots, "_svg", lambda *_, **__: Markup())  # of no use here
+    monkeypatch.setattr(plots, "_svg", lambda *_, **__: Markup())  # no plots are needed
     assert write_report(again) == report and not left.exists(), (
         "what a killed writer left is removed"
     )
@@ -193,7 +193,7 @@ HOSTILE = "<script>alert(1)</script>\"'&{{ 7 * 7 }}{% raw %} $\\frac{$ --> ]]> _
 
 
 class Renamed:
-    """A stored run whose every name is `HOSTILE`: cameras, light groups, metrics, stages, keys."""
+    """A stored run in which every name is `HOSTILE`: cameras, light groups, metrics, stages."""
 
     def __init__(self, stored):
         self.stored = stored
@@ -206,7 +206,7 @@ class Renamed:
         bounds = {"low": 0.5, "high": 1.5}
         a["ledger"] = [row | {"errors": [note], "left_out": [omission]}]
         a["scores"] = [score | bounds | {"object": o} for o in ("", HOSTILE)]
-        # two cameras of unlike shares, so that the remarks about them are shown
+        # two cameras with unlike shares of valid pixels, so that the page remarks on them
         for camera, share in ((self.camera, 0.2), ("other", 0.9)):
             named = {"camera": camera, "metric": "valid_share", "value": share}
             a["scores"] += [score | bounds | named | {"object": o} for o in ("", HOSTILE)]
@@ -227,7 +227,7 @@ class Renamed:
         self.ledger = ledger.Ledger.from_records(a["ledger"])
 
     def open(self, group):
-        """Return the group of the stored run that stands for `group`."""
+        """Return the stored run's group for `group`, in which the camera has a hostile name."""
         opened = self.stored.open(group.replace(self.camera, self.stored.cameras[0]))
         objects = opened.attrs.get("objects") or []
         return opened.assign_attrs(objects=[o | {"category": HOSTILE} for o in objects])
@@ -235,7 +235,7 @@ class Renamed:
 
 @pytest.mark.slow
 def test_two_runs_stand_side_by_side(result, home):
-    """The same run twice: all pictures, and nothing that differs."""
+    """The page of a run compared with itself shows all pictures of both, and no difference."""
     found = compare(home, result.key[:8], result.key)
     html = write_compare_page(found, home / "comparisons").read_text()
     for camera in result.cameras:
@@ -247,7 +247,7 @@ def test_two_runs_stand_side_by_side(result, home):
 
 @pytest.fixture(scope="module")
 def renamed_page(result):
-    """Return the page of a run of hostile names."""
+    """Return the page of a run with hostile names."""
     return page.page(Renamed(result))
 
 
@@ -272,9 +272,9 @@ def test_warnings_and_unlike_shares_are_told(renamed_page):
 def test_compression_brings_the_mean_to_a_middle_grey():
     day = np.full((8, 8), 600.0)
     a = pictures.compression(day, 4000.0)
-    # 40 halvings of 100: 1e-10 in a
+    # 40 bisections of the interval from 0 to 100 leave 1e-10 in the compression
     assert display_view.tone(0.15, a) == pytest.approx(pictures.MIDDLE, abs=1e-6)
-    # too dark to reach: the default
+    # so dark a scene cannot reach the middle grey, and gets the default compression
     assert pictures.compression(day * 1e-5, 4000.0) == pytest.approx(display_view.COMPRESSION)
 
 
@@ -305,7 +305,7 @@ def test_flare_in_the_dark_does_not_show_as_a_white_area():
     flared[:, :5] = 1000.0
     white = pictures.shown_white_cd_m2(dark, [flared])
     assert white == 30.0
-    # the lamp of a day covers less than a tenth, and moves no white
+    # a picture that is nowhere much brighter than the scene does not move the white
     assert pictures.shown_white_cd_m2(dark, [dark + 0.01]) == pictures.shown_white_cd_m2(dark)
 
 
@@ -345,10 +345,10 @@ def test_snr_of_a_constant_variance_is_level_over_noise(result):
     picture = before_denoising(result.open("picture/bayer").load())
     truth = result.open("truth/bayer").load()
     picture["variance"][:] = 1.0
-    # both are noise of a pixel: 4 (cd/m2)^2 together
+    # both variances are noise of a pixel; together they are 4 (cd/m2)^2
     picture["fixed_pattern_variance"] = 3.0 + 0 * picture["variance"]
     luminance, snr = plots.snr_curve(picture, truth, least=1)
-    # rounding of a logarithm
+    # tolerance in dB: rounding of a logarithm
     np.testing.assert_allclose(snr, 20 * np.log10(luminance / 2.0), atol=1e-9)
 
 
@@ -370,8 +370,9 @@ def test_snr_of_a_constant_variance_is_level_over_noise(result):
     ],
 )
 def test_the_profile_is_drawn_over_the_angle_at_which_a_pixel_looks(attrs, angle_deg, place):
-    """On the row through the axis the angle is the field angle, by the formula of the lens; above
-    it, tangents keep columns together.
+    """On the row through the axis, the angle is the field angle by the formula of the lens.
+
+    Without distortion, a rectilinear lens has the same horizontal angle in all rows of a column.
     """
     x = np.array([-place, 0.0, place]) * 4e-3
     y = np.array([0.0, 1e-3])

@@ -1,4 +1,4 @@
-"""A stored run computed again has the same numbers; what changed is named."""
+"""A stored run that is computed again has the same numbers; differences are named."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ def test_a_run_computed_again_is_the_same(stored, capsys):
 
 @pytest.mark.slow
 def test_other_seeds_and_versions_are_named(stored, tmp_path, capsys):
-    """The record of a run is given another seed and library: its numbers are those of before."""
+    """The record of a run gets another seed and library version, but keeps its old numbers."""
     home, key = stored
     path = home / "runs" / f"{key}.zarr"
     attributes = read_attrs(path)

@@ -1,4 +1,4 @@
-"""Several homes at once: queries state the home of each record; a key is found in any of them."""
+"""Several homes at once: queries state the home of each record, and find a key in any home."""
 
 import os
 
@@ -17,7 +17,7 @@ from .test_catalog import put
 
 @pytest.fixture
 def two(tmp_path, monkeypatch):
-    """Two homes: one run in both, one only in each, and properties that only one of them has."""
+    """Return two homes: one run is in both, each has a run and properties that the other lacks."""
     monkeypatch.setenv("ISETHDR_HOME", "elsewhere")
     monkeypatch.setenv(OTHER_HOMES, "")
     shared = {"kind": "run", "cameras": ["a"], "created": "2026-01-02", "config": {}, "scores": []}

@@ -22,7 +22,7 @@ LONG_AGO_S = 1_000_000_000
 
 @pytest.fixture
 def home(isethdr_home):
-    """A home with two scenes, one of which a run has read, and results for reuse."""
+    """Return a home with two scenes, of which a run has read one, and with files for reuse."""
     for name in ("read", "unread"):
         path = write_store(isethdr_home / "scenes", name, {}, {"kind": "scene", "recipe": name})
         os.utime(path, (LONG_AGO_S, LONG_AGO_S))
@@ -53,7 +53,7 @@ def test_usage_counts_what_the_disk_holds(home):
 
 
 def test_usage_names_every_folder_that_the_page_lists(isethdr_home):
-    """A part that `space` does not know would be called a file that isethdr did not make."""
+    """`space` reports a folder that it does not know as files that isethdr did not make."""
     page = (Path(__file__).parents[2] / "docs" / "how-to" / "catalog.md").read_text()
     rows = re.findall(r"^\| (`[^|]*)\|", page.partition("## Find runs")[0], re.MULTILINE)
     folders = set(re.findall(r"`([a-z_]+)/", " ".join(rows)))
@@ -78,7 +78,7 @@ def test_a_dry_run_removes_nothing_and_gc_what_is_made_again(home):
 
 
 def test_radiance_that_may_be_in_use_stays(home):
-    os.utime(home / "scenes" / "unread.zarr")  # as if just rendered, its run still at work
+    os.utime(home / "scenes" / "unread.zarr")  # just rendered: its run may still be at work
     assert space.unread_scenes(home) == []
 
 

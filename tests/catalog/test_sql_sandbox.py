@@ -98,7 +98,7 @@ MISTAKES = [
 
 @pytest.fixture
 def folder(tmp_path: Path) -> Path:
-    """Return a home folder with one run, its index, and a secret beside it."""
+    """Return a home folder with one run and its index; a secret file lies next to the folder."""
     store = tmp_path / "home" / "runs" / "run0.zarr"
     store.mkdir(parents=True)
     attributes = {"format": 1, "complete": True, "kind": "run", "cameras": ["bayer"], "scores": []}
@@ -110,7 +110,10 @@ def folder(tmp_path: Path) -> Path:
 
 
 def state_of(folder: Path) -> dict[Path, int]:
-    """Return when each file below and beside a home changed, without what each query may write."""
+    """Return the modification time, ns, of each path in and next to a home.
+
+    The home folder itself and the state of the index are left out, because a query may write them.
+    """
     paths = {*folder.parent.rglob("*")} - {folder, folder / STATE}
     return {path: path.stat().st_mtime_ns for path in sorted(paths)}
 

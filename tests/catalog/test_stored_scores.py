@@ -17,7 +17,7 @@ SMALL = [
     "~flare@flare.dirt",
     "scene.width=64",
     "scene.height=36",
-    "scene.horizontal_field_deg=9",  # a small field is a small sensor
+    "scene.horizontal_field_deg=9",  # makes the sensor small
     "~cameras.split_pixel",
     "~metric.detection",
     "~metric.contrast",
@@ -33,7 +33,7 @@ def home(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def result(home):
-    """One run for all tests of this file."""
+    """Return one run for all tests of this file."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("ISETHDR_HOME", str(home))
         patch.setenv("ISETHDR_CACHE", str(home / "cache"))
@@ -42,7 +42,7 @@ def result(home):
 
 @pytest.mark.slow
 def test_a_stored_picture_has_the_scores_of_its_run(result):
-    """With one shot the run's scores are those of the picture that is stored, but for rounding."""
+    """With one noise realisation, a run's scores are those of its stored picture up to rounding."""
     for name in ("ssim", "pixel_shares"):
         found = scores_of(result.path, hdr.build("metric", name))
         assert found
@@ -54,8 +54,8 @@ def test_a_stored_picture_has_the_scores_of_its_run(result):
                 if all(s[k] == row[k] for k in ("camera", "metric", "object"))
             )
             half = (row["high"] - row["low"]) / 2
-            # pictures are rounded to a twentieth of their noise: less in a mean of many pixels.
-            # Objects of few pixels and the white have no interval
+            # stored pictures are rounded to a twentieth of their noise; a mean over many pixels
+            # changes by less. Scores without an interval, as of small objects, may change by 1 %
             tolerance = half / 20 if half > 0 else 0.01 * abs(before)
             assert row["value"] == pytest.approx(before, abs=tolerance)
 

@@ -1,4 +1,4 @@
-"""The page of a sweep: one file without network, and the labels by which its runs are found."""
+"""The page of a sweep is one file that loads nothing; the catalog finds its runs by labels."""
 
 from __future__ import annotations
 
