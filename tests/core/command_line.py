@@ -38,8 +38,10 @@ def isethdr(
 
 
 def here(monkeypatch, capsys, *arguments: str) -> tuple[int, str, str]:
-    """Return (exit code, output, standard error) of `isethdr <arguments>` in the test's own
-    process, where nothing depends on its having one: start-up takes a second.
+    """Return (exit code, output, standard error) of `isethdr <arguments>`, run in this process.
+
+    This saves the second that a new process takes to start. Use `isethdr` above where the test
+    needs a new process.
     """
     monkeypatch.setattr(sys, "argv", ["isethdr", *arguments])
     code = 0

@@ -108,7 +108,7 @@ def test_a_preset_is_shown_with_what_it_sets_and_its_component(capsys):
     shown = capsys.readouterr().out
     assert "(from typical_bayer)" in shown and "\n  cfa=RG/WB\n" in shown
     assert "component dual_gain" in shown
-    # what typical_bayer sets holds too, and the fields show it
+    # settings of typical_bayer apply too, and the list of fields shows them
     assert "\n  pitch_um=3.0  (set by typical_bayer)\n" in shown
     assert "\n  pitch_um=3.0  [0.05 to 100000 um]  (default 2.8)\n" in shown
     assert "\n  black_dn=64.0  [0 to 16777216 DN]\n" in shown
@@ -117,7 +117,7 @@ def test_a_preset_is_shown_with_what_it_sets_and_its_component(capsys):
 
 
 def test_a_mistake_is_one_line():
-    """Other mistakes: tests/workflows/test_failures.py, all in one process."""
+    """tests/workflows/test_failures.py tests other mistakes, all in one process."""
     shown = isethdr("run", *SMALL, "sensor=rgwb")
     assert shown.returncode == 2
     lines = shown.stderr.strip().splitlines()
@@ -125,16 +125,16 @@ def test_a_mistake_is_one_line():
 
 
 def test_a_choice_by_interpolation_is_refused():
-    """Hydra would resolve it to nothing, and name keys of its own."""
+    """Hydra would resolve the choice to nothing, and its message would name internal keys."""
     with pytest.raises(ConfigError, match=r"^sensor is '\$\{seed\}'; expected a name"):
         compose([*SMALL, "sensor=${seed}"])
 
 
 @pytest.mark.slow
 def test_run_and_plan(isethdr_home, capsys):
-    # without the report, whose plots take as long as all else
+    # leave out the report: its plots take as long as all other steps together
     quick = {"ISETHDR_PLUGINS": "core,scenes,mitsuba,optics,sensors,isp,metrics,workflows"}
-    # what the command does: tests/workflows/test_command_and_python.py
+    # tests/workflows/test_command_and_python.py tests what the command itself does
     print_plan([*SMALL, "sensor=bayer"])
     assert "light groups" in capsys.readouterr().out and not (isethdr_home / "runs").exists()
     first = isethdr("run", *SMALL, "sensor=bayer", **quick)
@@ -172,7 +172,7 @@ BROKEN = {
 
 @pytest.fixture(scope="module")
 def beside_broken(tmp_path_factory):
-    """Return `isethdr plugins sensor` with all of `BROKEN` installed."""
+    """Return the finished command `isethdr plugins sensor`, with all of `BROKEN` installed."""
     folder = tmp_path_factory.mktemp("broken")
     for package, (source, _) in BROKEN.items():
         write_plugin(folder, package, source)

@@ -1,4 +1,4 @@
-"""Tab completion: what may follow, in Python and through the function that each shell calls."""
+"""Tab completion: the words that are offered, in Python and by the function of each shell."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from isethdr_core.config.main_config import settings
 from isethdr_core.plugins.component import KINDS
 from isethdr_core.storage.store import write_store
 
-# `isethdr` of this working tree, as a shell function
+# command of a shell that runs `isethdr` of this working tree
 COMMAND = f'{sys.executable} -c "from isethdr_core.cli.commands import main; main()"'
 ASKED = "isethdr run sensor=single_m"
 ANSWER = "sensor=single_mt9v024"

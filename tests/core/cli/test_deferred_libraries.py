@@ -23,7 +23,10 @@ loaded = loaded + 1 if "loaded" in globals() else 1
 
 @pytest.mark.slow
 def test_a_config_is_composed_without_xarray_pandas_the_chain_and_tables():
-    """What a mistake in a config needs, too; each of them takes as long as Hydra itself."""
+    """Reporting a mistake in a config needs none of them either.
+
+    Each of them takes as long to load as Hydra itself.
+    """
     shown = isethdr("run", "--cfg", "job", PYTHONPROFILEIMPORTTIME="1")
     assert shown.returncode == 0 and "noise_fraction_allowed: 0.1" in shown.stdout
     loaded = {line.rpartition("|")[2].strip() for line in shown.stderr.splitlines()}
@@ -63,8 +66,8 @@ def test_a_deferred_library_that_fails_says_so_each_time(tmp_path, monkeypatch):
 
 @pytest.mark.slow
 def test_known_components_are_listed_without_numpy():
-    """Descriptions are kept; `isethdr plugins` answers as quickly as a shell's completion."""
-    isethdr("plugins", "lens")  # makes descriptions where there are none yet
+    """Descriptions are cached, so that `isethdr plugins` answers as quickly as tab completion."""
+    isethdr("plugins", "lens")  # writes descriptions that are not in the cache yet
     shown = isethdr("plugins", "lens", PYTHONPROFILEIMPORTTIME="1")
     loaded = {line.rpartition("|")[2].strip() for line in shown.stderr.splitlines()}
     assert "wavefront" in shown.stdout and "rich.text" in loaded and "numpy" not in loaded

@@ -1,4 +1,4 @@
-"""The option `--home` stands anywhere on the command line, and a mistyped home is an error."""
+"""The option `--home` may stand anywhere on the command line; a mistyped home is an error."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`isethdr new-plugin`: packages of every kind keep their promises, are clean, and can be run."""
+"""`isethdr new-plugin`: packages of every kind pass their tests and ruff, and can be run."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from isethdr_core.plugins.component import KINDS
 
 from ..command_line import isethdr
 
-# the presets are composed, and the flare imaged by a lens, by the slow test
+# tests that run quickly; the slow test also composes the presets and images the flare by a lens
 QUICK = "not preset and not contract_of_a_flare"
 RUN_TESTS = "import pytest, sys; sys.exit(pytest.main(sys.argv[1:]))"
 PYTEST = ("--disable-plugin-autoload", "-q", "-p", "no:cacheprovider")
@@ -24,7 +24,7 @@ PYTEST = ("--disable-plugin-autoload", "-q", "-p", "no:cacheprovider")
 
 @pytest.fixture(scope="module")
 def packages(tmp_path_factory):
-    """Make a package of each kind; its modules lie in `site`, as pip would install them."""
+    """Make a package of each kind, and copy its modules to `site` as pip would install them."""
     folder = tmp_path_factory.mktemp("packages")
     for kind in KINDS:
         name = f"acme_{kind}"
@@ -54,7 +54,7 @@ def test_packages_of_every_kind_keep_their_promises(packages):
         plugins=[packages / "site"],
     )
     assert done.returncode == 0, done.stdout
-    # seven kits, and at least one law of each kind
+    # tests of seven conformance kits, and at least one test of a law for each kind
     assert int(re.search(r"(\d+) passed", done.stdout).group(1)) >= 7 + len(KINDS)
 
 
@@ -122,7 +122,7 @@ def test_what_to_type_next_is_printed(tmp_path, capsys):
 @pytest.mark.slow
 @pytest.mark.parametrize("kind", KINDS)
 def test_a_new_plugin_is_made_installed_tested_and_run(kind, tmp_path, isethdr_home):
-    """As a plugin author does it; pip needs no network, for hatchling is installed."""
+    """Take the steps of a plugin author. pip needs no network, because hatchling is installed."""
     pytest.importorskip("hatchling")
     name = f"acme_{kind}"
     made = isethdr("new-plugin", kind, name, "--into", str(tmp_path))
@@ -142,7 +142,7 @@ def test_a_new_plugin_is_made_installed_tested_and_run(kind, tmp_path, isethdr_h
     done = isethdr(*words, "report=false", plugins=[site])
     assert done.returncode == 0, done.stderr
     [store] = (isethdr_home / "runs").glob("*.zarr")
-    assert f'"{name}"' in (store / "zarr.json").read_text()  # in its config
+    assert f'"{name}"' in (store / "zarr.json").read_text()  # in the run's config
     taken = isethdr("new-plugin", kind, name, "--into", str(tmp_path / "again"), plugins=[site])
     assert taken.returncode == 2 and taken.stderr.startswith("error: ")
     assert f"{name!r} is offered by {name} already" in taken.stderr

@@ -1,4 +1,4 @@
-"""The template of plugins is one of copier: the same packages, and updates of packages made before.
+"""Copier writes the same packages as new-plugin from the plugin template, and updates older ones.
 
 Copier is in the extra `test-copier`; `make test-extras` runs this file.
 """
@@ -21,13 +21,13 @@ from isethdr_core.cli.new_plugin import ANSWERS_FILE, TEMPLATE, NewPlugin, make_
 from isethdr_core.plugins.component import KINDS
 
 ROOT = Path(__file__).parents[3]
-SOURCE = ("_commit", "_src_path")  # what copier alone knows: where the template came from
+SOURCE = ("_commit", "_src_path")  # answers that only copier writes: the template's origin
 ANSWERS = {"kind": "metric", "name": "acme_quantile"}
 
 
 @pytest.fixture
 def copier(monkeypatch):
-    """Return the library; git commits under a name, whoever runs the test."""
+    """Return the library copier, and set the author's name that git needs for commits."""
     for role in ("AUTHOR", "COMMITTER"):
         monkeypatch.setenv(f"GIT_{role}_NAME", "A Tester")
         monkeypatch.setenv(f"GIT_{role}_EMAIL", "tester@example.org")
@@ -75,7 +75,7 @@ def release(repository: Path) -> None:
 
 
 def tree(folder: Path) -> Iterator[tuple[str, object]]:
-    """Yield (path, content) of every file; of the answers only what new-plugin knows, too."""
+    """Yield (path, content) of every file; of the answers file, the lines new-plugin writes too."""
     for path in sorted(folder.rglob("*")):
         name = path.relative_to(folder).as_posix()
         if path.is_dir() or name.startswith(".git/"):

@@ -33,13 +33,13 @@ def test_metrics_of_a_camera_are_one_row_and_nothing_is_lost():
     assert [r.stage for r in rows] == ["lens ideal", "metrics bayer", "metrics rgbw"]
     assert sum(r.seconds for r in rows) == sum(r.seconds for r in ledger)
     assert rows[1].peak_bytes == 7 and len(rows[1].errors) == 1 and len(rows[1].left_out) == 1
-    assert ledger[1].seconds == 2.0  # the ledger itself is as it was
+    assert ledger[1].seconds == 2.0  # the ledger itself is unchanged
 
 
 def test_the_worst_error_stands_for_the_others():
     terms = [said(0.01, "relative", "bound"), said(0.2, "relative", "statistical")]
     assert worst_text(row("lens l", *terms).errors) == "0.2 relative (statistical) +1"
-    # decibels say nothing about it, nor does an error of a part of the light
+    # errors in decibels and errors of a part of the light cannot be compared with it
     terms += [said(5.0, "dB", "bound"), said(0.5, "relative", "bound", part="halo")]
     assert worst_text(row("lens l", *terms).errors) == "0.2 relative (statistical) +3"
     assert worst_text([]) == ""

@@ -1,5 +1,5 @@
-"""The terminal shows text of users and plugins unchanged, nothing is cut where it is narrow, and
-every path can be copied as a whole.
+"""The terminal shows text of users and plugins unchanged. A narrow terminal cuts nothing, and each
+path stays in one piece, so that it can be copied.
 """
 
 from __future__ import annotations
@@ -110,7 +110,7 @@ def test_the_catalog_prints_paths_whole(isethdr_home, monkeypatch):
     assert str(path) in call(catalog, ["verify"]).output.splitlines()
 
 
-WIDE = 80  # columns of a terminal as it is opened
+WIDE = 80  # columns of a newly opened terminal
 KEY = "1f3a8f35a2694e9b"
 LONG_NAME = "a_name_of_a_run_that_says_all_about_it"
 
@@ -125,7 +125,7 @@ def terminal_of_80_columns(monkeypatch):
 
 @pytest.fixture
 def stored_run(isethdr_home):
-    """A run with a long key and name, and with a score of many digits."""
+    """Return the store of a run with a long key and name, and with a score of many digits."""
     attributes = {
         "kind": "run",
         "name": LONG_NAME,
@@ -145,8 +145,8 @@ def stored_run(isethdr_home):
 
 
 def lines_that_fit(shown: str, *paths: object) -> list[str]:
-    """Return the lines of an output; nothing in them is cut, and only paths may be wider than the
-    terminal.
+    """Return the lines of an output, after a check that nothing is cut and only paths are wider
+    than the terminal.
     """
     lines = shown.splitlines()
     beside = [line for line in lines if line not in map(str, paths)]

@@ -1,4 +1,4 @@
-"""Chunks of a sweep: every job once, in its place, whatever becomes of its neighbours."""
+"""Chunks of a sweep: every job runs once, and results keep their order even if a chunk fails."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from isethdr_core.errors import ConfigError
 
 
 class InThisProcess:
-    """Takes the place of submitit: a chunk with a job called `killed` ends early."""
+    """A stand-in for submitit in this process; a chunk with a job called `killed` ends early."""
 
     def __init__(self):
         self.parts = []
@@ -47,12 +47,12 @@ class Task:
 
 @pytest.fixture
 def launcher(tmp_path, monkeypatch):
-    """A launcher of three chunks whose jobs return their overrides."""
+    """Return a launcher of three chunks and its engine; a job returns its number and overrides."""
     engine = InThisProcess()
     monkeypatch.setattr(chunk_launcher, "find_spec", lambda name: name)
     monkeypatch.setattr(chunk_launcher, "executor", lambda settings, folder: engine)
     monkeypatch.setattr(chunk_launcher, "_run_job", lambda batch, number, typed: (number, typed))
-    # a chunk restores the state of Hydra, which is that of this process and of all its tests
+    # a chunk sets the global state of Hydra, which the other tests of this process share
     monkeypatch.setattr(chunk_launcher.Singleton, "set_state", lambda state: None)
     monkeypatch.setenv("ISETHDR_HOME", str(tmp_path))
     found = ChunkLauncher(engine="local", workers=3)

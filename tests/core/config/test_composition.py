@@ -52,7 +52,7 @@ def test_the_main_job_composes_and_builds():
 UNLIT = {"scene=street_country", "scene=street_motorway", "scene=night_drive_rural"}
 
 
-# where presets are chosen: several of a kind at once where a run takes several
+# config keys that choose presets of a kind; several where a run takes several of the kind
 PLACES = {
     "flare": ["flare@flare.dirt", "+flare@flare.more"],
     "metric": ["metric@metric.snr"],
@@ -62,8 +62,10 @@ PLACES = {
 
 
 def turns():
-    """Return the overrides that choose every preset: some of each kind at a time, for composing
-    takes a fifth of a second; experiments and roads without lamps alone.
+    """Return lists of overrides that together choose every preset.
+
+    Each list chooses presets of many kinds, because composing takes a fifth of a second.
+    Experiments and roads without lamps have lists of their own.
     """
     of_kind = {}
     for kind, name in presets():
@@ -82,11 +84,11 @@ def turns():
 
 @pytest.mark.parametrize("overrides", turns(), ids=" ".join)
 def test_every_preset_composes_and_builds(overrides, tmp_path, isethdr_home):
-    if overrides == ["experiment=own_picture"]:  # its file is the user's
+    if overrides == ["experiment=own_picture"]:  # it needs a file of the user
         np.save(tmp_path / "own.npy", np.ones((9, 16)))
         overrides = [*overrides, f"scene.path={tmp_path / 'own.npy'}", "scene.unit=cd/m2"]
         overrides += ["scene.horizontal_field_deg=40"]
-    if overrides == ["experiment=stored_scene"]:  # of any store
+    if overrides == ["experiment=stored_scene"]:  # it needs a store
         light = build("scene", "uniform")()
         write_store(isethdr_home / "scenes", "abc0-1", {"": light}, {"recipe": "abc0"})
         overrides = [*overrides, "scene.store=abc0", "lighting=ideal", "~versions"]
@@ -110,7 +112,7 @@ def test_every_component_is_a_config_group_entry_with_its_name():
     for kind, name in components():
         assert source.is_config(f"{kind}/{name}") and name in source.list(kind, ObjectType.CONFIG)
         assert source.load_config(f"{kind}/{name}").config["name"] == name
-    # Hydra asks this source: the last one of each kind, added and chosen
+    # Hydra itself finds entries in this source: choose or add the last component of each kind
     last = {kind: [n for k, n in components() if k == kind][-1] for kind in KINDS}
     group = {"flare": "+flare@flare.new", "metric": "+metric@metric.new"}
     config = compose([f"{group.get(kind, kind)}={name}" for kind, name in last.items()])

@@ -21,7 +21,7 @@ def composed(lines):
 
 
 def test_a_config_is_the_same_with_and_without_the_shortcut(monkeypatch, tmp_path):
-    """One file's defaults list chooses by what was typed."""
+    """The defaults list of one file depends on a choice that was typed."""
     register_with_hydra()
     assert defaults_list._create_interpolation_map is hydra_shortcuts._table_if_needed
     for name, text in {
@@ -42,7 +42,7 @@ def test_a_config_is_the_same_with_and_without_the_shortcut(monkeypatch, tmp_pat
 
 @pytest.fixture
 def asked(monkeypatch):
-    """Return a function that says whether Hydra is asked for the mode of a command."""
+    """Return a function that tells whether the mode of a command is taken from Hydra's config."""
     monkeypatch.setattr(hydra_shortcuts, "_mode_of_config", lambda *_: RunMode.MULTIRUN)
 
     def ask(*overrides, entry="pkg://hydra.conf"):

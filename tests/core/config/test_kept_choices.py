@@ -1,5 +1,5 @@
-"""Configs of choices that are kept: the same as Hydra's, made anew when what they are made of has
-changed.
+"""Cached configs of choices equal those that Hydra composes. They are composed again when a preset
+file or a component has changed.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from isethdr_core.errors import ConfigError
 
 @pytest.fixture
 def composed_by_hydra(monkeypatch):
-    """Return the list of all overrides that Hydra gets."""
+    """Return a list that receives the overrides of each call of Hydra."""
     calls = []
     by_hydra = kept_choices._by_hydra
 

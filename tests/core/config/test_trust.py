@@ -1,4 +1,4 @@
-"""Config files are code: those of strangers are refused before Hydra opens them."""
+"""Config files are code. Files of a stranger are refused before Hydra opens them."""
 
 from __future__ import annotations
 
@@ -27,8 +27,8 @@ hydra:
 
 @pytest.fixture
 def work(tmp_path: Path, monkeypatch) -> Path:
-    """Return a working folder beside a folder of a stranger, each with an experiment that leaves a
-    mark.
+    """Return a working folder. A stranger's folder lies next to it; each has an experiment that
+    creates the file `mark`.
     """
     monkeypatch.delenv(trust.VARIABLE, raising=False)
     for owner in ("work/conf", "stranger"):
@@ -48,7 +48,7 @@ def test_files_of_the_working_folder_compose(work):
 
 
 def ways(work: Path) -> list[list[str]]:
-    """Return the arguments by which the stranger's experiment could come in."""
+    """Return lists of arguments; each list would load the stranger's experiment."""
     there = stranger(work)
     name = "experiment=mine"
     return [
