@@ -1,4 +1,4 @@
-"""Fog: extinction by visibility, phase function, and what no fog can be."""
+"""Fog: extinction from visibility, the phase function, and impossible values."""
 
 import numpy as np
 import pytest
@@ -10,7 +10,9 @@ from isethdr_core.scene import Camera, SceneDescription
 
 
 def test_contrast_falls_to_a_twentieth_at_the_visibility():
-    """Koschmieder's definition, whatever the visibility; and over half of it to the root."""
+    """Koschmieder's definition of visibility: a transmission of 5 %. Half of the distance transmits
+    the square root.
+    """
     for visibility_m in (30.0, 200.0, 4000.0):
         fog = fog_of(visibility_m)
         assert fog.transmission(visibility_m) == pytest.approx(0.05, rel=1e-12)
@@ -19,7 +21,7 @@ def test_contrast_falls_to_a_twentieth_at_the_visibility():
 
 
 def test_fog_is_grey_and_haze_is_not():
-    """The steps of Kim, McArthur and Korevaar 2001; each joins the next one."""
+    """The spectral slope is that of Kim, McArthur and Korevaar 2001; steps join at 1 and 6 km."""
     assert fog_of(300.0).extinction_at(450.0) == fog_of(300.0).extinction_at(650.0)
     assert [spectral_slope_of(v) for v in (500, 1000, 6000.0)] == pytest.approx([0.0, 0.5, 1.3])
     hazy = fog_of(3000.0)
@@ -29,19 +31,19 @@ def test_fog_is_grey_and_haze_is_not():
 
 @pytest.mark.parametrize("lobes", [FOG_DROPLETS, (PhaseLobe(1.0, -0.5),), (PhaseLobe(1.0, 0.0),)])
 def test_all_scattered_light_goes_somewhere(lobes):
-    """The integral of the phase function is 1, its mean cosine that of the lobes."""
+    """The phase function integrates to 1 over the sphere; its mean cosine is that of the lobes."""
     fog = Fog(0.03, lobes=lobes)
     angle = np.linspace(0, np.pi, 200_001)
     weight = 2 * np.pi * fog.phase(np.cos(angle)) * np.sin(angle)
-    # the forward lobe is 1 degree wide: 20 steps of the sum a thousandth of a degree
+    # the sum has steps of 0.0009 degrees, which resolve the forward lobe: it is 1 degree wide
     assert np.trapezoid(weight, angle) == pytest.approx(1, abs=1e-6)
     mean = np.trapezoid(weight * np.cos(angle), angle)
     assert mean == pytest.approx(fog.mean_cosine(), abs=1e-6)
 
 
 def test_droplets_scatter_back_as_a_lidar_sees_it():
-    """Lidars measure 18 to 20 sr between extinction and backscatter of water clouds (Pinnick et al.
-    1983); one lobe of g = 0.85 alone would say 290 sr.
+    """Lidars measure a ratio of extinction to backscatter of 18 to 20 sr in water clouds (Pinnick
+    et al. 1983). A single lobe of g = 0.85 would give 290 sr.
     """
     back = 1 / fog_of(100.0).phase(-1.0)
     assert 10 < back < 40
@@ -79,7 +81,7 @@ class SaysNo:
 
 
 def test_a_renderer_that_does_not_know_fog_is_refused():
-    """In one line that says what to type; in clear air it renders as ever."""
+    """The error is one line that says what to type. Scenes with clear air are not refused."""
     camera = Camera((0, 0, 0), (1, 0, 0))
     foggy = SceneDescription("lane", {}, (), {}, camera, fog=fog_of(80.0))
     clear = SceneDescription("lane", {}, (), {}, camera)

@@ -78,7 +78,7 @@ def test_damaged_data_is_refused(border, what):
 )
 def test_light_is_judged_alike_whatever_its_bits(dtype, value, good):
     mixed = inputs.mixed().astype(dtype)
-    # zero with a sign, the smallest and the largest of half precision
+    # values include signed zero, and numbers near the smallest and the largest of half precision
     mixed.values[1, 2, 3] = value
     if good:
         check_mixed(mixed)

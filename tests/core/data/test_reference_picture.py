@@ -1,5 +1,5 @@
-"""Truth: exact area means of the radiance on the picture's pixels, labels at its pixel centres,
-boxes in its pixels.
+"""Reference picture: exact area means of the radiance over the pixels, labels at pixel centres,
+boxes in pixels.
 """
 
 import numpy as np
@@ -58,8 +58,8 @@ def test_light_is_conserved_on_any_grid():
     grid = blank(ny=int(11 * 7.3), nx=int(7 * 7.3))
     inside = truth(tiles, grid).xyz.values[..., 1]
 
-    # integral over the pixels, tile by tile in one dimension at a time, with the same overlap done
-    # by hand
+    # expected integral over the pixels: the overlap of tiles and frame is separable, and computed
+    # here for one dimension at a time
     def share(count, pixels):
         edges = (np.arange(count + 1) - count / 2) * 7.3
         return np.clip(np.diff(np.clip(edges, -pixels / 2, pixels / 2)), 0, None)
@@ -73,8 +73,8 @@ def test_twelve_decades_side_by_side_do_not_touch():
     radiance[:, 3, 4] = 1e6
     y = truth(cube(radiance), blank()).xyz.values[..., 1]
     dark = float(xyz(np.full((3, 1, 1), np.float32(1e-6)), W)[0, 0, 1])
-    # a tile overlaps its neighbour by rounding of the grid alone: 1e-16 of a tile times 1e12 is
-    # 1e-4 of the dark one
+    # a tile overlaps a neighbouring pixel only by rounding of the grid: 1e-16 of a tile. With
+    # light 1e12 times as bright, this adds 1e-4 to a dark pixel
     assert np.delete(y.ravel(), 3 * 8 + 4).max() == pytest.approx(dark, rel=1e-2)
 
 
@@ -94,7 +94,7 @@ def scene(instance, objects):
 
 
 def test_labels_come_from_the_tile_under_the_pixel_centre():
-    instance = np.arange(18 * 22).reshape(18, 22)  # tiles of half a pixel, 9 x 11 pixels' worth
+    instance = np.arange(18 * 22).reshape(18, 22)  # tiles of half a pixel: 9 x 11 pixels
     labels = labels_on(scene(instance, []), blank(ny=3, nx=5))
     assert labels["instance"].shape == (3, 5) and labels["instance"].dtype == np.uint32
     assert "radiance" not in labels and labels.attrs["lamps"]
@@ -131,8 +131,10 @@ def test_the_whole_box_is_cut_at_the_frame_and_the_rest_is_truncation():
 
 
 def test_motion_is_in_pixels_of_the_picture():
-    """Two pixels to the right and one up, in tangents; through a lens, the way between the images
-    of both ends, by the formula of Brown (1966) for r^2 alone.
+    """A motion of two pixels to the right and one up is stated in tangents.
+
+    Through a distorting lens, the motion leads from the image of its start to the image of its end,
+    by the formula of Brown (1966) with the term r^2 only.
     """
     pixel = PITCH_UM * 1e-3 / FOCAL_MM
     moving = scene(np.ones((12, 16)), [])

@@ -53,7 +53,7 @@ def test_components_are_the_groups_and_add_up_to_the_mix():
     ]
     only = WeightsLighting({"headlights": 2.0})(scene())
     np.testing.assert_array_equal(out.sel(component="headlights").values, only.values)
-    # three sums rounded to float32, and their sum again: 4 times half a unit of float32
+    # three sums and their total are rounded to float32: 4 times half a unit in the last place
     np.testing.assert_allclose(time_mean(out).values, WEIGHTS(scene()).values, rtol=4 * 6e-8)
     assert out.attrs["modulation"]["headlights"] == {
         "frequency_hz": 90.0,
@@ -91,7 +91,7 @@ def test_phases_are_drawn_by_seed_and_group():
     one = phases(1, headlights=free)
     assert 0.2 <= one[0] <= 0.6 and one == phases(1, headlights=free) != phases(2, headlights=free)
     both = phases(1, headlights=free, other=free)
-    assert both[0] == one[0] != both[1]  # another group never moves it
+    assert both[0] == one[0] != both[1]  # another group does not change it
 
 
 def test_targets_speak_of_the_mean_over_time():
@@ -158,7 +158,7 @@ def test_components_state_what_they_have_in_common_once():
     rows = ledger.Ledger()
     light = varying(headlights=PULSES, streetlights=RIPPLE)
     with ledger.stage(rows, "lens"):
-        ledger.error(9.0, "relative", "bound", "rounding")  # stated before: not theirs
+        ledger.error(9.0, "relative", "bound", "rounding")  # stated before the components
         Lens()(light)
     peaks = [float(one.max()) for _, one in components(light)]
     assert [e.value for e in rows[0].errors] == [9.0, pytest.approx(sum(peaks)), max(peaks)]

@@ -47,7 +47,7 @@ def test_white_shows_white_black_black_and_grey_neutral():
     shown = display_view.display(levels[..., None] * D65_XYZ, 10.0).astype(int)
     np.testing.assert_array_equal(shown[0, [0, 1]], 0)
     np.testing.assert_allclose(shown[0, [4, 5]], 255, atol=1)
-    assert np.ptp(shown, axis=-1).max() <= 1  # the standard's four-digit matrix: one code at most
+    assert np.ptp(shown, axis=-1).max() <= 1  # the standard's matrix has four digits: one code
     assert (np.diff(shown[0, 1:5, 1]) > 0).all()
 
 
@@ -70,7 +70,7 @@ def test_false_colour_is_logarithmic_and_says_its_range():
     np.testing.assert_array_equal(rgb[0, 0], rgb[0, 1])
     np.testing.assert_array_equal(rgb[0, 3], rgb[0, 4])
     middle, _ = display_view.false_colour(np.array([[10.0]]), 0.1, 1000.0)
-    np.testing.assert_array_equal(rgb[0, 2], middle[0, 0])  # half way in decades on both scales
+    np.testing.assert_array_equal(rgb[0, 2], middle[0, 0])  # halfway in decades on both scales
     assert display_view.false_colour(y)[1][1] == 1e9
     assert display_view.false_colour(np.zeros((2, 2)))[0].shape == (2, 2, 3)
 
@@ -110,7 +110,7 @@ def test_natural_colour_keeps_greys_and_luminance():
         (0.2126, 0.7152, 0.0722) @ np.where(c > 0.04045, ((c + 0.055) / 1.055) ** 2.4, c / 12.92)
         for c in (plain, natural)
     ]
-    assert luminance[0] == pytest.approx(luminance[1], rel=0.01)  # 8 bits
+    assert luminance[0] == pytest.approx(luminance[1], rel=0.01)  # rounding to 8 bits
     assert np.ptp(natural) < 0.95 * np.ptp(plain)
 
 

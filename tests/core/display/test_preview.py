@@ -1,5 +1,5 @@
-"""The denoising preview: means, edges and lamps are kept, noise falls, noise-free tiles do not
-change, and the result is not light.
+"""The denoising preview keeps means, edges and lamps, and reduces noise. Tiles without noise do not
+change, and each light group is denoised by itself.
 """
 
 import numpy as np
@@ -14,8 +14,8 @@ BANDS = [450.0, 550.0, 650.0]
 
 
 def scene(radiance, noise_share, **labels):
-    """Return scene radiance (group, band, y, x) whose X, Y, Z are noisy by a share of
-    themselves.
+    """Return scene radiance (group, band, y, x) that states the noise of X, Y and Z as a share of
+    their values.
     """
     y, x = (quantities.centres(n, 0.01 * n) for n in SHAPE)
     out = quantities.scene_radiance(
@@ -30,8 +30,9 @@ def scene(radiance, noise_share, **labels):
 
 
 def noisy(mean, share, seed=0):
-    """Return radiance (1, band, y, x) of a mean (y, x), all bands with one factor of chance, as
-    paths have it.
+    """Return noisy radiance (1, band, y, x) with a given mean (y, x).
+
+    All bands of a tile share one random factor, as in path tracing.
     """
     factor = 1 + share * np.random.default_rng(seed).standard_normal(SHAPE)
     return np.broadcast_to(mean * np.maximum(factor, 0), (1, len(BANDS), *SHAPE))
@@ -43,11 +44,11 @@ def test_noise_of_an_even_field_falls_by_a_large_factor_and_its_mean_stays():
     spread = [v[0, 1].std() / v[0, 1].mean() for v in (before, after)]
     assert (
         spread[1] < spread[0] / 5
-        # 121 tiles are averaged, fewer at the borders; weights that follow the noise take some of
-        # the 11 times back
+        # a mean of 121 tiles would have 1/11 of the spread; fewer tiles at the borders, and weights
+        # that depend on the noise, make the factor smaller
     )
-    # what is left is correlated over a tile's neighbourhood: the mean of 768 tiles is known to 0.2
-    # / sqrt(768) = 0.7 %, before and after
+    # the remaining noise is correlated between neighbouring tiles, so that denoising does not make
+    # the mean more exact: over 768 tiles it is known to 0.2 / sqrt(768) = 0.7 %, before and after
     assert after.mean() == pytest.approx(before.mean(), rel=0.01)
 
 
@@ -58,7 +59,7 @@ def test_without_noise_nothing_is_averaged_but_what_is_the_same():
 
 
 def test_other_objects_normals_and_distances_are_not_averaged():
-    """Two halves of light that noise cannot tell apart: only labels keep the border sharp."""
+    """The two halves differ by less than their noise, so that only labels keep the border sharp."""
     left = np.arange(SHAPE[1]) < SHAPE[1] // 2
     half = np.broadcast_to(left, SHAPE)
     mean = np.where(half, 1.0, 1.3)
@@ -77,17 +78,17 @@ def test_other_objects_normals_and_distances_are_not_averaged():
 
     without = step({})
     for name, labels in kinds.items():
-        # of a step of 0.26 of the mean; 11 x 6 tiles of one side average to 0.5 / sqrt(66) = 0.06
-        # of it, 24 rows to less
+        # the step is 0.26 of the mean. A mean over 11 x 6 tiles of one side is known to
+        # 0.5 / sqrt(66) = 0.06 of the mean; a mean over 24 rows is known better
         assert step(labels) == pytest.approx(0.26, abs=0.12), name
-    assert without < 0.08  # smeared over 10 columns
+    assert without < 0.08  # the step is smeared over 10 columns
 
 
 def test_a_lamp_stays_where_it_is_and_light_is_never_negative():
     mean = np.full(SHAPE, 1e-3)
     mean[10, 12] = 1e5
     given = scene(noisy(mean, 0.0), 0.3)
-    given["xyz_noise"][..., 10, 12] = 0  # seen directly: exact
+    given["xyz_noise"][..., 10, 12] = 0  # a lamp that is seen directly has no noise
     before = preview.tristimulus(given)
     after = preview.denoised(given)
     np.testing.assert_allclose(after, before, rtol=1e-9)
@@ -121,12 +122,12 @@ def test_a_noisy_bright_tile_does_not_spill_into_quiet_dark_ones():
     mean = np.full(SHAPE, 1.0)
     mean[10, 12] = 100.0
     given = scene(noisy(mean, 0.0), 0.01)
-    # as large as the value: a path that met a lamp by chance
+    # noise as large as the value: a path has met a lamp by chance
     given["xyz_noise"][..., 10, 12] *= 100
     before = preview.tristimulus(given)[0, 1]
     after = preview.denoised(given)[0, 1]
     dark = np.ones(SHAPE, bool)
     dark[10, 12] = False
-    # all of them are the same, so that only what is spilt could show
+    # all dark tiles are equal, so that only light spilt from the bright tile could change them
     np.testing.assert_allclose(after[dark], before[dark], rtol=1e-6)
     assert after[10, 12] < 0.2 * before[10, 12]

@@ -39,8 +39,8 @@ def test_pyramids_come_back_whole():
 
 @pytest.mark.parametrize("operator", ["global", *OPERATORS])
 def test_exposures_are_comparable(operator):
-    """The same light with the same white looks the same, whatever unit; more light never looks
-    darker; no own maximum is used.
+    """The same light relative to the same white is shown alike, and more light is never shown
+    darker: no operator scales a picture by its own maximum.
     """
     t = scene()
     xyz = t[..., None] * D65_XYZ
@@ -50,7 +50,7 @@ def test_exposures_are_comparable(operator):
         display_view.display(k * xyz, 1.0, operator=operator)[..., 1].astype(int)
         for k in (0.25, 0.5, 1.0)
     ]
-    # 1: rounding to codes
+    # tolerance of one code: rounding
     assert all((b - a).min() >= -1 and b.mean() > a.mean() + 3 for a, b in zip(shown, shown[1:]))
 
 
@@ -83,8 +83,8 @@ def test_local_laplacian_keeps_small_contrasts_and_shrinks_large_ones():
         t = np.exp(np.where(x < 128, -step, 0.0) - 1.0) * np.ones((64, 1))
         shown = np.log(OPERATORS["local_laplacian"](t))
         seen = shown[32, 132] - shown[32, 123]
-        # close to the edge the step is what the remapping makes of it; the coarsest level shrinks
-        # the small one a little
+        # close to the edge, the step is the remapped step. 15 %: the coarsest level of the pyramid
+        # shrinks the small step a little
         assert seen == pytest.approx(kept * step, rel=0.15)
 
 

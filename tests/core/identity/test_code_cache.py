@@ -1,4 +1,4 @@
-"""The file of a cache: records of several processes, the newest ones, and damage."""
+"""The file of a cache holds the newest records of several processes; a damaged file is replaced."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from isethdr_core.identity.code_cache import KeptTable
 
 
 def saved(path, *records):
-    """Write records as one process would: `(key, record)` each."""
+    """Write `records`, pairs of key and record, as one process does."""
     table = KeptTable(path)
     for key, record in records:
         table.put(key, record)

@@ -210,7 +210,7 @@ def test_data_named_by_folder_or_pattern_counts(tmp_path, how):
     before = digest(written(tmp_path / "before", files))
     assert digest(written(tmp_path / "data", files | {"acme/tables/crown.txt": "1.6"})) != before
     preset = files | {"acme/conf/lens/preset.txt": "f_number: 3"}
-    assert digest(written(tmp_path / "preset", preset)) == before  # the config holds what it says
+    assert digest(written(tmp_path / "preset", preset)) == before  # the config holds its values
 
 
 def test_a_compiled_module_counts_by_its_bytes(tmp_path):
@@ -406,7 +406,7 @@ def test_what_components_compute_with_imports_nothing_unknown_but_array_librarie
         if name.startswith(tuple(f"{above}." for above in core_modules.FOLLOWED))
         and sources.cache.facts(sources.locate(name).path).dynamic
     ]
-    assert unknown == ["isethdr_core.physics.arrays"]  # a user's choice; it changes rounding only
+    assert unknown == ["isethdr_core.physics.arrays"]  # users choose it; only rounding differs
 
 
 def test_the_second_spelling_of_the_core_is_the_core(tmp_path):
@@ -447,7 +447,7 @@ def test_what_is_kept_is_made_again_when_a_file_changes_or_is_added(tmp_path):
     (folder / "acme/glass.py").write_text("def index():\n    return 1.75\n")
     second = found()
     (folder / "acme/more").mkdir()
-    (folder / "acme/more/glass.csv").write_text("thin,1.9\n")  # may be what the name means
+    (folder / "acme/more/glass.csv").write_text("thin,1.9\n")  # the name may now mean this file
     assert len({first, second, found()}) == 3
 
 

@@ -1,4 +1,6 @@
-"""Results of before, named by whole packages, are served as long as the code is the same."""
+"""Results of earlier versions, named by digests of whole packages, are served while their code is
+the same.
+"""
 
 from __future__ import annotations
 
@@ -24,7 +26,7 @@ from isethdr_core.storage import store
 CHOSEN = ["scene=uniform", "lens=ideal", "lighting=ideal", "~versions", "~flare.dirt"]
 CHOSEN += ["sensor=bayer", "sensor.rows=8", "sensor.columns=12", "isp=linear", "draws=1"]
 OLD_CLASS = {"scene/world": "isethdr_scenes.old.World", "renderer/flat": "isethdr_mitsuba.old.Flat"}
-OLD_BYTES = {  # as a commit's packages may have been; the core's parts named radiance
+OLD_BYTES = {  # digests of an earlier commit; those of modules of the core named radiance
     "isethdr_core": "00c0",
     "isethdr_core.scene": "00c1",
     "isethdr_core.quantities": "00c2",
@@ -46,7 +48,7 @@ class World:
 
     made: ClassVar[int] = 0
     size_m: float = 1.0
-    detail: str = "fine"  # the edition below does not have it
+    detail: str = "fine"  # the earlier edition below does not have this field
 
     def __call__(self):
         """Return the description."""
@@ -88,7 +90,9 @@ def config(offer):
 
 @pytest.fixture
 def table(monkeypatch, tmp_path, config):
-    """Return the table of a commit that had the same code under other paths."""
+    """Yield the table of a commit that had the same code under other paths, and a function that
+    writes the table.
+    """
     parts = chain(config)
     known = {provenance.identity(c): c for c in parts.components()}
     codes = provenance.fingerprint(*known.values(), frame=True)
@@ -124,7 +128,7 @@ def table(monkeypatch, tmp_path, config):
 
 
 def old_hash(data) -> str:
-    """Return the name as it was made at the time, written out here once more."""
+    """Return the name that the earlier version gave to `data`, computed by a copy of its code."""
     text = json.dumps(store.jsonable(data), sort_keys=True, separators=(",", ":"))
     return hashlib.sha256(text.encode()).hexdigest()[:16]
 
@@ -158,13 +162,13 @@ def old_run(config) -> str:
 
 @pytest.fixture(scope="module")
 def home_of_now(tmp_path_factory):
-    """Return the home of a run that all tests read: the first of them computes it."""
+    """Return the home of a run that all tests read; the first test computes the run."""
     return tmp_path_factory.mktemp("now")
 
 
 @pytest.fixture
 def old_stores(config, table, isethdr_home, home_of_now, monkeypatch):
-    """Write the radiance and the run of `config` with the names and records of before."""
+    """Write the radiance and the run of `config` as an earlier version did; return their names."""
     monkeypatch.setenv("ISETHDR_HOME", str(home_of_now))
     result = run(config)
     scene = open_scene(next((home_of_now / "scenes").glob("*.zarr")))
@@ -173,7 +177,7 @@ def old_stores(config, table, isethdr_home, home_of_now, monkeypatch):
     name = old_run(config)
     described = {"scene": {"class": OLD_CLASS["scene/world"], "size_m": 1.0}}
     described |= {"renderer": {"class": OLD_CLASS["renderer/flat"], "samples": 4}}
-    del scene.attrs["content"]  # which stores of that time did not have
+    del scene.attrs["content"]  # stores of the earlier version lack it
     attributes = {k: v for k, v in scene.attrs.items() if k not in ("format", "complete", "code")}
     old = attributes | described | {"recipe": recipe}
     store.write_store(isethdr_home / "scenes", f"{recipe}-01234567", {"": scene}, old, None)
@@ -196,7 +200,7 @@ def test_stored_radiance_and_runs_of_before_are_served(config, old_stores):
 
 def test_what_is_missing_of_radiance_of_before_is_rendered_beside_it(config, old_stores):
     with open_dict(config):
-        config.renderer.samples = 8  # more than was spent
+        config.renderer.samples = 8  # more than the stored radiance has
     result = run(config)
     assert Flat.rendered and result.attributes["scene_ids"][0].startswith(f"{old_stores[0]}-")
 

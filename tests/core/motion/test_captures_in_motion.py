@@ -27,7 +27,7 @@ def chain_of(motion=None, line_time_s=0.0, **scene) -> Chain:
         "speed_tiles_per_s": SPEED,
         "bar_width_deg": 2.7,
         "lamp_luminance_cd_m2": 0.0,
-        "lamp_diameter_deg": 1e-4,  # it hides nothing of the bar
+        "lamp_diameter_deg": 1e-4,  # too small to hide the bar
         "background_cd_m2": 0.1,
     }
     return Chain(
@@ -67,14 +67,14 @@ def chain_of(motion=None, line_time_s=0.0, **scene) -> Chain:
 
 @cache
 def flat_field() -> np.ndarray:
-    """Return the electrons (capture, y, x) of a uniform scene: light falls off from the axis."""
+    """Return the electrons (capture, y, x) of a uniform scene over their maximum: the falloff."""
     uniform = {"background_cd_m2": 100.0, "speed_tiles_per_s": 0.0}
     electrons = light_electrons(chain_of(**uniform))
     return electrons / electrons.max((1, 2), keepdims=True)
 
 
 def corrected(chain: Chain) -> np.ndarray:
-    """Return the electrons of the bar (capture, y, x) as if the field were evenly lit."""
+    """Return the electrons of the bar (capture, y, x), without falloff and background."""
     even = light_electrons(chain) / flat_field()
     return even - even[..., -1:]  # the bar never reaches the last column
 
@@ -98,7 +98,7 @@ def light_electrons(chain: Chain, rows: Ledger | None = None) -> np.ndarray:
 
 
 def centre_px(bar: np.ndarray) -> np.ndarray:
-    """Return where the light of the bar lies in each row, pixels."""
+    """Return the centroid of the bar's light in each row, pixels."""
     return (bar * np.arange(bar.shape[-1])).sum(-1) / bar.sum(-1)
 
 
@@ -111,10 +111,12 @@ def width_px(bar: np.ndarray) -> np.ndarray:
 def test_a_moving_bar_makes_a_streak_of_speed_times_exposure_and_loses_no_light():
     long, short = moving_bar()
     still_long, still_short = corrected(chain_of(speed_tiles_per_s=0.0))
-    # light and time are linear: float32 of light and of sub-frames, 6e-8 each, over ten of them
+    # light adds up over time. 2e-6: light and sub-frames are rounded to float32, 6e-8 each, and
+    # there are ten sub-frames
     np.testing.assert_allclose(long.sum(-1), still_long.sum(-1), rtol=2e-6)
     np.testing.assert_allclose(short.sum(-1), still_short.sum(-1), rtol=2e-6)
-    # variances of boxes add up: bar and streak. Sub-frames half a pixel apart blur by as much
+    # the variances of the bar and of the streak, both boxes, add up. Sub-frames half a pixel apart
+    # blur by half a pixel
     streak = np.sqrt(width_px(long) ** 2 - width_px(still_long) ** 2)
     np.testing.assert_allclose(streak, SPEED * EXPOSURE_S, rtol=0.01)
     assert (width_px(short) < width_px(long) / 2).all()
@@ -124,8 +126,9 @@ def test_captures_of_one_shot_see_the_bar_where_it_is_then():
     long, short = moving_bar()
     middle_s = EXPOSURE_S / 2, EXPOSURE_S * (1 + 0.125 / 2)
     moved = centre_px(short) - centre_px(long)
-    # a window's light shows its middle: exact for windows within an exposure; a cut one is off by
-    # half a step of half a pixel, of which the short exposure has two
+    # the light of a sub-frame's window shows the middle of the window. This is exact for windows
+    # within an exposure. A window that the exposure cuts is off by half a step of half a pixel; the
+    # short exposure cuts two windows
     np.testing.assert_allclose(moved, SPEED * (middle_s[1] - middle_s[0]), atol=0.1)
 
 
@@ -134,7 +137,7 @@ def test_a_rolling_shutter_skews_the_bar_by_speed_times_row_time():
     long, _ = corrected(chain_of(line_time_s=line_time_s))
     rows = np.arange(TILES[1])
     slope = np.polyfit(rows, centre_px(long), 1)[0]
-    # sub-frames move by half a pixel over 8 rows that move by 2.8
+    # 2 %: sub-frames step by half a pixel, while the bar moves by 2.8 pixels over the 8 rows
     assert slope == pytest.approx(SPEED * line_time_s, rel=0.02)
 
 
@@ -145,7 +148,7 @@ def test_more_sub_frames_come_nearer_to_the_motion():
 
     exact = sampled(41)
     errors = [np.abs(sampled(count) - exact).max() for count in (3, 6, 11)]
-    # the trapezoidal rule at the kinks of a bar: at least in proportion to the step
+    # at the kinks of a bar, the error of the trapezoidal rule falls at least with the step
     assert errors[1] < 0.6 * errors[0]
     assert errors[2] < 0.6 * errors[1]
 
@@ -169,7 +172,7 @@ def test_the_ledger_states_the_motion_between_sub_frames():
     [row] = rows
     motion_px = SPEED * EXPOSURE_S * 1.125
     assert row.error_unit == "px"
-    # 9 pixels in steps of at most 2: five steps; pixels are 1e-9 finer than tiles
+    # 9 pixels in steps of at most 2 are five steps. 1e-6: pixels are 1e-9 finer than tiles
     assert row.error == pytest.approx(motion_px / 5, rel=1e-6)
 
 
@@ -191,12 +194,12 @@ def test_lamps_that_pulse_keep_their_phase_while_they_move():
     lighting = hdr.build("lighting", "weights", others=1.0, modulation=pulsed)
     long, _ = light_electrons(replace(chain, lighting=lighting))
     lit = np.flatnonzero(long[TILES[1] // 2] > long.max() / 10)
-    # two pulses of a millisecond, 4 ms apart: two streaks 8 pixels apart, each of 2 pixels and the
-    # lamp's width, 2 pixels; dark between them
+    # two pulses of a millisecond, 4 ms apart, make two streaks 8 pixels apart. Each is as long as 2
+    # pixels of motion plus the lamp's width of 2 pixels; it is dark between them
     gap = int(np.argmax(np.diff(lit)))
     assert np.diff(lit)[gap] >= 3
     apart = lit[gap + 1 :].mean() - lit[: gap + 1].mean()
-    assert apart == pytest.approx(8.0, abs=1.0)  # whole pixels
+    assert apart == pytest.approx(8.0, abs=1.0)  # rounding to whole pixels
 
 
 def test_a_moment_at_which_the_scene_does_not_exist_is_refused_before_any_work():

@@ -1,4 +1,4 @@
-"""The effort of sub-frames whose mean counts."""
+"""The rendering effort of sub-frames, of which only the mean matters."""
 
 import pytest
 

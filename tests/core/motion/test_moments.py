@@ -13,7 +13,7 @@ EXPOSURES_S = RNG.uniform(0.01, 1.0, 200) * (SHOT_S - STARTS_S)
 
 
 def collected_s(modulation: Modulation, count: int) -> np.ndarray:
-    """Return what all sub-frames of one and the same light give each exposure, s."""
+    """Return the time of light, s, that each exposure collects from all sub-frames of one light."""
     timed = [
         light
         for sub_frame in sub_frames(SHOT_S, count)
@@ -41,7 +41,8 @@ def test_sub_frames_of_a_still_scene_expose_as_its_light_does(count):
 @pytest.mark.parametrize("lamp", [Modulation(90.0, 0.1, 0.0, 0.3), Modulation(377.0, 0.7)])
 def test_a_lamp_that_pulses_keeps_its_pulses_within_sub_frames(lamp):
     exact_s = light_s(lamp, STARTS_S, EXPOSURES_S)
-    # edges of pulses are products and sums of numbers near 0.02 s; levels are 1 / duty
+    # rounding: edges of pulses are products and sums of numbers near 0.02 s; the level of a pulse
+    # is 1 / duty
     tolerance_s = 1e-16 / lamp.duty * 30
     np.testing.assert_allclose(collected_s(lamp, 7), exact_s, rtol=1e-12, atol=tolerance_s)
 
@@ -49,8 +50,8 @@ def test_a_lamp_that_pulses_keeps_its_pulses_within_sub_frames(lamp):
 def test_a_ripple_is_cut_into_pieces_of_an_eighth_of_its_period():
     lamp = Modulation(100.0, 1.0, 0.3, 0.2)
     exact_s = light_s(lamp, STARTS_S, EXPOSURES_S)
-    # an exposure cuts two pieces, each off by less than the swing within a piece, 0.3 x 2 pi / 8,
-    # over half of a piece
+    # an exposure cuts two pieces. Each errs by less than the change of light within a piece,
+    # 0.3 x 2 pi / 8, over half of the piece
     piece_s = 1 / 100 / 8
     assert np.abs(collected_s(lamp, 4) - exact_s).max() < 2 * 0.3 * 2 * np.pi / 8 * piece_s / 2
 

@@ -1,4 +1,4 @@
-"""By how far what a tile shows moves in the field."""
+"""Motion in the field of the point that a tile shows, until the next frame."""
 
 import numpy as np
 import pytest
