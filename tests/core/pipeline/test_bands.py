@@ -39,7 +39,7 @@ def chain(sensor, **more):
 
 @dataclass(frozen=True)
 class InMetres:
-    """A scene of somebody else that gives its wavelengths in metres."""
+    """A scene of another plugin that gives its wavelengths in metres."""
 
     def __call__(self):
         raise AssertionError("a plan makes no scene")
@@ -97,7 +97,7 @@ def test_bands_without_light_go_through_no_lens_and_the_light_is_the_same():
 
 @pytest.mark.parametrize("names", [("bayer",), ("bayer", "rgbw")])
 def test_photocurrent_of_fewer_bands_is_read_as_that_of_all(names, monkeypatch):
-    monkeypatch.setattr("isethdr_optics.plan.planning.WORTH", 0)  # however small the frame
+    monkeypatch.setattr("isethdr_optics.plan.planning.WORTH", 0)  # plan even for a small frame
     sensors = {n: build("sensor", n, pitch_um=1.0) for n in names}
     parts = Chain(
         None,
@@ -126,6 +126,6 @@ def test_photocurrent_of_fewer_bands_is_read_as_that_of_all(names, monkeypatch):
     sd = next(e.value for e in rows[0].errors if "noise" in e.unit)
     for sensor in sensors.values():
         few, every = (sensor.expected(v).values for v in (light, parts.lens(mixed)))
-        # the lens's own bound in noise, of which half an electron squared of reading at least;
-        # 1e-5: bands in float32 and those left out
+        # the lens states its bound in standard deviations of noise: shot noise, and read noise of
+        # at least half an electron squared. 1e-5: bands are float32, and some are left out
         assert (np.abs(few - every) <= sd * np.sqrt(every + 0.5) + 1e-5 * every.max()).all()

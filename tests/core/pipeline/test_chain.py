@@ -81,7 +81,7 @@ def test_the_store_holds_captures_picture_truth_and_the_config():
         assert picture["xyz"].shape == truth["xyz"].shape and {"raw", "saturated"} <= set(
             result.open(f"captures/{camera}")
         )
-        # a uniform field of 100 cd/m2: the truth is exact but for float32 radiance
+        # a uniform field of 100 cd/m2: the truth is exact up to float32 radiance
         assert truth["xyz"].values[..., 1] == pytest.approx(100.0, rel=1e-5)
     assert (
         result.attributes["config"]["lens"]["name"] == "ideal"

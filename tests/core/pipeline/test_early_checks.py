@@ -15,7 +15,7 @@ CHART = [
     "scene=point_lights",
     "scene.width=24",
     "scene.height=16",
-    "scene.horizontal_field_deg=4",  # a small field is a small sensor
+    "scene.horizontal_field_deg=4",  # makes the sensor small
     "~renderer",
     "~versions",
     "~flare.dirt",

@@ -60,7 +60,7 @@ def test_too_many_pixels_are_refused_before_the_scene_is_made(no_work, scene):
 
 @pytest.mark.parametrize("name", sorted(name for kind, name in components() if kind == "sensor"))
 def test_every_sensor_says_whether_it_fits(name):
-    # 0.73 mm x 0.41 mm
+    # the image is 0.73 mm x 0.41 mm large
     scene = build("scene", "uniform")
     lens = build("lens", "ideal", focal_length_mm=1.0)
     for rows, columns, wrong in ((10, 10, ""), (200, 10, "rows=200"), (10, 300, "columns=300")):
@@ -113,8 +113,8 @@ def test_barrel_distortion_shrinks_the_image():
     bent = build("lens", "ideal", distortion={"model": "brown_conrady", "k1": -0.1}).image_size_m(
         0.8, 0.5
     )
-    # a barrel draws the corners in most: (0.4, 0.25) lands at (1 - 0.1 r^2) of itself. 2e-6: the
-    # answer may be 1e-6 too large
+    # barrel distortion shifts the corners most: the corner (0.4, 0.25) is imaged at (1 - 0.1 r^2)
+    # of its distance. 2e-6: the result may be 1e-6 too large
     assert bent == pytest.approx(
         [(1 - 0.1 * (0.4**2 + 0.25**2)) * side for side in straight], rel=2e-6
     )

@@ -142,7 +142,7 @@ def test_a_window_crops_the_light_of_a_lens_without_blur():
 
 
 def test_the_outline_of_a_lens_without_a_plan_leaves_nothing_out():
-    """Whatever sensors see: all bands and tiles of such a lens are made."""
+    """The lens images all bands and tiles, whatever the sensors see."""
     budget = LightBudget(window_m=(1e-4, 1e-4), sensed_nm=(550.0,))
     ahead = FieldAhead((0.4, 0.3, "tangent"), (450.0, 550.0, 650.0))
     assert outlined(OnlyCall(), (), ahead, budget) == ImagingOutline()
@@ -156,7 +156,7 @@ def test_the_outline_of_a_lens_without_a_plan_leaves_nothing_out():
 
 
 def test_a_run_plans_its_light_once(monkeypatch, isethdr_home):
-    """Also where its pictures state what the errors of the lens do to them, camera by camera."""
+    """The lens errors that the picture of each camera states need no further plan."""
     made = []
     own = IdealLens.plan
 

@@ -121,13 +121,13 @@ def test_kernels_take_what_was_counted():
     assert (
         counted
         > kernels.computed(KernelRequest(lens, (), np.array(wave), (4.0, 4.0), (89, 99))).held_bytes
-        == 2 * 4 * 90 * 199  # half of each: the rest is its mirror image
+        == 2 * 4 * 90 * 199  # half of each kernel; the other half is its mirror image
     )
     assert kernel_bytes(lens, replace(frame, sensed=True)) < counted
     assert kernel_bytes(build("lens", "ideal"), frame) == 0
     aberrated = build("lens", "wavefront", zernike_um={8: 0.05})
     assert kernel_bytes(aberrated, frame) > 2 * 4 * 179 * 199
-    # of bands 450 to 650 nm
+    # the table covers both bands, which reach from 450 to 650 nm
     shifted = build("lens", "diffraction_limited", focal_shift_um={440.0: 20.0, 660.0: 0.0})
     assert kernel_bytes(shifted, frame) > 2 * 4 * 179 * 199
 
@@ -141,14 +141,14 @@ class Counting:
 
 @dataclass(frozen=True)
 class Earlier:
-    """A lens with the earlier form of the ability."""
+    """A lens with the earlier method, `kernel_bytes`."""
 
     def kernel_bytes(self, frame, flares):
         return 5e9
 
 
 class Current(Earlier):
-    """A lens with both forms: the present one counts."""
+    """A lens with both methods; the current one, `held_bytes`, counts."""
 
     def held_bytes(self, frame, flares):
         return {"ray tables": 4e9, "phase maps": 1e6}

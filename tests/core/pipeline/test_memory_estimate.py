@@ -1,4 +1,6 @@
-"""The memory estimate is the sum of what components state, and what a similar stored run took."""
+"""The memory estimate is the sum of what components state. A similar stored run adds what it took
+beyond its own sum.
+"""
 
 from __future__ import annotations
 
@@ -81,7 +83,7 @@ def test_what_a_similar_run_took_beyond_its_statement_is_added(planned, monkeypa
     rendered = {**settings, "renderer": {"name": "mitsuba"}}
     stored(
         monkeypatch,
-        took(other_lens, 9e9, stated),  # nearer in size, but its lens spreads light in another way
+        took(other_lens, 9e9, stated),  # nearer in size, but with another lens
         took(settings, 5e8, 2 * stated),
         took(rendered, 8e9, stated, "renderer mitsuba"),
         {"config": settings, "ledger": [{"stage": "plan", "peak_bytes": 7e9}]},  # earlier version

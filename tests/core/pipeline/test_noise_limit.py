@@ -1,4 +1,4 @@
-"""Noise limits of cameras: closed forms of a uniform field."""
+"""Noise limits of cameras: closed forms for a uniform field."""
 
 from __future__ import annotations
 
@@ -41,7 +41,8 @@ def test_light_as_noisy_as_its_limit_is_as_noisy_as_the_camera(pitch_um):
     captures = build("sensor", "bayer", pitch_um=pitch_um)(light, hdr.generator(0))
     limit = limit_of(captures, light, mixed)
     xyz = hdr.quantities.tristimulus(mixed).xyz.values
-    # the same noise, stated tile by tile of the scene, carried to the pixels by another way
+    # state the limit as noise of the scene's tiles; `propagation` carries it to the pixels by code
+    # that the limit does not use
     relative = np.where(np.isfinite(limit), limit, 0) / np.moveaxis(xyz, -1, 0)
     assert np.isfinite(limit[1]).all()
     scene["xyz_noise"] = (
@@ -50,7 +51,7 @@ def test_light_as_noisy_as_its_limit_is_as_noisy_as_the_camera(pitch_um):
     )
     exposure = propagation.Exposure(captures, light, mixed, scene)
     ratios = [s.renderer / s.sigma for s in propagation.electrons(exposure)]
-    # of a channel that is most like Y where another is less noisy: at most the camera's own
+    # the least noisy channel sets the limit and has a ratio of 1; noisier channels have less
     assert max(r.max() for r in ratios) == pytest.approx(1.0, rel=1e-3)
 
 

@@ -53,11 +53,11 @@ def test_a_lens_or_lighting_that_says_nothing_keeps_the_margin():
 
 
 def test_a_lens_that_makes_its_own_light_is_not_outlined_by_what_it_inherits():
-    """Else light from beyond the field would be lost without a word."""
+    """Otherwise light from beyond the field would be lost without a statement."""
 
     @dataclass(frozen=True)
     class Spreading(IdealLens):
-        """A lens that inherits that it keeps light in place, and spreads it."""
+        """A lens that inherits `keeps_light`, but spreads light."""
 
         def __call__(self, mixed, flares=(), error_allowed=0.0):
             """Return irradiance, the same everywhere."""
@@ -66,10 +66,10 @@ def test_a_lens_that_makes_its_own_light_is_not_outlined_by_what_it_inherits():
 
     @dataclass(frozen=True)
     class Outlined(IdealLens):
-        """A lens that outlines its plan alone."""
+        """A lens that overrides `keeps_light` only."""
 
         def keeps_light(self, flares):
-            """Return the opposite."""
+            """Return False, where the base class returns True."""
             return False
 
     assert not wanted(IdealLens()) and wanted(Spreading()) and wanted(Outlined())
@@ -77,7 +77,7 @@ def test_a_lens_that_makes_its_own_light_is_not_outlined_by_what_it_inherits():
 
 def test_a_lens_without_a_plan_may_say_that_it_keeps_light_in_place():
     class Plain:
-        """A lens of the least kind."""
+        """A lens without a plan."""
 
         def __call__(self, mixed, flares=()):
             """Return irradiance."""
@@ -122,8 +122,8 @@ def test_radiance_with_a_margin_serves_whoever_needs_none_and_not_the_other_way(
     assert len(found) == held and (missing is None) == bool(held)
     if missing:
         assert missing.margin is asked
-    # what is missing beside radiance with a margin is rendered with one: all stores of a run are of
-    # one grid
+    # groups that are missing next to stored radiance with a margin are rendered with a margin too:
+    # all stores of a run have the same grid
     assert stored_radiance.held_and_missing(parts, Demand(groups=("sky", "lamps"), margin=asked))[
         1
     ].margin is (asked or stored)

@@ -73,14 +73,14 @@ def test_waiting_for_other_programs_is_not_estimated(monkeypatch):
     rows = [
         {"stage": "isp ideal", "seconds": 9.0, "cpu_s": 2.0},
         {"stage": "lens ideal", "seconds": 3.0, "cpu_s": 5.0},  # two threads
-        {"stage": "plan", "seconds": 1.0},  # of an earlier version
+        {"stage": "plan", "seconds": 1.0},  # written by an earlier version
     ]
     monkeypatch.setattr(runtime_estimate, "newest", lambda kind: [stored_run(config, rows)])
     assert estimate(FAST) == {"isp ideal": 2.0, "lens ideal": 3.0, "plan": 1.0}
 
 
 def test_a_run_that_states_no_size_is_no_measure_of_one_that_does(monkeypatch):
-    """The tiles of a file are not in the config: they would count as a single one."""
+    """The config does not state the number of tiles of a file; they would count as one tile."""
     config = plain(compose(FAST))
     of_file = {**config, "scene": {"name": "file", "path": "street.exr"}}
     rows = [{"stage": s, "seconds": 2.0} for s in ("lens ideal", "isp ideal", "plan")]
@@ -93,10 +93,12 @@ def test_a_run_that_states_no_size_is_no_measure_of_one_that_does(monkeypatch):
 
 @pytest.mark.parametrize("modules", [0, 500])
 def test_the_loading_of_libraries_does_not_grow_with_the_picture(monkeypatch, modules):
-    """Seconds a + b n of a tiny run with n tiles become a + b N: a of loading, b of the work."""
+    """A tiny run of n tiles takes a + b n seconds, and a run of N tiles a + b N: a for loading
+    libraries, b for the work per tile.
+    """
     loading_s = LOADING_S * modules
     tiny = plain(compose([*FAST, "scene.width=96", "scene.height=54"]))
-    each_s = 1e-5  # for a tile
+    each_s = 1e-5  # per tile
     row = {"stage": "scene uniform", "cpu_s": loading_s + 96 * 54 * each_s, "modules": modules}
     rows = [row | {"seconds": 60.0}, {"stage": "plan", "seconds": 0.1, "cpu_s": 0.1}]
     monkeypatch.setattr(runtime_estimate, "newest", lambda kind: [stored_run(tiny, rows)])
@@ -114,7 +116,7 @@ def test_a_stored_stage_with_the_same_settings_is_preferred(monkeypatch):
     ]
     monkeypatch.setattr(runtime_estimate, "newest", lambda kind: runs)
     monkeypatch.setattr(runtime_estimate, "pixel_bytes", lambda chain: {"ideal": 2e3})
-    # of half the size, nearer than one of the same size with other settings
+    # the stage of half the size counts, because its settings are the same
     assert estimate(FAST) == {"isp ideal": 4.0}
 
 
@@ -126,7 +128,8 @@ def test_records_without_cpu_time_are_used_for_stages_that_have_no_other(monkeyp
     for runs in ([(other, with_cpu), (same, without)], [(same, without), (other, with_cpu)]):
         stored = [stored_run(config, rows) for config, rows in runs]
         monkeypatch.setattr(runtime_estimate, "newest", lambda kind, stored=stored: stored)
-        # ten times as many tiles were stored; nearest by size and settings is what lacks CPU time
+        # the record with CPU time has ten times as many tiles; the record without is nearer in size
+        # and settings
         assert estimate(FAST) == pytest.approx(
             {"isp ideal": 0.2, "plan": 2.0, "lighting ideal": 100.0}
         )
@@ -140,7 +143,7 @@ def test_draws_take_as_long_as_there_are_more_of_them(monkeypatch):
 
 
 class Tells:
-    """A lens whose light takes as many seconds as its frame has rows, or that cannot tell."""
+    """A lens that expects one second for each row of its frame, or that cannot tell."""
 
     def __init__(self, tells=True):
         self.tells = tells
@@ -200,7 +203,7 @@ def test_sub_frames_are_made_imaged_and_sensed_one_by_one(monkeypatch):
     moving = sub_frame_work(parts, Demand(), [stored])
     known = expected_s(parts, config, None, None, moving)
     assert moving.count == 5 and not moving.to_render
-    assert known["motion"] == 4 * 2.0  # all but the start
+    assert known["motion"] == 4 * 2.0  # all sub-frames but the first
     assert known["lens ideal"] == pytest.approx(3.0 * 5 / 3)
     assert known["isp bayer"] == 1.0
     assert "motion" in stages(parts, config, None)
@@ -211,7 +214,7 @@ def test_the_number_of_sub_frames_follows_from_a_stored_run_or_is_not_known():
     shot_s = shot_time(parts.scene, parts.lens, parts.cameras).seconds
     record = {"moments_s": [0.0, 0.1], "motion_px": 2.0, "shot_s": shot_s / 3}
     stored = {"scene": described(parts.scene), "motion": record}
-    # 6 pixels in three times the time, in steps of half a pixel
+    # three times the stored time gives 6 pixels: 12 steps of half a pixel
     assert sub_frame_work(parts, Demand(), [{"scene": {}}, stored]).count == 13
     assert sub_frame_work(parts, Demand(), []).count is None
     still = chain(compose([*MOVING, "motion.within_exposure=false"]))
@@ -288,7 +291,7 @@ def test_a_renderer_is_expected_to_take_longer_for_more_paths_groups_and_tiles()
     assert _rendering(GoesOn(), now, Demand(groups=("sky",)), stored) == pytest.approx(
         2.0 * 20 / 80
     )
-    # unknown: as the mean
+    # a group without a record counts as the mean of the known groups
     assert _rendering(GoesOn(), now, Demand(groups=("sky", "other")), stored) == pytest.approx(
         2.0 * (20 + 130) / 80
     )
@@ -296,7 +299,7 @@ def test_a_renderer_is_expected_to_take_longer_for_more_paths_groups_and_tiles()
 
 
 class Guesses:
-    """A renderer that guesses as many seconds as its frame has rows, and goes by cameras."""
+    """A renderer that expects one second per row and light group, and limits noise by cameras."""
 
     def __call__(self, description, demand=None):
         """No light is made here."""
@@ -345,7 +348,8 @@ def test_a_guess_is_corrected_by_a_stored_rendering_of_any_scene(monkeypatch):
         return expected_s(parts, config, Demand(), frame)["renderer guesses"]
 
     assert seconds() == pytest.approx(1200.0)
-    # other renderings tell nothing: coarser, continued, or with light of a third one
+    # these renderings are no measure: a coarser one, a continued one, and one with light groups
+    # taken from another rendering
     for changed in (
         {"limit_share": 1.0},
         {"path_span": {"lamps": [60, 90]}},

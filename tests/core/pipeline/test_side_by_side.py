@@ -1,4 +1,4 @@
-"""Parts side by side: results, errors and counted seconds are those of one thread."""
+"""Parts that run side by side have the same results, errors and CPU seconds as in one thread."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ def test_a_free_thread_helps_with_a_nested_call():
     both = threading.Barrier(2)
 
     def last():
-        # the thread that has done the first part is free before the second of these parts
+        # the thread that has done the first part is free before the second of these parts begins
         return side_by_side([lambda: time.sleep(0.01), *[lambda: both.wait(WAIT_S)] * 2])
 
     with sharing(2):
@@ -154,7 +154,7 @@ def test_a_stage_counts_the_seconds_of_its_helpers_and_of_nobody_else():
             side_by_side([lambda: busy(0.02)] * 2)
         return rows[0].cpu_s
 
-    with sharing(3):  # of two, the one that is not helped may not wait yet
+    with sharing(3):  # of two threads, the helper might still be busy
         (both_s,) = side_by_side([lambda: None, with_help])[1:]
     # the parts add up; what else the threads do takes less than half a part
     assert 0.04 <= both_s < 0.05
@@ -175,7 +175,7 @@ def test_what_is_derived_once_is_computed_once_by_two_threads():
 
     def compute():
         calls.append(threading.get_ident())
-        time.sleep(0.01)  # the other thread asks meanwhile
+        time.sleep(0.01)  # the other thread calls `once` meanwhile
         return object()
 
     with shared(source), sharing(2):

@@ -1,5 +1,5 @@
-"""A window of the image plane: sensors state it, cameras join theirs, a lens that keeps light in
-place gets no tile beyond it.
+"""Windows of the image plane: sensors state theirs, and those of several cameras are joined. A lens
+that keeps light in place gets no tile beyond the window.
 """
 
 from __future__ import annotations
@@ -53,7 +53,7 @@ SMALL = [
 
 
 def mixed(width=12, height=8):
-    """Return a field of tiles of 0.01: 40 um at 4 mm."""
+    """Return a field of tiles of 0.01 in tangents, 40 um at a focal length of 4 mm."""
     values = np.random.default_rng(1).random((3, height, width)).astype(np.float32)
     return plane(
         values,
@@ -100,8 +100,8 @@ def light_of(lens, window_m, field=None, flares=()):
     ],
 )
 def test_a_tile_is_seen_as_soon_as_any_of_it_is(width, seen):
-    """12 tiles of 1: their borders are whole numbers from the axis. Two tiles at least, so that a
-    tile has a size.
+    """The borders of 12 tiles of width 1 are whole numbers from the axis. A window holds at least
+    two tiles, so that the size of a tile is known.
     """
     assert window.within(centres(12, 12.0), width) == slice(*seen)
     assert (
@@ -180,8 +180,8 @@ def test_noise_of_the_scene_is_taken_from_the_tiles_that_light_has():
 
 @pytest.mark.slow
 def test_runs_of_cropped_cameras_keep_readings_pictures_truths_and_labels():
-    """Two crops, joined; noise and truth are where they were. 1e-6: readings without noise are
-    float32, and pixels' borders are rounded.
+    """The windows of two crops are joined; noise and truth keep their places. 1e-6: readings
+    without noise are float32, and the borders of pixels are rounded.
     """
     cameras = [
         "~cameras.split_pixel",
@@ -210,8 +210,8 @@ def test_runs_of_cropped_cameras_keep_readings_pictures_truths_and_labels():
 
 
 def test_a_run_through_a_lens_that_spreads_light_states_its_bound_among_the_errors_of_its_picture():
-    """A chart so dim that kernels end: the errors of kernels are those of the tiles that are left,
-    or no picture's error could be stated.
+    """The chart is so dim that kernels are truncated. Their errors must refer to the tiles that are
+    left; otherwise no error of the picture could be stated.
     """
     job = [
         *SMALL,
@@ -294,8 +294,8 @@ class Blinkered:
 
 @dataclass(frozen=True)
 class Shortsighted(IdealLens):
-    """Lens that spreads light to its neighbours and takes none from beyond the window that it is
-    asked for.
+    """Lens that spreads light to neighbouring tiles, but takes none from beyond the requested
+    window.
     """
 
     def __call__(self, mixed, flares=(), error_allowed=0.0):
@@ -311,11 +311,11 @@ class Shortsighted(IdealLens):
         return light.copy(data=0.875 * light.values + np.float32(0.0625) * (above + below))
 
     def keeps_light(self, flares):
-        """Return that it does not."""
+        """Return False, because the lens spreads light."""
         return False
 
     def photocurrent(self, mixed, flares, response):
-        """Return irradiance in the window, of the tiles there alone."""
+        """Return irradiance in the window, from the tiles in the window only."""
         if response.window_m:
             mixed = window.cut(
                 mixed,

@@ -1,5 +1,5 @@
-"""Accuracy knobs: wrong declarations are refused at loading, and the declarations of bundled
-components.
+"""Accuracy knobs: wrong declarations are refused at loading, and bundled components declare
+theirs.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ TOLD = dataclasses.replace(GOOD, field="error", budgeted=True)
 
 
 def lens(kind="lens", **declared) -> type:
-    """Return a component's class with two fields and what it declares."""
+    """Return a component class with two fields and the given declarations."""
 
     @dataclass(frozen=True)
     class Toy:
@@ -104,11 +104,11 @@ def test_a_cost_is_a_power_law_or_a_function():
 
 
 def test_costs_of_a_knob_are_ratios_and_not_known_without_a_model():
-    assert GOOD.relative_cost(2, 8) == 4.0  # in inverse proportion
+    assert GOOD.relative_cost(2, 8) == 4.0  # cost in inverse proportion to the value
     squares = dataclasses.replace(GOOD, cost=lambda rays: rays**2)
     assert squares.relative_cost(8, 4) == 4.0
     assert math.isnan(squares.relative_cost(8, 0))
-    for cost in (None, Cost(1.0)):  # a `Cost` without a power is known but for a constant
+    for cost in (None, Cost(1.0)):  # without a power, cost lacks a constant
         assert math.isnan(dataclasses.replace(GOOD, cost=cost).relative_cost(8, 4))
     assert math.isnan(GOOD.relative_cost(None, 4))
 

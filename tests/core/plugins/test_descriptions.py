@@ -27,7 +27,7 @@ class Acme:
 
 @pytest.fixture
 def acme(tmp_path, monkeypatch):
-    """Return a function that writes a package whose class is registered by its place."""
+    """Return a function that writes a package, and registers its class by its import path."""
     monkeypatch.syspath_prepend(tmp_path)
 
     def write(summary: str) -> Component:
@@ -42,7 +42,7 @@ def acme(tmp_path, monkeypatch):
 
 
 def forget() -> None:
-    """Do as a new process does."""
+    """Forget the module and the caches, as a new process has none."""
     sys.modules.pop("acme_described", None)
     d._state.cache_clear()
     d.class_of.cache_clear()

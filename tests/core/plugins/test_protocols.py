@@ -40,7 +40,7 @@ def body(*parameters: str):
 
 
 def component(kind: str, **members) -> type:
-    """Return a class that can be called as its kind is, with more members."""
+    """Return a class that has the call that its kind requires, and these members."""
     for protocol in by_kind.required_of(kind):
         for name in abilities.methods(protocol):
             members.setdefault(name, right(protocol, name))
@@ -48,7 +48,7 @@ def component(kind: str, **members) -> type:
 
 
 def right(protocol: type, name: str):
-    """Return a method that a Protocol's call fits, with other names where they may differ."""
+    """Return a method with a Protocol's parameters; positional-only ones get other names."""
     parameters = abilities.methods(protocol)[name].parameters.values()
     named = [f"_{k}" if p.kind is p.POSITIONAL_ONLY else p.name for k, p in enumerate(parameters)]
     optional = ["" if p.default is p.empty else "=None" for p in parameters]
@@ -56,7 +56,7 @@ def right(protocol: type, name: str):
 
 
 def called(protocol: type) -> dict:
-    """Return the call of an ability that changes it."""
+    """Return the member `__call__` if an ability declares a call of its own, else no member."""
     own = abilities.CALL in abilities.methods(protocol)
     return {abilities.CALL: right(protocol, abilities.CALL)} if own else {}
 
@@ -124,7 +124,7 @@ def test_a_renderer_that_goes_on_is_called_with_what_is_known():
     methods = {"enough": body("paths", "noise"), "__call__": body("description", "demand")}
     with pytest.raises(PluginError, match="known.*AccumulatesSamples.*too many positional"):
         abilities.check("renderer", "toy", component("renderer", **methods))
-    methods["__call__"] = body("description", "demand", "known")  # which need not have a default
+    methods["__call__"] = body("description", "demand", "known")  # `known` needs no default
     abilities.check("renderer", "toy", component("renderer", **methods))
 
 
@@ -139,7 +139,7 @@ def test_what_is_no_method_is_refused_in_its_place():
 
     @dataclass(frozen=True)
     class Field:
-        """A scene with a field of the name of an ability."""
+        """A scene with a field that has the name of an ability."""
 
         bands_nm: tuple[float, ...] = ()
 
@@ -268,7 +268,7 @@ def isethdr_components():
 
 NEWER = isethdr_core.PLUGIN_API + 1
 KEEPS = "keeps_light(self, flares)"
-FAULTS = {  # what stands above the class, its method, and what is said of them
+FAULTS = {  # package: (text above the class, its method, expected message)
     "acme_misspelt": ("", "keep_light(self, flares)", "did you mean keeps_light("),
     "acme_signed": ("", "keeps_light(self)", "cannot be called as keeps_light("),
     "acme_newer": (f"ISETHDR_PLUGIN_API = {NEWER}", KEEPS, "it needs plugin API"),
@@ -284,7 +284,7 @@ FAULTS = {  # what stands above the class, its method, and what is said of them
 
 @pytest.fixture(scope="module")
 def listed(tmp_path_factory):
-    """Return what the command says of all lenses where each of these plugins is installed."""
+    """Return the finished `isethdr plugins lens`, with all packages of `FAULTS` installed."""
     folder = tmp_path_factory.mktemp("site")
     for package, (head, method, _) in FAULTS.items():
         source = LENS.format(name=package, head=head, method=method, offered="Acme")
