@@ -13,8 +13,9 @@ def said(value: float, unit: str, how: How, label: str = "", **fields) -> dict:
 
 
 def row(stage: str, *errors: dict, rest: str = "") -> Row:
-    """Return the row of a stage that states `errors`; `rest` : the part that it declares as all
-    light but the image.
+    """Return the row of a stage that states `errors`.
+
+    `rest` names the part of the light that the stage declares to be all light but the image.
     """
     with ledger.stage(Ledger(), stage) as stated:
         if rest:

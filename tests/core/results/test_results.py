@@ -20,7 +20,7 @@ CAMERA = "front<b>"
 
 
 def picture(bright_row: int) -> xr.Dataset:
-    """Return a picture of 4 x 6 pixels of 3 um whose first rows are bright."""
+    """Return a picture of 4 x 6 pixels of 3 um in which one row is bright."""
     y = 3e-6 * (np.arange(4) - 1.5)
     x = 3e-6 * (np.arange(6) - 2.5)
     xyz = np.full((4, 6, 3), 1.0)
@@ -34,7 +34,7 @@ def picture(bright_row: int) -> xr.Dataset:
 
 @pytest.fixture
 def stored(isethdr_home):
-    """A stored run with one camera, called `first`."""
+    """Return the path of a stored run with one camera; the run has the name `first`."""
     groups = {f"picture/{'cam'}": picture(0), f"truth/{'cam'}": picture(0)}
     record = attributes("1f3a", "cam", (0.5, 0.4, 0.6), 1.0)
     path = write_store(isethdr_home / "runs", "1f3a", groups, record)

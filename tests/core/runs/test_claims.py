@@ -1,5 +1,5 @@
-"""Of several processes with the same work, one does it. A dead one is replaced by exactly one
-other.
+"""Of several processes that need the same work, one does it. If it dies, exactly one other process
+takes its place.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ import pytest
 from isethdr_core.runs import claims as claims_module
 from isethdr_core.runs.claims import Rhythm, claimed
 
-# a process of a loaded machine may stand still for seconds and lives all the same
+# 600 s: on a loaded machine, a process may stand still for seconds although it is alive
 QUICK = Rhythm(beat_s=0.02, dead_after_s=600, look_s=0.02)
 WORKER = """
 import os, sys, time
@@ -95,7 +95,7 @@ def test_a_killed_holder_is_replaced_at_once(tmp_path, worker):
     first = worker(60)
     assert first.stdout.readline() == "holds False\n"
     assert claims(tmp_path) == [".scene.claim-0"]
-    first.kill()  # and not waited for: a zombie is dead too
+    first.kill()  # without `wait`: a zombie counts as dead
     slow = Rhythm(beat_s=1, dead_after_s=1000, look_s=0.01)
     start_s = time.monotonic()
     with claimed(tmp_path, "scene", print, slow):
@@ -127,7 +127,7 @@ def test_of_many_that_wait_for_a_killed_holder_one_at_a_time_takes_over(tmp_path
 
 
 class Clock:
-    """Stands for the module `time` of the claims: to sleep takes no time, and tells the test."""
+    """A stand-in for the module `time` in the claims: sleeping takes no time and calls the test."""
 
     def __init__(self, at_each_look=lambda now_s: None):
         self.now_s = 0.0
@@ -178,8 +178,8 @@ def test_ctrl_c_releases(tmp_path, worker):
 
 @pytest.mark.parametrize("step_s", [-1000, 1000])
 def test_clocks_of_other_machines_do_not_matter(tmp_path, monkeypatch, step_s):
-    """A claim of another machine whose clock runs backwards, or far ahead: it lives as long as its
-    time changes.
+    """The clock of the claim's machine runs backwards or far ahead. The claim counts as alive as
+    long as the time of its file changes.
     """
     path = tmp_path / ".scene.claim-7"
     path.write_text(
@@ -196,14 +196,14 @@ def test_clocks_of_other_machines_do_not_matter(tmp_path, monkeypatch, step_s):
     rhythm = Rhythm(beat_s=0.02, dead_after_s=1.0, look_s=0.02)
     with claimed(tmp_path, "scene", print, rhythm) as waited:
         assert waited and claims(tmp_path) == [".scene.claim-8"]
-        # a second after the last beat, to two looks
+        # a second after the last beat, give or take two looks of 0.02 s
         assert 2.95 < clock.now_s < 3.05
 
 
 def test_a_claim_that_was_released_while_it_was_judged_dead_is_not_taken_over(
     tmp_path, monkeypatch
 ):
-    """The judgement is old when the next number is created: then the process starts again."""
+    """The claim is gone when the next number is created; the process then starts again at 0."""
     path = tmp_path / ".scene.claim-4"
     path.touch()
 

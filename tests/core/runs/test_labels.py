@@ -1,4 +1,6 @@
-"""Names and tags of runs: checked where they are typed, kept beside the store, part of no hash."""
+"""Names and tags of runs are checked when typed, kept in a file next to the store, and part of no
+hash.
+"""
 
 from __future__ import annotations
 

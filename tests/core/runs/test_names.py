@@ -93,7 +93,7 @@ def test_the_chain_is_not_built_with_such_a_name(composed, table):
     for name in LEAVING[::5]:
         with pytest.raises(ConfigError, match=r"the (camera|version|flare|metric) name "):
             chain(with_entry(composed, table, name, entry))
-    chain(with_entry(composed, table, 7, entry))  # OmegaConf takes numbers for names
+    chain(with_entry(composed, table, 7, entry))  # OmegaConf allows numbers as names
 
 
 def test_the_shown_lighting_keeps_its_name(composed):

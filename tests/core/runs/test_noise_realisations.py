@@ -1,4 +1,4 @@
-"""Draws: scores are means over shots with other noise, with Student's interval."""
+"""Noise realisations: scores are means over shots with different noise, with Student's interval."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ def test_scores_that_cannot_be_averaged_keep_their_first_value_and_have_no_inter
     a, b, c = over_draws([first, other])
     assert a.value == 2.0 and a.low < 1.0 < 3.0 < a.high
     assert (b.value, c.value) == (2.0, math.inf)
-    # an interval over the pixels of one picture is no interval over shots
+    # an interval over the pixels of one picture is not an interval over shots
     for score in (b, c, *over_draws([first])):
         assert math.isnan(score.low) and math.isnan(score.high)
 
@@ -76,7 +76,7 @@ def test_a_run_takes_draws_that_differ_in_noise_alone(tmp_path, monkeypatch):
     key = ("ciede2000", "", next(k[2] for k in first if k[0] == "ciede2000"))
     assert mean[key]["low"] < mean[key]["value"] < mean[key]["high"]
     assert mean[key]["value"] != first[key]["value"]
-    # the shot that is kept is the first
+    # the first shot is the one that is stored
     np.testing.assert_array_equal(one.open("captures/bayer").raw, four.open("captures/bayer").raw)
     assert "draws bayer" in [row.stage for row in four.ledger] and "draws bayer" not in [
         row.stage for row in one.ledger
@@ -91,8 +91,8 @@ def test_a_run_takes_draws_that_differ_in_noise_alone(tmp_path, monkeypatch):
 
 @pytest.mark.slow
 def test_the_intervals_of_a_rendered_scene_hold_the_noise_of_its_renderer():
-    """A chart whose half buffers differ by 30 % in every tile, against the same chart without
-    noise.
+    """The half buffers of a chart differ by 30 % in every tile; it is compared with the same chart
+    without noise.
     """
     chart = [
         "scene=macbeth",

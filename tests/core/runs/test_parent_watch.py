@@ -1,5 +1,5 @@
-"""Workers end when their parent is killed: those at work unwind first, those that cannot end all
-the same.
+"""Workers end when their parent is killed. Those at work unwind first; those that do not unwind are
+ended all the same.
 """
 
 from __future__ import annotations

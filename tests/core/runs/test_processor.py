@@ -1,5 +1,5 @@
-"""The kernels that libraries chose are recorded with every run and scene, and are no part of a
-key.
+"""The kernels that libraries choose for a processor are recorded with every run and scene. They are
+not part of a key.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ def test_processor_libraries_and_components_are_named():
 
 @pytest.mark.skipif(platform.machine() != "x86_64", reason="names kernels of x86-64")
 def test_another_choice_of_the_libraries_is_another_record():
-    """The same switches that a smaller processor would set by itself."""
+    """The variables make the libraries choose kernels as on a processor with fewer features."""
     smaller = {
         "OPENBLAS_CORETYPE": "Nehalem",
         "NPY_DISABLE_CPU_FEATURES": "X86_V4 AVX512_ICL AVX512_SPR",
@@ -66,7 +66,7 @@ def test_a_run_records_and_shows_them_and_its_key_does_not_depend_on_them(
             "scene=uniform",
             "scene.width=8",
             "scene.height=6",
-            "scene.horizontal_field_deg=4",  # a small field is a small sensor
+            "scene.horizontal_field_deg=4",  # makes the sensor small
             "lens=ideal",
             "sensor=ideal",
             "draws=1",

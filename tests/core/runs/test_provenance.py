@@ -1,4 +1,4 @@
-"""Provenance: an edit that can change a result changes its name, and no other."""
+"""Provenance: an edit changes the name of a result if and only if it can change the result."""
 
 from isethdr_core import build
 from isethdr_core.identity.code_digest import frame_code
@@ -16,7 +16,7 @@ def test_a_component_is_named_by_kind_and_registered_name(offer):
     lens = build("lens", "wavefront")
     assert identity(lens) == "lens/wavefront"
     moved = type("Wavefront", (type(lens),), {"__module__": "elsewhere.lenses"})
-    assert identity(moved()) == "Wavefront"  # as long as nobody registers it
+    assert identity(moved()) == "Wavefront"  # no component is registered so
     offer("lens", "wavefront", moved)
     assert identity(moved()) == "lens/wavefront"
 
@@ -40,7 +40,7 @@ def test_versions_are_those_of_libraries_that_the_components_import():
     assert "mitsuba" in libraries(renderer) and "mitsuba" not in libraries(scene)
     assert "colour-science" in libraries(scene) and "hydra-core" not in libraries(scene)
     assert libraries(scene).items() <= libraries(scene, renderer).items()
-    assert {"isethdr", "numpy"} <= provenance.versions().keys()  # beside the result, for people
+    assert {"isethdr", "numpy"} <= provenance.versions().keys()  # recorded for users
 
 
 def test_a_class_typed_at_a_prompt_has_no_source():

@@ -29,7 +29,7 @@ class CountingSensor(BayerSensor):
 
 @dataclass(frozen=True)
 class SlowIsp(LinearIsp):
-    """Isp: counts its pictures, each of which takes long enough to be worth its space."""
+    """Isp: counts its pictures; each takes so long that keeping it is worth the space."""
 
     def __call__(self, captures):
         CALLS["isp"] += 1
@@ -90,7 +90,7 @@ def calls(*overrides):
 
 
 def arrays(result):
-    """Return the checksums of all that a run has stored beside its record."""
+    """Return the checksums of all files of a run except its record."""
     files = read_manifest(result.path).files
     return {name: record for name, record in files.items() if name != "zarr.json"}
 
@@ -124,14 +124,14 @@ def test_a_run_has_the_same_bytes_with_an_empty_cache_a_full_a_damaged_one_and_n
     forget_runs(isethdr_home)
     CALLS.clear()
     again = run("draws=2")
-    assert not CALLS  # sensor, isp and metric are asked nothing
+    assert not CALLS  # sensor, isp and metric are not called
     kinds = {row.kind for row in again.ledger if row.reused}
     assert kinds == {"lighting", "lens", "sensor", "isp", "metric"}
     seconds = {row.stage: row.seconds for row in first.ledger}
     assert all(row.seconds == seconds[row.stage] for row in again.ledger if row.reused)
     for other in (first, again):
         assert_same(without, other)
-    for entry in entries(isethdr_home / reuse.FOLDER):  # damaged ones are computed again
+    for entry in entries(isethdr_home / reuse.FOLDER):  # damaged entries are not used
         data = bytearray(entry.path.read_bytes())
         data[len(data) // 2] ^= 1
         entry.path.write_bytes(data)

@@ -67,13 +67,13 @@ def test_a_chart_calls_the_instance_of_a_lamp_object():
     assert lamp_pixels(picture(scene()), labels([{"object": 1}])).sum() == 6
     assert lamp_pixels(picture(scene()), labels()).sum() == 0
     glaring = np.where(scene() > 100, 1e6, scene())
-    assert lamp_pixels(picture(glaring), labels()).sum() == 6  # bright enough to need no table
+    assert lamp_pixels(picture(glaring), labels()).sum() == 6  # so bright that it needs no table
 
 
 @pytest.mark.parametrize("rows, warned", [(2, False), (3, True)])
 def test_more_than_a_twentieth_of_the_frame_saturated_is_a_warning(rows, warned):
     lost = np.zeros(SHAPE, bool)
-    lost[-rows:] = True  # of 40 rows: exactly the limit with two
+    lost[-rows:] = True  # two of 40 rows are exactly the limit
     found = warnings_of("front", picture(scene(), saturated=lost), picture(scene()), labels())
     assert [w.key for w in found] == [SATURATED_FRAME] * warned
     if warned:
@@ -127,7 +127,7 @@ def test_a_user_sees_an_overexposed_and_a_dark_camera(tmp_path, monkeypatch, cap
         "scene=macbeth",
         "scene.width=24",
         "scene.height=16",
-        "scene.horizontal_field_deg=4",  # a small field is a small sensor
+        "scene.horizontal_field_deg=4",  # makes the sensor small
         "~flare.dirt",
     ]
     cameras = ["~cameras.rgbw", "~cameras.split_pixel", "+sensor@cameras.dark=bayer"]

@@ -1,4 +1,4 @@
-"""Pooling of renderings: which may be pooled, how noisy their mean is, and the mean itself."""
+"""Sample accumulation: which renderings are averaged, how noisy their mean is, and the mean."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ def length(spans):
 
 
 def test_spans_without_overlap_that_hold_most_paths_are_pooled():
-    """Against all subsets."""
+    """The choice has as many paths as the best of all subsets without overlap."""
     rng = np.random.default_rng(2)
     for _ in range(200):
         spans = [
@@ -82,7 +82,7 @@ GRID = (np.array([500.0, 600.0]), centres(12, 0.6), centres(8, 0.4))
 
 
 def rendering(folder, name, span, seed, groups=("sky",), bands=slice(None)):
-    """Store a rendering of random light and noise, and return it as it is stored."""
+    """Store a rendering of random light and noise, and open it."""
     rng = np.random.default_rng(seed)
     ds = scene_radiance(rng.gamma(2.0, 1e-3, (len(groups), 2, 8, 12)), groups, *GRID)
     ds["xyz_noise"] = (
@@ -122,7 +122,7 @@ def test_the_mean_is_weighted_by_paths_and_its_noise_follows(tmp_path):
     assert joined.attrs["paths"] == {"sky": 400} and joined.attrs["noise"]["sky"] == pytest.approx(
         0.1 * np.hypot(96, 304) / 400
     )
-    # and stays as it was stored: no order of stores changes the light
+    # the order of the stores does not change the light
     np.testing.assert_allclose(join_scenes([b, a]).radiance.values, want, rtol=6.1e-8)
 
 
@@ -147,8 +147,8 @@ def test_groups_and_bands_are_pooled_one_by_one(tmp_path):
     )
     assert joined.attrs["paths"] == {"sky": 8, "lamps": 8}, "of the band that is known worst"
     assert joined.attrs["noise"]["lamps"] == 0.2
-    # bands put together in other ways may share their paths: their noise adds up as it is, never
-    # too little
+    # bands that are means of different renderings may share paths: their standard deviations are
+    # added without squares, which never gives too little
     one = both.xyz_noise.values[1].astype(float)
     two = more.xyz_noise.values[0].astype(float)
     np.testing.assert_allclose(

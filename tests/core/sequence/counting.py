@@ -1,4 +1,4 @@
-"""A renderer for tests that counts its calls, and frames that it renders."""
+"""A renderer for tests that records its calls, and a function that renders a frame with it."""
 
 from __future__ import annotations
 
@@ -18,8 +18,10 @@ LABELLED = Demand(labels=frozenset({"distance"}))
 
 @dataclass(frozen=True)
 class Counting:
-    """Radiance is the intensity of the lamps of a group; the distance is the place of the box. The
-    light of a renderer with a seed is that seed's last digits more.
+    """A renderer that returns simple numbers.
+
+    Radiance is the intensity of the lamps of a group, plus 1 and the last three digits of the seed.
+    The label `distance` is the position of the box.
     """
 
     effort_fields: ClassVar[tuple[str, ...]] = ("samples",)
@@ -52,7 +54,7 @@ class Counting:
 
 
 def frame(scene, demand=LABELLED, exposures=None, **renderer):
-    """Return radiance and store names of a frame; with `exposures` one of a sequence."""
+    """Return radiance and store names of a frame; with `exposures`, it belongs to a sequence."""
     chain = SimpleNamespace(
         scene=scene,
         renderer=Counting(**renderer),

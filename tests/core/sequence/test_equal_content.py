@@ -1,4 +1,4 @@
-"""The digest of content: what changes light or labels changes it, and nothing else does."""
+"""The digest of a scene's content changes if and only if light or labels may change."""
 
 from dataclasses import replace
 

@@ -16,7 +16,7 @@ from .counting import frame as frame_or_shot
 from .test_equal_content import CHANGES, with_lamp_changed
 from .waiting import AXIS, FACES, SQUARE, Waiting
 
-OFF_AND_ON = (0.5, 1.5)  # s: the states of the blinker
+OFF_AND_ON = (0.5, 1.5)  # times at which the blinker is off and on, s
 
 
 @pytest.fixture(autouse=True)
@@ -27,9 +27,7 @@ def home(tmp_path, monkeypatch):
 
 @dataclass(frozen=True)
 class Changed:
-    """The scene `Waiting` with the blinker on, and one more change, by its position in the
-    list.
-    """
+    """The scene `Waiting` with the blinker on and one more change, `CHANGES[change]`."""
 
     change: int
 
@@ -121,7 +119,7 @@ def test_light_with_fewer_samples_is_not_taken_over():
 
 
 def lens(normals, lamp):
-    """Return the scene with one more lamp, on or off, that has normals."""
+    """Return the scene with one more part that has vertex normals; with `lamp`, the part is lit."""
     scene = Waiting()()
     part = Part("lens", SQUARE, FACES, "matt", normals, lamp)
     models = {**scene.models, "box": Model("box", (*scene.models["box"].parts, part))}

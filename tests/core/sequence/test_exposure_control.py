@@ -17,7 +17,7 @@ def settled(exposure_s, gain=1.0, limits=WIDE, ratios=()) -> SettledExposure:
 
 
 def followed(control, frames) -> list[Exposure]:
-    """Return the exposures of a sequence whose frames would settle to `frames`."""
+    """Return the exposures of a sequence; `frames` are the settled exposures of its frames."""
     taken = [frames[0].exposure]
     return taken + [control.next_exposure(frames[:n]) for n in range(1, len(frames))]
 
@@ -31,7 +31,7 @@ def test_a_step_of_light_leaves_a_geometric_rest_after_the_delay(share, delay, t
     taken = followed(ExposureControl(share, delay), frames)
     rest = [np.log(one.product_s / to_s) / np.log(0.003 / to_s) for one in taken]
     moves = np.maximum(np.arange(len(frames)) - (step + delay - 1), 0)
-    # logarithms to base 2 and back: some roundings of 2e-16 for each of 20 moves
+    # tolerance: logarithms to base 2 and back, some roundings of 2e-16 for each of 20 moves
     np.testing.assert_allclose(rest, (1 - share) ** moves, rtol=1e-10, atol=1e-13)
 
 
@@ -66,7 +66,7 @@ def test_exposures_take_whole_periods_of_flickering_lamps_on_the_way():
     taken = followed(ExposureControl(0.1, 1), frames)
     periods = np.array([one.exposure_s for one in taken]) / 0.01
     np.testing.assert_allclose(periods, np.round(periods), rtol=1e-12)
-    # the gain makes up for what whole periods take away
+    # the gain makes up for the exposure that is lost by rounding to whole periods
     plain = followed(ExposureControl(0.1, 1), [settled(0.1)] + [settled(0.01)] * 30)
     products = [[one.product_s for one in run] for run in (taken, plain)]
     np.testing.assert_allclose(*products, rtol=1e-12)

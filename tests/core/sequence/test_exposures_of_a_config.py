@@ -1,4 +1,4 @@
-"""The table `exposures` of a config: what is carried into a frame."""
+"""The table `exposures` of a config: the exposures that are carried into a frame."""
 
 import pytest
 

@@ -23,7 +23,7 @@ SQUARE = np.array([[0, -1, -1], [0, 1, -1], [0, 1, 1], [0, -1, 1]], float)
 FACES = np.array([[0, 2, 1], [0, 3, 2]])
 MATERIALS = {"matt": Material("matt")}
 WAITS_S = 2.0
-AXIS = (-1.0, 0.0, 0.0)  # along which the square's faces look
+AXIS = (-1.0, 0.0, 0.0)  # direction of the normal of the square's faces
 
 
 def shifted(x_m: float, y_m: float = 0.0, z_m: float = 1.0) -> np.ndarray:
@@ -38,8 +38,8 @@ def square(name: str, lamp: Lamp | None = None) -> Model:
 
 @dataclass(frozen=True)
 class Waiting:
-    """The box moves after `WAITS_S`; the lamp `blinker` changes its intensity every second; what
-    is hidden moves all the time.
+    """The box moves after `WAITS_S`. The lamp `blinker` changes its intensity every second. An
+    object without surfaces moves all the time.
     """
 
     time_s: float = 0.0
@@ -74,5 +74,5 @@ class Waiting:
 
 
 def turned() -> np.ndarray:
-    """Return the half turn by which a lamp looks at the box."""
+    """Return the pose of a half turn about z, which makes a lamp face the box."""
     return np.diag([-1.0, -1.0, 1.0, 1.0])

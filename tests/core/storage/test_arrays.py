@@ -69,7 +69,7 @@ def test_all_kinds_and_shapes_come_back_as_another_writer_keeps_them(tmp_path):
     ds.to_zarr(tmp_path / "theirs.zarr", group="one/two", zarr_format=3, consolidated=False)
     theirs = read(tmp_path / "theirs.zarr", "one/two")
     for variable in theirs.variables.values():
-        variable.attrs.pop("_FillValue", None)  # a hole is said by the format already
+        variable.attrs.pop("_FillValue", None)  # zarr itself states the fill value
     xr.testing.assert_identical(ours, theirs)
     assert set(ours.coords) == set(ds.coords) and {
         n: v.dtype for n, v in ours.variables.items()
@@ -88,7 +88,7 @@ def test_an_array_of_one_value_is_its_metadata_alone(tmp_path):
     # of arrays without values there is nothing to write
     alone = {n for n in ds.variables if not any(file.startswith(f"{n}/c") for file in written)}
     assert alone == alike | {"nothing", "shift"}
-    # as any program opens it, which takes the value as a value and not as a hole
+    # other programs open the store so; they must not take the single value for a missing value
     back = xr.open_zarr(tmp_path, consolidated=False, chunks=None).load()
     for name in alike | {"signs"}:
         found = back[name].values
@@ -103,7 +103,7 @@ def test_a_part_is_read_alone_and_groups_lie_in_groups(tmp_path):
     write_group(tmp_path, "", {"mark": 1})
     write_dataset(tmp_path, "captures/bayer", ds)
     array = zarr.open_group(tmp_path, mode="r")["captures/bayer/light"]
-    # across chunks that the array does not fill
+    # the part crosses chunks that the array does not fill
     assert np.array_equal(array[1, 8, 130:, 239:242], ds.light.values[1, 8, 130:, 239:242])
     assert array.shards == (1, 16, 270, 480) and array.chunks == (1, 8, 135, 240)
     assert zarr.open_group(tmp_path, mode="r").attrs["mark"] == 1, "what is there already stays"

@@ -30,7 +30,7 @@ def test_what_was_used_longest_ago_goes_first_and_the_bound_holds(tmp_path):
     plane = np.random.default_rng(0).bytes(100_000)
     for k in range(30):
         assert cache.put(f"{k:016x}", plane.hex()[:100_000])
-        os.utime(tmp_path / f"{k:016x}.result", ns=(k, k))  # of one second otherwise
+        os.utime(tmp_path / f"{k:016x}.result", ns=(k, k))  # distinct times, one per result
         if k > 1:
             assert cache.get(f"{0:016x}") is not None  # in use all the time
             os.utime(tmp_path / f"{0:016x}.result", ns=(k, k + 1))
@@ -42,7 +42,7 @@ def test_what_was_used_longest_ago_goes_first_and_the_bound_holds(tmp_path):
 
 def test_what_is_too_large_or_not_worth_its_space_is_not_kept(tmp_path):
     cache = BoundedCache(tmp_path, MB)
-    assert not cache.put(NAME, np.zeros(MB // 4, np.uint8))  # a fourth of the cache, and its head
+    assert not cache.put(NAME, np.zeros(MB // 4, np.uint8))  # a quarter and a header: too much
     assert not cache.put(NAME, np.zeros(2000), worth_bytes=8000)
     assert not cache.put(NAME, object())
     assert list(tmp_path.iterdir()) == []
@@ -97,8 +97,8 @@ def work(folder: Path) -> None:
 
 
 def test_processes_share_a_folder_that_is_too_small_for_all(tmp_path):
-    """Each of 7 results takes 32 kB, in 150 kB: files are replaced and removed while others read
-    them.
+    """Seven results of 32 kB each share 150 kB, so that files are replaced and removed while other
+    processes read them.
     """
     workers = [get_context("fork").Process(target=work, args=(tmp_path,)) for _ in range(3)]
     for worker in workers:

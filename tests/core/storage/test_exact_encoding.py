@@ -43,7 +43,7 @@ def test_plain_values_keep_their_types():
         3: np.float32(0.1),
         ("a", 1): np.bool_(True),
         "nested": {"named": Pair(1.0, 2.0), "enum": Colour.RED},
-        "is": "tuple",  # the encoding's own word
+        "is": "tuple",  # a word that the encoding itself uses
     }
     found = again(value)
     assert found == value and repr(found) == repr(value)

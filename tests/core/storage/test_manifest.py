@@ -43,7 +43,7 @@ def test_the_damages_are_many_and_of_every_kind(stores):
 
 
 def test_no_damage_is_silent_and_each_error_names_store_and_file(stores, tmp_path):
-    """Every 20th damage, so that the quick tests stay quick; all of them below."""
+    """Try every 20th damage, which is quick; the slow test below tries all."""
     assert _not_named(stores, tmp_path, step=20) == []
 
 
@@ -92,9 +92,7 @@ def test_a_store_under_the_name_of_another_is_refused(stores, tmp_path):
 
 
 def test_damage_after_opening_is_named_when_the_part_is_read(stores, tmp_path):
-    """A lazy read compares the chunks that it needs, so that one tile stays as cheap as one
-    tile.
-    """
+    """A lazy read checks only the chunks that it needs, so that reading one tile stays cheap."""
     path, original, older = stores
     copy = tmp_path / path.name
     shutil.copytree(path, copy)
@@ -111,7 +109,7 @@ def test_damage_after_opening_is_named_when_the_part_is_read(stores, tmp_path):
 
 
 def test_chunks_of_one_shard_cannot_change_places(tmp_path):
-    """Chunks of equal length are exchanged within a shard: each still fits its own CRC-32C."""
+    """Two chunks of equal length change places in a shard; each still fits its own CRC-32C."""
     planes = np.random.default_rng(1).integers(0, 256, (540, 1920), "u1")  # not compressible
     path = store.write_store(tmp_path, "s", {"": xr.Dataset({"a": (("y", "x"), planes)})}, {})
     file = path / "a/c.0.0"
@@ -144,7 +142,9 @@ def test_the_name_of_the_manifest_is_kept_free(tmp_path, key):
 
 
 def test_any_range_of_a_file_is_compared(stores, tmp_path):
-    """Ranges that are no chunks, as another version of zarr may ask for, compare the whole file."""
+    """For a range that is not a chunk, as other versions of zarr may request, the whole file is
+    checked.
+    """
     path, _, older = stores
     copy = tmp_path / path.name
     shutil.copytree(path, copy)
