@@ -1,4 +1,4 @@
-"""Fixtures of the isp tests: captures by contract, and the folder of reference numbers."""
+"""Fixtures of the isp tests: captures that keep the contract, and reference numbers of ISETCam."""
 
 import importlib.util
 import os
@@ -21,7 +21,7 @@ def bench():
 
 @pytest.fixture(scope="session")
 def reference():
-    """Return a function that loads one file of reference numbers, or skips."""
+    """Return a function that loads one file of reference numbers; skip the test without them."""
     folder = os.environ.get("ISETHDR_REFERENCE")
     if not folder:
         pytest.skip("ISETHDR_REFERENCE is not set: no reference numbers to compare with")

@@ -15,8 +15,8 @@ QE = np.stack(
     [0.6 * np.exp(-(((WAVELENGTH - c) / s) ** 2) / 2) for c, s in ((605, 32), (540, 36), (460, 28))]
 )
 QE_W = np.concatenate([QE, 0.75 * np.ones((1, len(WAVELENGTH)))])
-# three captures of the split pixel: large diode at two gains (one charge) and a small one of 1/100
-# of its area
+# Three captures of a split pixel: the large photodiode at two gains (one charge), and a small
+# photodiode with 1/100 of its area. top_e and read in e.
 SPLIT = [
     {"name": "LPLG", "charge": 0, "top_e": 22000.0, "read": 3.05},
     {"name": "LPHG", "charge": 0, "top_e": 5390.0, "read": 0.83},
@@ -28,8 +28,8 @@ ONE = [{"name": "A", "charge": 0, "top_e": 1e9, "read": 2.0}]
 def electrons_per_radiance(
     spec=ONE[0], qe=QE, exposure_s=0.016, pitch_um=3.0, throughput_sr=np.pi / 65
 ):
-    """Return (channel, wavelength) electrons per band mean radiance on the axis, computed apart
-    from the isp.
+    """Return the electrons per unit of band mean radiance (W m-2 sr-1 nm-1) on the axis, as
+    (channel, wavelength). The computation is independent of the isp.
     """
     area = (pitch_um * 1e-6) ** 2 * spec.get("area", 1.0)
     return (
@@ -54,8 +54,20 @@ def make(  # noqa: PLR0913 - a helper of tests
     falloff="none",
     focal=4.0,
 ):
-    """Return captures of the charge `mean_e` (y, x) e of a full-area capture, dark charge not
-    included; no noise without `rng`.
+    """Return captures of given mean charges, with noise if `rng` is given.
+
+    Parameters
+    ----------
+    mean_e : mean photoelectrons (y, x) of a photodiode of full area, e, without dark charge.
+    specs : one dictionary per capture, as in `SPLIT`.
+    pattern : cell of the filter array, numbers of channels.
+    qe : quantum efficiency (channel, wavelength) at `WAVELENGTH`.
+    rng : generator of shot noise and read noise; None adds no noise.
+    step_e : step of the converter, e; 0 leaves the values unrounded, at 0.5 DN per e.
+    black : black level, DN.
+    dark : mean dark charge of each capture, e.
+    falloff : falloff that the captures state; it is not applied to `mean_e`.
+    focal : focal length that the captures state, mm.
     """
     ny, nx = np.shape(mean_e)
     filters = np.tile(pattern, (ny // pattern.shape[0] + 1, nx // pattern.shape[1] + 1))[:ny, :nx]
@@ -117,8 +129,8 @@ def make(  # noqa: PLR0913 - a helper of tests
 
 
 def mosaic_of(radiance, shape, pattern=BAYER, qe=QE, falloff=None, focal=4.0):
-    """Return the noise-free electrons (y, x) of one spectrum, W m-2 sr-1 nm-1, seen by every
-    pixel.
+    """Return the noise-free electrons (y, x) of pixels that all see one spectrum of radiance, in
+    W m-2 sr-1 nm-1.
     """
     per_channel = electrons_per_radiance(qe=qe) @ radiance
     tiles = np.tile(pattern, (shape[0] // pattern.shape[0] + 1, shape[1] // pattern.shape[1] + 1))[

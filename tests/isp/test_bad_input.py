@@ -1,5 +1,5 @@
-"""Bad input: captures that cannot be read get one clear error; dark, full and tiny ones a right
-result.
+"""Bad input: captures that cannot be read give one clear error; dark, saturated and tiny captures
+give a right picture.
 """
 
 import numpy as np
@@ -26,7 +26,7 @@ EVERY = pytest.mark.parametrize(
 
 
 def replaced(captures, name, value):
-    """Return captures whose variable `name` holds `value` in its first entry."""
+    """Return captures with `value` in the first entry of the variable `name`."""
     out = captures.copy(deep=True)
     values = out[name].values.astype(float)
     values.flat[0] = value
@@ -121,8 +121,8 @@ def test_all_dark_has_the_mean_0_and_is_valid(bench, isp):
     picture = isp(bench.make(np.zeros((48, 48)), rng=np.random.default_rng(0)))
     y = picture.xyz.values[..., 1]
     variance = picture.variance.values[..., 1]
-    # 2304 pixels, of which learned and denoised ones leave some 20 to 60 independent: 4 standard
-    # errors
+    # 4 standard errors: after learned demosaic and denoising, about 20 to 60 of the 2304 pixels are
+    # independent
     assert abs(y.mean()) < 4 * y.std() / np.sqrt(20) and y.min() < 0 and picture.valid.values.all()
     assert not variance_known(picture) or variance.min() > 0
     exact = isp(
@@ -130,5 +130,5 @@ def test_all_dark_has_the_mean_0_and_is_valid(bench, isp):
     )
     np.testing.assert_array_equal(exact.xyz.values, 0.0)
     if variance_known(exact):
-        # a noiseless read has 1e-12 e2 for division
+        # a reading without noise has a variance of 1e-12 e2, so that the isp can divide by it
         np.testing.assert_allclose(exact.variance.values, 0.0, atol=1e-12)

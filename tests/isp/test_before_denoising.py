@@ -1,5 +1,5 @@
-"""A denoised picture holds the picture before denoising, bit for bit; scores of noise use that
-picture.
+"""A denoised picture carries the picture before denoising, bit for bit. Scores of noise use the
+picture before denoising.
 """
 
 import numpy as np
@@ -13,7 +13,7 @@ from isethdr_core.storage.picture_rounding import rounded_picture
 
 @pytest.fixture(scope="module")
 def shot():
-    """Return a ramp of five decades, its captures, and its radiance."""
+    """Return the captures and the radiance of a luminance ramp of five decades."""
     fields = {"width": 128, "height": 72, "horizontal_field_deg": 20.0}
     mixed = hdr.build("lighting", "ideal")(hdr.build("scene", "luminance_ramp", **fields)())
     light = hdr.build("lens", "ideal")(mixed)
@@ -53,7 +53,7 @@ def test_scores_of_noise_do_not_change(shot, name):
 
 
 def test_it_is_stored_with_the_rounding_of_pictures(shot):
-    """A twentieth of a standard deviation at most, as the picture itself would be."""
+    """Rounding changes it by at most a twentieth of a standard deviation, like the picture."""
     plain = MergeIsp()(shot[0])
     smooth = MergeIsp(denoise="nl_means")(shot[0])
     rounded = rounded_picture(smooth)

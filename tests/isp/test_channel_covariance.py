@@ -1,5 +1,5 @@
-"""The stated variance of XYZ after a demosaic, covariance between channels included, against noise
-realisations.
+"""The stated variance of XYZ after a demosaic includes the covariance between channels, and agrees
+with noise realisations.
 """
 
 import numpy as np
@@ -17,8 +17,8 @@ READ_E = 2.0
 
 
 def scene(bench, name, electrons):
-    """Return the mean electrons (y, x) of a flat field, a slanted edge or coloured patches; the
-    brightest has `electrons`.
+    """Return the mean electrons (y, x) of a flat field, a slanted edge, a colour chart or coloured
+    patches; the brightest pixel has `electrons`.
     """
     y, x = np.mgrid[: SHAPE[0], : SHAPE[1]]
     filters = np.tile(bench.BAYER, (SHAPE[0] // 2, SHAPE[1] // 2))
@@ -76,8 +76,8 @@ def stated_over_true(bench, isp, name, electrons, realisations):
 
 @pytest.mark.parametrize("method", ["bilinear", pytest.param("malvar", marks=pytest.mark.slow)])
 def test_a_linear_demosaic_states_the_squares_of_its_answers(bench, method):
-    """The variance is the sum over samples of the squared answer to one sample, times the variance
-    of the sample.
+    """The variance is the sum over samples of the squared response to one sample, times the
+    variance of the sample.
     """
     if method == "malvar":
         pytest.importorskip("colour_demosaicing")
@@ -117,5 +117,6 @@ def test_the_variance_of_xyz_is_that_of_the_realisations(bench, method, toleranc
     if method == "malvar":
         pytest.importorskip("colour_demosaicing")
     found = stated_over_true(bench, LinearIsp(demosaic=method), name, electrons, 300)
-    # 300 realisations of 1008 pixels, of which 9 err alike: sqrt(2 / 33 600) = 0.8 %
+    # 3 %: one standard error is sqrt(2 / 33 600) = 0.8 %, for 300 realisations of 1008 pixels, of
+    # which 9 at a time share their error
     np.testing.assert_allclose(found, 1.0, atol=tolerance)

@@ -1,5 +1,5 @@
-"""Colour matrix: least squares without noise, the least expected error with it, at the light level
-it states.
+"""The colour matrix is a least-squares fit without noise, and has the least expected error with
+noise, at the light level that the picture states.
 """
 
 import numpy as np
@@ -25,12 +25,12 @@ def setup(bench, filters="rgbw"):
 def test_without_noise_it_is_least_squares_that_keep_the_white(bench, filters):
     response, electrons, target, white_e, white = setup(bench, filters)
     matrix = solve_matrix(response, bench.WAVELENGTH, "daylight", np.inf, 25.0)
-    # independent: Lagrange's equations of the same problem, row by row
+    # independent computation: Lagrange's equations of the same problem, row by row
     gram = electrons.T @ electrons
     n = len(white_e)
     saddle = np.block([[gram, white_e[:, None]], [white_e[None], np.zeros((1, 1))]])
     expected = np.linalg.solve(saddle, np.vstack([electrons.T @ target, white[None]]))[:n].T
-    # 1e-6: the normal equations of four like channels lose ten digits
+    # 1e-6: the normal equations of four similar channels lose ten digits
     np.testing.assert_allclose(matrix, expected, rtol=1e-6, atol=1e-6 * np.abs(expected).max())
 
 
@@ -50,7 +50,7 @@ def test_with_noise_no_other_matrix_that_keeps_the_white_errs_less(bench, snr, d
     for _ in range(50):
         step = rng.standard_normal(matrix.shape) * np.abs(matrix).mean()
         step -= np.outer(step @ white_e, white_e) / (white_e @ white_e)  # keeps the white
-        # a quadratic has one minimum: every step away costs, small or large
+        # a quadratic error has one minimum: every step away from it increases the error
         assert (
             expected_error(matrix + step) > least and expected_error(matrix - 1e-3 * step) > least
         )
@@ -64,8 +64,8 @@ def test_the_stated_light_level_has_the_stated_ratio(dark_var):
 
 
 def test_read_noise_counts_beside_shot_noise(bench):
-    """At an SNR of 1 a noisy reader needs more light, where noise no longer follows the channels: W
-    helps more than it would.
+    """With read noise, an SNR of 1 needs more light, and the noise depends less on the channel. The
+    matrix then uses W more, and amplifies equal noise in all channels less.
     """
     response, *_ = setup(bench)
     quiet, noisy = (

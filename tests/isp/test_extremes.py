@@ -1,4 +1,6 @@
-"""All pixels dark and all pixels full: finite pictures, and only the full ones invalid."""
+"""Captures that are all dark or all saturated give finite pictures; only saturated ones are
+invalid.
+"""
 
 import numpy as np
 import pytest
@@ -11,8 +13,8 @@ W = np.arange(400.0, 701.0, 10.0)
 
 
 def pairs_with_slow_ones():
-    """Return each sensor with each exposure rule. All sensors share the code of the rules, so those
-    with `fixed` and those of `bayer` are quick tests, the others slow.
+    """Return each sensor with each exposure rule. All sensors share the code of the rules, so only
+    the pairs with `fixed` or with `bayer` are quick tests; the others are slow.
     """
     sensors = ("bayer", "split_pixel", "dual_gain", "staggered", "lofic", "lin_log")
     rules = ("fixed", "centre", "histogram", "highlights")

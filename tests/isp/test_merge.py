@@ -1,5 +1,5 @@
-"""Merge: no bias at any level, reported variance, shared charge counted once, limits, ISETCam's
-rule.
+"""The merge has no bias at any level, reports its variance, and counts a shared charge once; limits;
+ISETCam's rule.
 """
 
 import numpy as np
@@ -15,14 +15,14 @@ from isethdr_core.errors import ConfigError, UnitError
 from isethdr_core.uncertainty import ledger
 
 MONO = np.array([[0]])
-SIDE = 500  # 250 000 draws
+SIDE = 500  # side of a frame, pixels: 250 000 noise realisations
 
 
 def merged(  # noqa: PLR0913 - a helper of tests
     bench, level, rng, specs=None, dark=0.0, step_e=0.0, side=SIDE
 ):
-    """Return (signal, variance, valid) of `side`^2 pixels at `level` electrons, straight from the
-    merge.
+    """Return (signal, variance, valid) of `side`^2 pixels at `level` electrons, as the merge alone
+    gives them.
     """
     captures = bench.make(
         np.full((side, side), float(level)),
@@ -43,8 +43,8 @@ def test_no_bias_and_right_variance_across_the_whole_range(bench, level):
     standard_error = x.std() / SIDE
     # bias: 0.1 % or 4 standard errors, whichever is larger (at 1 e one standard error is 0.26 %)
     assert abs(x.mean() - level) < max(1e-3 * level, 4 * standard_error)
-    # 5 %: worst in the ramp below saturation (-4.1 %) and at 1 e (+2.6 %, the floor that keeps
-    # variance positive)
+    # 5 %: the largest deviations are -4.1 % in the ramp below saturation, and +2.6 % at 1 e, from
+    # the floor that keeps the variance positive
     assert variance.mean() / x.var() == pytest.approx(1, abs=0.05)
     assert valid.all()
 
@@ -53,11 +53,11 @@ def test_no_bias_and_right_variance_across_the_whole_range(bench, level):
     "mean, dark, top", [(3.0, 0.0, 1e4), (3.0, 20.0, 1e4), (60.0, 0.0, 70.0), (60.0, 15.0, 70.0)]
 )
 def test_expected_value_is_exact_by_quadrature(mean, dark, top):
-    """No random numbers: E[x] over Poisson counts and normal read noise is the signal, with unlike
-    captures of like size.
+    """Without random numbers: the expected value over Poisson counts and normal read noise is the
+    signal, for two captures that differ, but not by much.
     """
-    # a long capture of twice the light and much read noise, so that every term of the rule
-    # counts
+    # the long capture has twice the light and much read noise, so that every term of the rule
+    # matters
     read = 5.0
     ratio = 2.0
     count = np.arange(0, 260)
@@ -72,13 +72,13 @@ def test_expected_value_is_exact_by_quadrature(mean, dark, top):
     short = Charge(ones * (mean / ratio + 7.0), ones * 4.0, 7.0, 1e4, ones > 0, ones, ones)
     long = Charge(t, ones * read**2, dark, top, ones > 0, ones * ratio, ones)
     x = fold([short, long]).signal_e
-    # 1e-5: 4001 nodes of the normal across the kink of max(t, 0) leave 2e-6; a missing term makes
-    # far more
+    # 1e-5: the quadrature by 4001 nodes across the kink of max(t, 0) has an error of 2e-6; a
+    # missing term would change the value far more
     assert poisson @ x @ normal == pytest.approx(mean, rel=1e-5)
 
 
 def test_weighting_by_inverse_variance_without_correction_is_biased(bench):
-    """The law that makes the correction necessary: without it the same test fails by far."""
+    """Shows that the correction is necessary: without it, the mean is more than 10 % too low."""
     rng = np.random.default_rng(9)
     n = rng.poisson(1.0, 400_000)
     read = 0.6
@@ -96,9 +96,12 @@ def test_dark_charge_and_quantisation_leave_no_bias(bench):
 
 
 def test_reads_of_one_charge_share_their_shot_noise(bench):
-    """Two gains of one charge at 2000 e: SNR is sqrt(N), not the sqrt(2 N) of two charges."""
+    """Two gains of one charge of N = 2000 e have an SNR of sqrt(N), not the sqrt(2 N) of two
+    charges.
+    """
     x, variance, _ = merged(bench, 2000, np.random.default_rng(5))
-    # 250 000 draws: 0.3 %; read noise 0.64, small diode -1 %
+    # 2 %: one standard error of 250 000 pixels is 0.3 %; read noise adds 0.64 e2, and the small
+    # photodiode lowers the variance by 1 %
     assert x.var() == pytest.approx(2000, rel=0.02)
     assert variance.mean() == pytest.approx(2000, rel=0.02)
     apart = [dict(s, charge=k) for k, s in enumerate(bench.SPLIT)]
@@ -116,7 +119,7 @@ def test_four_captures_fold(bench):
     for level in (50, 21800, 7.5e5, 3e6, 5e7):
         x, variance, valid = merged(bench, level, np.random.default_rng(7), specs, side=300)
         assert abs(x.mean() - level) < max(1e-3 * level, 4 * x.std() / 300) and valid.all()
-        # 90 000 draws: 0.5 %; 780 000 e is the second ramp
+        # 8 %: one standard error of 90 000 pixels is 0.5 %; the second ramp is at 780 000 e
         assert variance.mean() / x.var() == pytest.approx(1, abs=0.08)
 
 
@@ -148,12 +151,13 @@ def test_order_of_captures_does_not_matter(bench):
 def test_all_saturated_is_not_valid_and_the_rest_is_absolute(bench, rule):
     grey = light("daylight", bench.WAVELENGTH)
     per_cd = bench.mosaic_of(grey, (12, 24)).max()
-    # electrons of the large diode: in range, beyond the small one
+    # electrons of the large photodiode: within the range on the left; on the right, beyond the
+    # range of the small photodiode
     level = np.where(np.arange(24) < 12, 2e5, 5e6) / per_cd
     picture = MergeIsp(rule=rule)(bench.make(bench.mosaic_of(grey, (12, 24)) * level, bench.SPLIT))
     valid = picture.valid.values
     assert valid[:, :11].all() and not valid[:, 12:].any()
-    # 1e-5: the unit step in G(t + 1) of a noise-free mean at 1e4 e
+    # 1e-5: the step of one electron in G(t + 1) changes a noise-free mean at 1e4 e
     np.testing.assert_allclose(picture.xyz.values[:, :10, 1], level[0], rtol=1e-5)
     assert np.isfinite(picture.xyz.values).all()
 
@@ -163,7 +167,7 @@ def test_captures_with_unlike_filters_agree_on_the_balance_light_and_say_how_far
         [0.9 * bench.QE[0], bench.QE[1] * np.linspace(1.3, 0.7, len(bench.WAVELENGTH)), bench.QE[2]]
     )
     specs = [*bench.SPLIT[:2], dict(bench.SPLIT[2], qe=qe)]
-    grey = 20000 * light("daylight", bench.WAVELENGTH)  # both the large diode's range and beyond
+    grey = 20000 * light("daylight", bench.WAVELENGTH)  # within the large diode's range and beyond
     captures = bench.make(bench.mosaic_of(grey, (8, 8)), specs)
     small = (bench.electrons_per_radiance(specs[2]) @ grey)[captures["filter"].values]
     captures["raw"][2] = captures["black_dn"].values[2] + 0.5 * small

@@ -1,4 +1,4 @@
-"""Linear and ideal isp: absolute level, linearity, variance, lens falloff, ideal limits, bad
+"""Linear and ideal isp: absolute level, linearity, variance, lens falloff, ideal limits and bad
 input.
 """
 
@@ -25,8 +25,8 @@ def test_uniform_grey_keeps_its_absolute_luminance(bench, balance, isp, filters)
             bench.make(bench.mosaic_of(grey, SHAPE, pattern, qe), pattern=pattern, qe=qe)
         )
         expected = xyz(grey, bench.WAVELENGTH)
-        # the matrix is exact for this grey; what is left is rounding of DN with a black level of 64
-        # at 1e-2 DN
+        # the matrix is exact for this grey; 1e-9: rounding of signals of 1e-2 DN on a black level of
+        # 64 DN
         np.testing.assert_allclose(
             picture.xyz.values, np.broadcast_to(expected, (*SHAPE, 3)), rtol=1e-9
         )
@@ -47,13 +47,13 @@ def test_linear_in_the_light(bench):
     rng = np.random.default_rng(0)
     a, b = rng.uniform(0, 1e4, (2, *SHAPE))
     one, two, both = (LinearIsp()(bench.make(m)).xyz.values for m in (a, b, 2 * a + 3 * b))
-    # rounding of the sum
+    # 1e-9: rounding of the sum
     np.testing.assert_allclose(2 * one + 3 * two, both, rtol=0, atol=1e-9 * np.abs(both).max())
 
 
 def test_negative_electrons_stay_negative(bench):
     captures = bench.make(np.zeros(SHAPE))
-    captures["raw"] -= 5.0  # read noise below the black level
+    captures["raw"] -= 5.0  # codes below the black level, as read noise makes
     picture = LinearIsp()(captures)
     assert (picture.xyz.values[..., 1] < 0).all() and (picture.variance.values > 0).all()
 
@@ -68,24 +68,24 @@ def test_a_saturated_sample_spoils_the_pixels_it_is_interpolated_into(bench, isp
 
 
 def test_dark_charge_is_subtracted_and_its_noise_kept(bench):
-    # without regard to noise, which the dark charge adds to, the colour matrix is one and the same
+    # dark charge adds noise; an infinite design SNR disregards noise, so both have the same matrix
     dark, plain = (
         LinearIsp(design_snr=np.inf)(bench.make(np.full(SHAPE, 50.0), dark=d)) for d in (400.0, 0.0)
     )
     np.testing.assert_allclose(dark.xyz.values, plain.xyz.values, rtol=1e-9)
-    # variance per sample: 50 + 400 + 2^2 against 50 + 2^2; the colour matrix is the same
+    # variance per sample: 50 + 400 + 2^2 against 50 + 2^2
     np.testing.assert_allclose(dark.variance.values / plain.variance.values, 454 / 54, rtol=1e-9)
 
 
 def test_reported_variance_is_the_measured_one(bench):
     rng = np.random.default_rng(3)
-    shape = (44, 48)  # each picture costs as much as one of 12 x 16
+    shape = (44, 48)  # takes no longer than 12 x 16 pixels
     mean = bench.mosaic_of(2 * light("daylight", bench.WAVELENGTH), shape)  # about 25 e
     pictures = [LinearIsp()(bench.make(mean, rng=rng, step_e=4.0)) for _ in range(20)]
     values = np.stack([p.xyz.values for p in pictures])[:, 2:-2, 2:-2]
     reported = np.mean([p.variance.values for p in pictures], 0)[2:-2, 2:-2]
-    # mean over 1760 pixels of variances from 20 draws, neighbours dependent (9 alike):
-    # sqrt(2 / 19) / sqrt(1760 / 9) = 2.3 %
+    # 10 %: one standard error is sqrt(2 / 19) / sqrt(1760 / 9) = 2.3 %, for the mean over 1760
+    # pixels of variances from 20 realisations, where 9 neighbours share their error
     np.testing.assert_allclose(values.var(0, ddof=1).mean((0, 1)), reported.mean((0, 1)), rtol=0.1)
 
 
@@ -116,8 +116,8 @@ def test_mono_needs_no_other_channel(bench):
 
 
 def test_ideal_isp_is_exact_with_colour_matching_channels(bench):
-    # three captures, one per colour matching function, every pixel sees all: nothing is left to
-    # estimate
+    # three captures, one per colour matching function; every pixel has all three, so nothing is
+    # estimated
     per_photon = xyz_bar(bench.WAVELENGTH) / bench.WAVELENGTH * 200
     specs = [
         {"name": c, "charge": k, "top_e": 1e12, "read": 0.0, "qe": per_photon[k : k + 1]}
@@ -147,9 +147,7 @@ def test_linear_and_merge_reduce_to_ideal_without_noise(bench):
 
 
 def test_white_pixels_are_used_and_lower_the_noise(bench):
-    """Through the same optics an RGBW sensor must have less noise in Y at low light than one that
-    ignores W.
-    """
+    """In low light, an RGBW sensor has less noise in Y than a sensor with blind W pixels."""
     grey = 0.05 * light("daylight", bench.WAVELENGTH)
     rgbw = LinearIsp(design_snr=5.0)(
         bench.make(

@@ -1,4 +1,6 @@
-"""Raw file: samples and tags as read by two other programs, and the refusals of a DNG."""
+"""Raw files: a TIFF reader written here and LibRaw read samples and tags back; captures that a DNG
+cannot hold are refused.
+"""
 
 import json
 import struct
@@ -18,8 +20,8 @@ TYPES = {1: "B", 2: "s", 3: "H", 4: "I", 5: "II", 10: "ii", 12: "d"}
 
 
 def tiff(path):
-    """Return {tag: value} and the samples (y, x) of an uncompressed TIFF of 16 bits, read by the
-    format's own rules (TIFF 6.0).
+    """Return {tag: value} and the samples (y, x) of an uncompressed TIFF of 16 bits, read as TIFF
+    6.0 specifies.
     """
     data = path.read_bytes()
     assert data[:4] == b"II*\0"
@@ -84,11 +86,11 @@ def test_samples_and_tags_come_back(tmp_path, name, codes):
         said["gain_dn_per_e"] == float(captures["gain_dn_per_e"][0])
         and said["throughput_sr"] == 0.05
     )
-    # a white divided by its own neutral is neutral
+    # the mean codes of a white have the ratios that the file states as its neutral
     neutral = np.array(found[50728])
     channel = captures["filter"].values
     mean = np.array([(samples[channel == k] - found[50714][0]).mean() for k in range(len(neutral))])
-    # 96 noisy pixels of 1000 e: 0.3 %, fixed pattern 0.5 %
+    # 3 %: 96 noisy pixels of 1000 e give 0.3 %, and the fixed pattern 0.5 %
     np.testing.assert_allclose(mean / mean.max(), neutral, rtol=0.03)
 
 
@@ -98,7 +100,7 @@ def test_the_noise_tag_is_the_noise(tmp_path):
     slope, offset = found[51041][:2]
     green = samples[captures["filter"].values == 1].astype(float)
     x = (green - found[50714][0]) / (found[50717][0] - found[50714][0])
-    # 192 pixels: 10 %, 4 standard errors
+    # 45 %: 4 standard errors; 192 pixels give 10 %
     assert x.var() == pytest.approx(slope * x.mean() + offset, rel=0.45)
 
 
@@ -107,7 +109,7 @@ def test_the_colour_matrix_leads_from_xyz_to_the_camera(tmp_path):
     found, _ = tiff(write_dng(captures, tmp_path / "a.dng"))
     matrix = np.array(found[50721]).reshape(3, 3)
     white = xyz_weights(W) @ light("daylight", W)
-    # six digits of the fractions
+    # 1e-5: the file holds fractions of six digits
     np.testing.assert_allclose(matrix @ white, found[50728], rtol=1e-5)
     assert camera_matrix(np.ones((1, len(W))), W).shape == (1, 3)
 
@@ -124,13 +126,15 @@ def test_the_colour_matrix_leads_from_xyz_to_the_camera(tmp_path):
     ],
 )
 def test_an_independent_developer_reads_it(tmp_path, cfa, planes):
-    """LibRaw finds every sample, its filter by the file's own planes, and a neutral grey."""
+    """LibRaw reads every sample, assigns it to the right plane of the file, and develops a neutral
+    grey.
+    """
     rawpy = pytest.importorskip(
         "rawpy", reason="rawpy is not installed: no LibRaw to read the file with"
     )
     captures = shot(cfa=cfa, size=(24, 32))  # LibRaw refuses fewer than 22 rows or columns
     path = write_dng(captures, tmp_path / "a.dng")
-    # TIFF/EP, CFAPattern; 6 is white, as C is clear
+    # codes of CFAPattern in TIFF/EP; 6 is white, which also stands for clear (C)
     codes = {
         "R": 0,
         "G": 1,
@@ -149,7 +153,7 @@ def test_an_independent_developer_reads_it(tmp_path, cfa, planes):
             captures["top_dn"][0]
         )
         seen = raw.raw_colors_visible
-        # LibRaw calls every second sample of the plane that a cell holds twice 3
+        # if a cell contains a plane twice, LibRaw gives its second sample the number 3
         if len(planes) == 3:
             seen = np.where(seen == 3, 1, seen)
         np.testing.assert_array_equal(
@@ -157,7 +161,7 @@ def test_an_independent_developer_reads_it(tmp_path, cfa, planes):
             np.array(captures["channel"].values.tolist())[captures["filter"].values],
         )
         grey = raw.postprocess(use_camera_wb=True, no_auto_bright=True, output_bps=16).mean((0, 1))
-    assert np.ptp(grey) < 0.02 * grey.mean()  # a daylight grey is neutral, whoever develops it
+    assert np.ptp(grey) < 0.02 * grey.mean()  # a daylight grey is neutral
 
 
 def test_companding_becomes_the_linearisation_table(tmp_path):

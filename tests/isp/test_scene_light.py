@@ -1,4 +1,4 @@
-"""Automatic white balance: the light is found from the shot, and the colour matrix follows it."""
+"""Automatic white balance estimates the light from the shot; the colour matrix follows it."""
 
 import numpy as np
 import pytest
@@ -31,22 +31,25 @@ def test_a_grey_in_any_mixture_keeps_its_colour(bench, mixed, filters):
     grey = 7.0 * light(mixed, bench.WAVELENGTH)
     mosaic = bench.mosaic_of(grey, SHAPE, pattern, qe)
     picture = MergeIsp(balance="automatic")(bench.make(mosaic, pattern=pattern, qe=qe))
-    # Mixtures are tried in steps of 1 %; three channels tell any of these apart.
+    # Mixtures are tried in steps of 1 %; three channels distinguish all of them.
     np.testing.assert_allclose(picture.xyz.values[5, 5], xyz(grey, bench.WAVELENGTH), rtol=1e-9)
     white = np.array(picture.attrs["white_xyz"])
     np.testing.assert_allclose(7 * white, picture.xyz.values[5, 5], rtol=1e-9)
 
 
 def test_all_captures_of_a_split_pixel_count(bench):
-    """Steps of one cell each, from darkness to beyond the large photodiode, with noise."""
+    """The scene has steps of one cell each, from darkness to beyond the range of the large
+    photodiode, with noise.
+    """
     mixed = Mixture("daylight", "halogen", 0.5)
     grey = light(mixed, bench.WAVELENGTH)
     mosaic = bench.mosaic_of(grey, (64, 64)) * np.repeat(np.geomspace(0.3, 3e5, 32), 2)
     captures = bench.make(mosaic, bench.SPLIT, rng=np.random.default_rng(3))
     found = illuminant(captures, "automatic")
     assert (found.first, found.second) == ("daylight", "halogen")
-    # The brightest tenth decides: 1e6 e in photodiodes of 1/100 give an SNR of 100 per pixel, so
-    # 1e-3 per channel. Red over blue changes by 0.5 over the range of the share.
+    # The brightest tenth of the pixels decides. 1e6 e, seen by photodiodes of 1/100 of the area,
+    # give an SNR of 100 per pixel, so 1e-3 per channel. Red over blue changes by 0.5 as the share
+    # goes from 0 to 1.
     assert found.share == pytest.approx(0.5, abs=0.02)
 
 
@@ -59,8 +62,8 @@ def test_lamps_do_not_count(bench):
 
 
 def test_the_matrix_is_the_best_one_in_that_light(bench):
-    """Surfaces in halogen light: 0.56 of the squared error that the matrices of all
-    lights leave, and no other of them does better.
+    """For surfaces in halogen light, the matrix for halogen light alone has 0.56 of the squared
+    error of matrices for all lights, and no named balance has a smaller error.
     """
     response = bench.electrons_per_radiance()
     samples = radiances(bench.WAVELENGTH, ("halogen",))

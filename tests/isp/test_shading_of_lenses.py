@@ -1,5 +1,5 @@
-"""Shading: a uniform scene through every kind of relative illumination, over the light's
-attributes, is flat and at its own level.
+"""Shading: a uniform scene through lenses of every kind of relative illumination comes back flat
+and at its own level. The isp finds the illumination in the attributes of the light.
 """
 
 from dataclasses import replace
@@ -14,7 +14,7 @@ from isethdr_core.demand import Demand
 from isethdr_core.quantities import RADIANCE, centres, plane
 
 W = np.arange(400.0, 701.0, 100.0)
-# a field of 20 degrees to the side, 24 to the corner
+# a field of 20 degrees to the side and 24 degrees to the corner
 COLUMNS = 60
 ROWS = 44
 TILE = 0.012
@@ -35,9 +35,10 @@ LENSES = {
         {"wavefront": "none", "lateral_colour": "none", "falloff": TABLE},
     ),
 }
-# float32; with distortion tiles that straddle the curve, as the lens states; diffraction towards
-# the dark beyond the scene, 0.1 % eight tiles from it; magnification that differs from colour to
-# colour, as the ledger states
+# Largest relative error for each lens; 1e-3 for those not listed. It comes from float32; with
+# distortion, from tiles that straddle the curve, as the lens states; for traced lenses, from
+# diffraction into the dark beyond the scene, 0.1 % eight tiles inside its border; with lateral
+# colour, from a magnification that depends on wavelength, as the ledger states.
 WORST = {
     "none": 1e-6,
     "cos4": 1e-6,
@@ -66,7 +67,7 @@ def test_a_uniform_scene_comes_back_flat(name):
     corrected = falloff(shot)
     seen = hdr.build("isp", "ideal")(shot).xyz.values[INNER, INNER, 1]
     assert seen == pytest.approx(100, rel=WORST.get(name, 1e-3))
-    # there was something to correct, and without the correction it would be seen
+    # there is shading to correct, and without the correction the picture would show it
     if name != "none":
         assert corrected[INNER, INNER].min() < 0.95
         shot.attrs["falloff"] = "none"

@@ -44,7 +44,7 @@ def irradiance(level, shape=(40, 40), tile_um=1.0, pitch_um=3.0):
 def test_ideal_sensor_gives_the_level_back_exactly(isp, cfa, level):
     shot = hdr.build("sensor", "ideal", pitch_um=3.0, cfa=cfa)(irradiance(level))
     picture = hdr.build("isp", isp)(shot)
-    # raw is float32: 1.2e-7, times at most 4 through the colour matrix
+    # 1e-6: raw is float32 (1.2e-7), and the colour matrix amplifies by at most 4
     np.testing.assert_allclose(picture.xyz.values[..., 1], level, rtol=1e-6)
     assert picture.valid.values.all()
 
@@ -65,8 +65,8 @@ def test_split_pixel_is_unbiased_and_its_variance_is_right(level):
     y = picture.xyz.values[2:-2, 2:-2, 1]
     variance = picture.variance.values[2:-2, 2:-2, 1]
     assert picture.valid.values.all()
-    # 13 456 pixels, neighbours alike: one standard error is 2.7 times that of independent pixels; 4
-    # of them
+    # 4 standard errors; neighbours are correlated, so a standard error is 2.7 times that of 13 456
+    # independent pixels
     assert abs(y.mean() - level) < 4 * 2.7 * y.std() / np.sqrt(y.size) + 1e-3 * level
     assert variance.mean() == pytest.approx(y.var(), rel=0.1)  # 13 456 dependent pixels: 3 %
     if level == 1000.0:
@@ -81,7 +81,7 @@ def test_beyond_the_small_photodiode_is_not_valid():
 
 @pytest.mark.parametrize("level", [1.0, 300.0])
 def test_companded_sensor_comes_back_in_level_and_variance(level):
-    """16 bit squeezed into 12: codes of 14 and 48 linear DN above the first knee."""
+    """16 bits are companded to 12: above the first knee, a code is 14 or 48 linear DN wide."""
     knees = ((2048, 2048), (16384, 3072), (65535, 4095))
     sensor = hdr.build(
         "sensor",
@@ -109,7 +109,7 @@ def test_merge_of_the_split_pixel_says_where_each_pixel_comes_from():
         level: hdr.build("isp", "merge")(sensor(irradiance(level), hdr.generator(seed=1)))
         for level in (1.0, 3e4)
     }
-    # LPHG, SPLG
+    # capture 1 is LPHG, capture 2 is SPLG
     assert (captures[1.0]["source"].values == 1).all() and (
         captures[3e4]["source"].values == 2
     ).all()

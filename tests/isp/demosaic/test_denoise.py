@@ -1,5 +1,5 @@
-"""Denoise: flat fields keep their mean, variance falls as stated, edges stay, and stabilised values
-have a noise of 1.
+"""Denoising keeps the mean of flat fields, lowers the variance as stated and keeps edges.
+Variance-stabilised values have a standard deviation of 1.
 """
 
 from dataclasses import replace
@@ -46,13 +46,13 @@ def test_a_flat_field_keeps_its_mean_and_loses_its_noise(level, cell, gain):
     rng = np.random.default_rng(4)
     before = [noisy(np.full((64, 64), level), rng) for _ in range(20)]
     after = [denoised(one, cell) for one in before]
-    # the mean before denoising has the same noise, so the difference shows the bias alone
+    # the mean before denoising has the same noise, so the difference is the bias alone
     change = np.mean([a.signal_e for a in after]) - np.mean([b.signal_e for b in before])
     assert abs(change) < (0.01 if level == 1.0 else 0.003) * level
     variance = np.var([a.signal_e for a in after], axis=0).mean()
     assert variance < (level + READ**2) / gain
-    # 20 fields of about 40 (2 x 2) or 160 independent pixels scatter by 5 %; the weights follow the
-    # noise, which adds up to 10 %
+    # 17 %: the variance of 20 fields of about 40 (2 x 2) or 160 independent pixels scatters by 5 %,
+    # and weights that follow the noise add up to 10 %
     assert np.mean([a.variance_e2 for a in after]) / variance == pytest.approx(1, abs=0.17)
 
 
@@ -62,7 +62,7 @@ def test_edges_stay_where_they_are():
     out = denoised(one, (2, 2))
     raw, left = (np.sqrt(np.mean((v.signal_e - mean) ** 2, 0)) for v in (one, out))
     assert np.all(left < raw)
-    # columns at the edge itself: noise of 400 e and 2 e of read noise
+    # in the columns next to the edge the variance is 400 e2 of shot noise and 4 e2 of read noise
     assert left[60:62].max() < 0.9 * np.sqrt(404)
     steepest = np.argmax(np.diff(out.signal_e.mean(0)))
     assert steepest == 60 and np.diff(out.signal_e.mean(0))[60] > 0.95 * 360
@@ -77,14 +77,15 @@ def test_a_line_of_one_pixel_is_not_taken_for_noise():
 
 def test_pixels_that_differ_are_not_changed():
     rng = np.random.default_rng(7)
-    x = rng.uniform(1e5, 2e5, SHAPE)  # no two pixels agree within 300 e of noise
+    x = rng.uniform(1e5, 2e5, SHAPE)  # differences far above 300 e of noise
     out = denoised(Merged(x, x, np.ones(SHAPE, bool), np.zeros(SHAPE, np.uint8)), (2, 2))
     np.testing.assert_allclose(out.signal_e, x, rtol=1e-9)
 
 
 def test_a_strength_is_that_of_noise_stated_so_many_times_larger():
-    """Strength 2 averages as noise of twice the standard deviation, in the limit of bright samples,
-    where 3/8 of an electron and the curve of the roots do not matter; a larger one averages more.
+    """Strength 2 averages as if the noise had twice its standard deviation. This holds for bright
+    samples, where the 3/8 of an electron and the curvature of the square root do not matter. A
+    larger strength averages more.
     """
     rng = np.random.default_rng(11)
     one = noisy(np.full((48, 48), 5000.0) + 150 * rng.standard_normal((48, 48)), rng)
@@ -96,7 +97,7 @@ def test_a_strength_is_that_of_noise_stated_so_many_times_larger():
 
 
 def test_strips_and_no_variance_change_nothing(monkeypatch):
-    """Rows are averaged strip by strip; only the order of sums in float32 depends on the strips."""
+    """Rows are averaged in strips; the strips change only the order of the float32 sums."""
     one = noisy(np.linspace(5.0, 50.0, 90)[:, None] * np.ones((90, 40)), np.random.default_rng(3))
     one.valid[30:33, 5:9] = False
     whole = denoised(one, (2, 2))
@@ -114,26 +115,28 @@ def test_stabilised_values_are_anscombes_for_one_capture_and_have_a_noise_of_one
     good = np.ones(x.shape, bool)
     ours = stabilised(x, x + READ**2, good)
     anscombe = 2 * np.sqrt(x + 0.375 + READ**2)
-    # 512 bins of 10 e: the first is too wide for the curve, which bends on the scale of 4 e
+    # 0.5: of the 512 bins of 10 e, the first is too wide for the curve, which bends within 4 e
     np.testing.assert_allclose(ours - ours[50, 0], anscombe - anscombe[50, 0], atol=0.5)
     rng = np.random.default_rng(8)
     for level in (3.0, 30.0, 3000.0):
         one = noisy(np.full(SHAPE, level), rng)
-        # 16 384 draws: 1 %; at 3 e the transformation is only nearly stable
+        # 16 384 pixels give 1 %; at 3 e the transform stabilises the variance only approximately
         assert stabilised(one.signal_e, one.variance_e2, one.valid).std() == pytest.approx(
             1, abs=0.12 if level < 10 else 0.04
         )
 
 
 def test_the_table_of_stabilised_values_may_come_from_a_sample_of_all_filters(monkeypatch):
-    """Columns under the second filter have three times the light: an even step would miss them."""
+    """Columns under the second filter have three times the light. A sample of every second column
+    would miss them.
+    """
     x = np.tile(np.geomspace(1.0, 1000.0, 200)[:, None], (1, 200))
     x[:, 1::2] *= 3
     valid = np.ones(x.shape, bool)
     whole = stabilised(x, x + READ**2, valid)
     monkeypatch.setattr(denoise, "SAMPLED", 5000)
     some = stabilised(x, x + READ**2, valid)
-    # the same curve from bins of 78 values or of 9: 0.02 of the noise of one pixel
+    # 0.02 of the noise of one pixel: the bins hold 78 values or 9
     np.testing.assert_allclose(some - some[0, 0], whole - whole[0, 0], atol=0.02)
 
 
@@ -201,7 +204,7 @@ def test_through_the_isp_the_level_stays_and_no_variance_is_stated(bench, isp):
 
 @pytest.mark.parametrize("demosaic", ["bilinear", "automatic"])
 def test_the_plain_development_makes_the_picture_before_denoising(bench, demosaic):
-    """It states its variance, also for a demosaic that states none."""
+    """The plain development states its variance, even if the demosaic states none."""
     isp = MergeIsp(denoise="nl_means", demosaic=demosaic)
     grey = 20 * light("daylight", bench.WAVELENGTH)
     mosaic = bench.mosaic_of(grey, (24, 24))
@@ -218,8 +221,8 @@ def test_unknown_denoisers_are_named(bench):
 
 
 def test_variance_is_that_of_the_weights(monkeypatch):
-    """With all weights 0.5 the variance has a closed form, for samples that scatter as stated and
-    for samples that scatter more.
+    """With all weights set to 0.5 the variance has a closed form, both for samples that scatter as
+    stated and for samples that scatter more.
     """
 
     def half(one, other, beside):
@@ -233,8 +236,8 @@ def test_variance_is_that_of_the_weights(monkeypatch):
     source = np.zeros((40, 40), np.uint8)
     out = denoised(Merged(level, level + 4.0, good, source), (2, 2))
     assert out.variance_e2[20, 20] == pytest.approx(104 * share)
-    # every second sample of the shifts is 60 e brighter, so all lie 30 e from the mean: a variance
-    # of 900 e2 instead of 104
+    # every second of the shifted samples is 60 e brighter, so all lie 30 e from the mean: their
+    # variance is 900 e2 instead of 104
     level = level + 30.0 * (-1.0) ** (np.arange(40)[:, None] // 2 + np.arange(40) // 2)
     out = denoised(Merged(level, np.full((40, 40), 104.0), good, source), (2, 2))
     assert out.variance_e2[20, 20] == pytest.approx(900 * share, rel=0.01)

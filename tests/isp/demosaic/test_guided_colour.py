@@ -1,5 +1,5 @@
-"""Guided colour: the weighted fit of each window, no bias on flat fields, no colour from beside
-invalid samples, and fewer fringes on arrays without a denser channel.
+"""Guided colour fits each window with weights, keeps the mean of flat fields, takes no colour from
+invalid samples, and reduces fringes on arrays without a denser channel.
 """
 
 import numpy as np
@@ -16,10 +16,10 @@ def tiled(cell, shape):
 
 
 def test_each_pixel_takes_the_mean_of_weighted_line_fits():
-    """Against a fit by numpy in each of the 49 windows, a pixel at a time."""
+    """Compare with a fit by numpy in each of the 49 windows, one pixel at a time."""
     rng = np.random.default_rng(0)
     planes = rng.uniform(10, 1000, (3, 31, 33))
-    # variance that changes along x alone, in steps of whole windows of 11 pixels
+    # the variance changes along x alone, in one step, so means over windows of 11 pixels are simple
     variance = np.where(np.arange(33) < 16, 5.0, 80.0) * np.ones((31, 1))
     usable = rng.uniform(size=(31, 33)) > 0.2
     usable[15, 16] = True
@@ -43,18 +43,21 @@ def test_each_pixel_takes_the_mean_of_weighted_line_fits():
             slope = covariance[0, 1:] / (covariance[0, 0] + noise[y, x])
             mean = np.average(np.vstack([s, k]), axis=1, weights=w)
             expected.append(mean[1:] + slope * (total[15, 16] - mean[0]))
-    # rounding of running sums
+    # 1e-9: rounding of running sums
     np.testing.assert_allclose(seen[:, 15, 16], np.mean(expected, 0), rtol=1e-9)
     np.testing.assert_array_equal(seen[:, ~usable], planes[:, ~usable])
 
 
 def test_planes_of_one_colour_come_back_whatever_the_light():
-    """Ratios that are the same everywhere are exact linear functions of the sum."""
+    """If the ratios of the channels are the same everywhere, each channel is an exact linear
+    function of the sum.
+    """
     rng = np.random.default_rng(1)
     light = rng.uniform(1, 10, (40, 40)) * np.where(np.arange(40) < 20, 1.0, 1e4)
     planes = np.array([0.6, 1.0, 0.5, 2.0])[:, None, None] * light
     seen = guided_colour(planes, np.full((40, 40), LEAST_VARIANCE_E2), np.ones((40, 40), bool))
-    # the noise of 1e-6 e^2 against a spread of 10 e^2 or more; rounding of 1e4 beside 1
+    # 1e-5: noise of 1e-6 e^2 against a spread of 10 e^2 or more, and rounding of values of 1e4 next
+    # to values of 1
     np.testing.assert_allclose(seen, planes, rtol=1e-5)
 
 
@@ -66,7 +69,7 @@ def test_values_that_are_not_usable_change_no_other_pixel():
     clipped = np.where(usable, planes, 1e5)
     variance = np.full((30, 30), 15.0)
     first, second = (guided_colour(p, variance, usable) for p in (planes, clipped))
-    # rounding of running sums beside 0
+    # 1e-9: rounding of running sums
     np.testing.assert_allclose(first[:, usable], second[:, usable], rtol=1e-9)
 
 
@@ -79,13 +82,14 @@ def test_dark_flat_fields_keep_their_mean():
     planes = learned(mosaic, filters, NAMES, variance)
     guided = guided_colour(planes, variance, np.ones(filters.shape, bool))
     change = (guided - planes).mean((1, 2)) / colour
-    # over 2^20 pixels the change is at most 0.06 %; four times its spread over so few is 0.2 %.
-    # Weights by the noise of 5 x 5 pixels change the mean by 0.6 to 0.9 %, by that of a pixel 6 %.
+    # over 2^20 pixels the change is at most 0.06 %; over the 25 600 pixels here, four standard
+    # deviations of it are 0.2 %. Weights from the noise of 5 x 5 pixels would change the mean by
+    # 0.6 to 0.9 %, weights from the noise of one pixel by 6 %.
     assert np.all(np.abs(change) < 0.0026)
 
 
 def test_fine_grey_detail_has_less_colour_where_no_channel_is_denser():
-    """Posts two pixels wide before a dark field, all channels in the ratio of grey."""
+    """The scene is grey, with posts two pixels wide before a dark field."""
     y, x = np.mgrid[:64, :72]
     light = 50 + 5000 * (x % 13 < 2) + 2000 * (x + 2 * y > 160)
     planes = np.array([0.6, 0.9, 0.5, 1.6])[:, None, None] * light
@@ -97,7 +101,7 @@ def test_fine_grey_detail_has_less_colour_where_no_channel_is_denser():
     before = learned(mosaic, filters, NAMES, variance)
     grey = planes[0, 0, 0] / planes[:, 0, 0].sum()
     error, error_before = ((p[0] / p.sum(0) - grey)[8:-8, 8:-8].std() for p in (seen, before))
-    assert error < 0.7 * error_before  # 0.55
+    assert error < 0.7 * error_before  # measured: 0.55
 
 
 def test_arrays_with_a_denser_channel_keep_the_learned_filters_alone():

@@ -1,4 +1,6 @@
-"""Demosaic: exact on constants and ramps, exact variance, ISETCam's bilinear rule on Bayer."""
+"""Demosaic by interpolation is exact on constants and ramps, states the exact variance, and equals
+ISETCam's bilinear rule on a Bayer array.
+"""
 
 import numpy as np
 import pytest
@@ -32,7 +34,8 @@ def test_constant_and_linear_ramp_come_back_exactly(name):
     y, x = np.mgrid[:20, :26]
     ramp = 5 + 0.7 * x - 0.3 * y
     planes, _, _ = demosaic(ramp, filters, channels)
-    # 8 pixels from the border no mirrored sample enters; 1e-12: rounding of values around 20
+    # from 8 pixels inside the border on, no mirrored sample enters; 1e-12: rounding of values
+    # around 20
     np.testing.assert_allclose(
         planes[:, 8:-8, 8:-8],
         np.broadcast_to(ramp, planes.shape)[:, 8:-8, 8:-8],
@@ -57,20 +60,20 @@ def test_variance_is_that_of_the_linear_map():
     rng = np.random.default_rng(1)
     variance = rng.uniform(1, 5, filters.shape)
     _, reported, _ = demosaic(np.zeros(filters.shape), filters, 3, variance)
-    # the map itself, column by column: the answer to one sample of 1, then the law of propagation
-    # for independent samples
+    # the linear map is measured column by column, as the answer to one sample of 1; then the
+    # variances of independent samples add with the squares of its entries
     impulses = np.eye(filters.size).reshape(-1, *filters.shape)
     answer = np.stack([demosaic(i, filters, 3)[0] for i in impulses], -1)
     expected = answer**2 @ variance.ravel()
-    # at the border a mirrored sample stands for two: there the reported variance treats the copies
-    # as independent
+    # compared inside the border only: at the border a mirrored sample counts twice, and the
+    # reported variance treats its copies as independent
     np.testing.assert_allclose(expected[:, 2:-2, 2:-2], reported[:, 2:-2, 2:-2], rtol=1e-12)
 
 
 def test_a_bad_sample_marks_exactly_the_pixels_that_use_it():
     filters = tiled(PATTERNS["bayer"], (12, 12))
     bad = np.zeros(filters.shape, bool)
-    bad[6, 6] = True  # a red pixel: its 3 x 3 surroundings read it, nothing else does
+    bad[6, 6] = True  # a red pixel: only the 3 x 3 pixels around it use it
     expected = np.zeros_like(bad)
     expected[5:8, 5:8] = True
     _, _, touched = demosaic(np.ones(filters.shape), filters, 3, bad=bad)

@@ -1,5 +1,5 @@
 """Learned demosaic: exact flat fields, a mean without bias, every orientation of an array, and a
-documented file.
+file that states how it was made.
 """
 
 import numpy as np
@@ -20,7 +20,7 @@ from isethdr_isp.demosaic.local_classes import COUNT, classes
 from isethdr_core.errors import UnitError
 
 SIDE = 56
-INNER = np.s_[..., 4:-4, 4:-4]  # nearer to the border samples are repeated
+INNER = np.s_[..., 4:-4, 4:-4]  # leaves out the border, where samples are repeated
 
 
 def filters_of(cell, side=SIDE, shift=(0, 0)):
@@ -33,7 +33,7 @@ def test_a_flat_field_of_any_colour_comes_back_exactly_in_every_class(cell):
     colour = np.array([3.0, 40.0, -7.0, 500.0])[: len(channels_of(cell))]
     table = load()[cell]
     assert table.shape[2] == COUNT
-    # every filter times the field: rounding alone
+    # each filter applied to the field, up to rounding
     np.testing.assert_allclose(
         np.einsum("yxkct,yxst,s->yxkc", table, sampled(cell), colour),
         np.broadcast_to(colour, table.shape[:4]),
@@ -67,9 +67,11 @@ def test_the_mean_is_that_of_the_field_and_the_noise_below_that_of_a_sample(cell
         samples = np.maximum(mosaic + read**2, 0.1 * read**2)
         planes.append(learned(mosaic, filters, channels, samples)[INNER])
     true = np.var(planes, 0).mean((1, 2))
-    # 40 realisations of 48 x 48 pixels, some 25 alike: the mean is known to sd / 60
+    # 40 realisations of 48 x 48 pixels, of which about 25 at a time are correlated: the standard
+    # error of the mean is sd / 60
     assert np.all(np.abs(np.mean(planes, (0, 2, 3)) - colour) < 4 * np.sqrt(true) / 60)
-    # filters average samples, so none is noisier than the noisiest sample, with 4 times 2.3 % known
+    # filters average samples, so no plane is noisier than the noisiest sample; 10 %: 4 standard
+    # errors of 2.3 %
     assert np.all(true < (colour.max() + read**2) * 1.1)
 
 
@@ -86,14 +88,16 @@ def test_every_order_of_an_array_is_the_same_rule():
 
 @pytest.mark.parametrize("cell", load())
 def test_beside_a_lamp_no_value_leaves_the_range_of_the_samples(cell):
-    """A step of 1:10 000 is beyond all training: unlimited, the dark side falls far below 0."""
+    """A step of 1:10 000 is beyond all training. Without the limit to the range of the samples, the
+    dark side would fall far below 0.
+    """
     channels = channels_of(cell)
     step = np.where(np.arange(SIDE) < 30, 1e5, 10.0) * np.ones((SIDE, 1))
     colour = np.array([1.0, 0.6, 0.2, 1.8])[: len(channels), None, None]
     filters = filters_of(cell)
     mosaic = np.take_along_axis(colour * step, filters[None], 0)[0]
     planes = learned(mosaic, filters, channels, mosaic) / colour
-    # rounding of sums of 1e5
+    # 1e-9: rounding of sums of 1e5
     assert planes.min() > 10 * (1 - 1e-9) and planes.max() < 1e5 * (1 + 1e-9)
 
 
@@ -112,7 +116,7 @@ def test_classes_tell_flat_from_stripes_and_their_direction():
         filters,
         np.full((SIDE, SIDE), 6.0),
     )
-    assert np.mean(dark < 6) > 0.99  # below 2.5 standard deviations the level class is the lowest
+    assert np.mean(dark < 6) > 0.99  # signals below 2.5 sigma have the lowest level class
 
 
 def test_the_shipped_file_is_small_and_says_how_it_was_made():
@@ -120,7 +124,7 @@ def test_the_shipped_file_is_small_and_says_how_it_was_made():
 
     said = provenance()
     assert TABLE.stat().st_size < 300_000 and tuple(load()) == ARRAYS
-    # else: isethdr study train_demosaic
+    # if this fails, train again: isethdr study train_demosaic
     assert said["recipe"] == RECIPE and said["sha256"] == recipe_hash(RECIPE)
 
 
@@ -129,7 +133,7 @@ def test_training_beats_the_bilinear_rule_on_pictures_it_never_saw(tmp_path):
     from isethdr_workflows.isp.train_demosaic import train_demosaic
 
     [row] = train_demosaic(str(tmp_path / "filters.npz"), pictures=2, arrays="RG/GB")
-    assert row["learned_error"] < 0.8 * row["bilinear_error"]  # with these two; 0.61 with all
+    assert row["learned_error"] < 0.8 * row["bilinear_error"]  # with two pictures; 0.61 with all
 
 
 def test_what_was_not_learned_is_said(bench):

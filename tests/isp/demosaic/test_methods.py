@@ -1,5 +1,5 @@
-"""Demosaic methods: exact where they must be, better where they claim to be, variance, clear
-errors.
+"""Demosaic methods: exact constants, smaller errors than bilinear interpolation, variance, and
+clear errors.
 """
 
 import sys
@@ -28,8 +28,8 @@ def tiled(pattern, shape=SHAPE):
 
 
 def textured(channels):
-    """Return planes (channel, y, x), electrons: fine stripes and edges seen alike by all channels,
-    as in most of a scene.
+    """Return planes (channel, y, x) in electrons. All channels show the same fine stripes and
+    edges, as in most of a scene.
     """
     y, x = np.mgrid[: SHAPE[0], : SHAPE[1]]
     shape = 1000 + 500 * np.sin(0.9 * x + 0.4 * y) + 600 * (x + 2 * y > 110)
@@ -68,8 +68,8 @@ def test_constants_of_any_sign_come_back_exactly(method):
     needs_package(method)
     planes = np.broadcast_to(np.array([-3.0, 40.0, 7.0])[:, None, None], (3, *SHAPE))
     seen = run(method, planes, BAYER, "RGB", noise=1.0).planes
-    # Malvar and Menon look beyond the border by rules of their own; 1e-9: rounding of sums over
-    # windows
+    # Malvar and Menon extend the picture beyond its border in other ways, so the border is left
+    # out; 1e-9: rounding of sums over windows
     np.testing.assert_allclose(seen[:, 8:-8, 8:-8], planes[:, 8:-8, 8:-8], atol=1e-9)
 
 
@@ -123,7 +123,7 @@ def test_malvars_variance_is_that_of_the_noise():
     reported = run("malvar", planes, BAYER, "RGB", 2.0).noise_map.variance(
         np.eye(3), independent(np.full(SHAPE, 4.0))
     )
-    # 150 draws of some 300 independent pixels: 0.7 %
+    # 150 realisations of about 300 independent pixels: one standard error is 0.7 %
     np.testing.assert_allclose(
         draws.var(0).mean((1, 2)), reported[:, 8:-8, 8:-8].mean((1, 2)), rtol=0.03
     )
@@ -154,7 +154,9 @@ def test_automatic_takes_learned_filters_where_they_are_trained():
 
 
 def test_near_samples_that_are_not_valid_learned_is_bilinear():
-    """So a clipped lamp makes no more pixels invalid, and its value reaches no further."""
+    """A clipped lamp therefore makes no more pixels invalid, and its value reaches no further, than
+    with bilinear interpolation.
+    """
     filters = tiled(BAYER)
     mosaic = np.take_along_axis(textured(3), filters[None], 0)[0]
     bad = np.zeros(SHAPE, bool)

@@ -23,7 +23,7 @@ def models():
 
 
 class Taken(NamedTuple):
-    """Captures, and the matrix from their electrons to XYZ in electrons of green."""
+    """Captures, and the matrix from their electrons to XYZ in units of electrons of green."""
 
     captures: xr.Dataset
     matrix: np.ndarray

@@ -1,4 +1,4 @@
-"""Small models as ONNX files: a linear demosaic with its variance, stand-ins of networks."""
+"""Small models as ONNX files: a linear demosaic with its variance, and stand-ins for networks."""
 
 from __future__ import annotations
 
@@ -26,9 +26,11 @@ def write(path, nodes, ports, weights=(), contract=CONTRACT):
 
     Parameters
     ----------
-    nodes : `helper.make_node` results. `weights` : {name: array}.
-    ports : (inputs, outputs), each {name: shape}; None or a text is a free size.
-    contract : the JSON of the property `isethdr`; None writes none.
+    path : file to write.
+    nodes : results of `helper.make_node`.
+    ports : (inputs, outputs), each {name: shape}; None or a text in a shape is a free size.
+    weights : {name: array}.
+    contract : content of the property `isethdr`, written as JSON; None writes no property.
     """
     inputs, outputs = (
         [helper.make_tensor_value_info(n, TensorProto.FLOAT, shape) for n, shape in side.items()]
@@ -50,8 +52,10 @@ def bilinear_model(path, matrix, cell=((0, 1), (1, 2)), contract=CONTRACT):
 
     Parameters
     ----------
-    matrix : (3, channel) from electrons to XYZ in the contract's unit.
-    cell : numbers of the channels, row by row.
+    path : file to write.
+    matrix : (3, channel), from electrons to XYZ in the contract's unit.
+    cell : cell of the filter array, numbers of channels row by row.
+    contract : content of the property `isethdr`.
     """
     cell = np.array(cell)
     side = len(cell)
@@ -60,7 +64,7 @@ def bilinear_model(path, matrix, cell=((0, 1), (1, 2)), contract=CONTRACT):
     weights = np.zeros((side * side, 3, side * side, 3, 3))
     for kernel in kernels:
         if len(kernel.rows) == 1 or len(kernel.columns) == 1:
-            continue  # at the border, which the model mirrors
+            continue  # kernels of the border; the model mirrors samples there
         row = kernel.rows[0] % side
         column = kernel.columns[0] % side
         for (dy, dx), taps in zip(kernel.offsets, (matrix @ kernel.weights).T):
@@ -92,7 +96,7 @@ def bilinear_model(path, matrix, cell=((0, 1), (1, 2)), contract=CONTRACT):
 
 
 def one_plane(path, name, plane, planes, contract):
-    """Write a model whose X, Y and Z are one plane of one of its inputs."""
+    """Write a model that returns plane number `plane` of its input `name` as X, Y and Z."""
     nodes = [
         helper.make_node("Gather", [name, "plane"], ["taken"], axis=1),
         helper.make_node("Concat", ["taken"] * 3, ["xyz"], axis=1),
@@ -104,7 +108,9 @@ def one_plane(path, name, plane, planes, contract):
 
 
 def convolution(path, side, contract, pads="SAME_UPPER", first="raw"):
-    """Write a random convolution with a ReLU: a network that reaches `side` // 2."""
+    """Write a random convolution of `side` x `side` pixels with a leaky ReLU: a network with a
+    reach of `side` // 2 pixels.
+    """
     weights = np.random.default_rng(0).normal(size=(3, 1, side, side)).astype(np.float32) / side
     nodes = [
         helper.make_node("Conv", [first, "weights"], ["linear"], auto_pad=pads),
@@ -115,7 +121,7 @@ def convolution(path, side, contract, pads="SAME_UPPER", first="raw"):
 
 
 def with_mean(path, contract):
-    """Write a model whose every output is the mean of all samples."""
+    """Write a model that returns the mean of all samples at every pixel."""
     nodes = [
         helper.make_node("ReduceMean", ["raw"], ["mean"], axes=[2, 3]),
         helper.make_node("Mul", ["raw", "zero"], ["black"]),
@@ -127,14 +133,17 @@ def with_mean(path, contract):
 
 
 def published(path, planes, size, mean=False):
-    """Write a stand-in of a published model: every plane is averaged over the sites of its filter.
+    """Write a stand-in for a published model: it averages every plane over the sites of its filter.
 
     Parameters
     ----------
-    planes : 3 or 4. `size` : rows and columns of the input; None: free.
-    mean : whether the mean over the whole input is taken instead, as attention would.
+    path : file to write.
+    planes : number of input planes, 3 or 4.
+    size : rows and columns of the input; None is a free size.
+    mean : add the mean over the whole input to each plane instead, a global reach like that of
+        attention.
     """
-    # of a 2 x 2 array, green of Bayer twice
+    # share of the sites of each filter in a 2 x 2 array; a Bayer array has green twice
     share = np.array([0.25, 0.5, 0.25] if planes == 3 else [0.25] * 4, np.float32)
     kernel = np.array([[0.25, 0.5, 0.25], [0.5, 1.0, 0.5], [0.25, 0.5, 0.25]], np.float32)
     weights = kernel / 4 / share[:, None, None, None]

@@ -1,4 +1,6 @@
-"""Model files: bad ones are one error that says what to type; a file belongs to a run's name."""
+"""Model files: a bad file is one error that says what to type, and the content of the file is part
+of a run's name.
+"""
 
 import json
 import sys
@@ -17,7 +19,7 @@ SPLIT = ["LPLG", "LPHG", "SPLG"]
 
 @pytest.fixture
 def model(models, tmp_path):
-    """Return a function that writes a model of a changed contract and returns its path."""
+    """Return a function that writes a model with a changed contract and returns its path."""
 
     def make(name="model.onnx", **changed):
         contract = {**models.CONTRACT, "reach_px": 8, "calibration": "unknown", **changed}
@@ -27,7 +29,7 @@ def model(models, tmp_path):
 
 
 def refused(path, message, **fields):
-    """Check what is said before any work, where `chain` checks the sensors' captures."""
+    """Check the error that `check_shot` raises, which the chain calls before any work."""
     isp = hdr.build("isp", "network", model=str(path), **fields)
     with pytest.raises(ConfigError, match=message):
         isp.check_shot(ShotForm(("single",), ("RG", "GB")))

@@ -1,7 +1,7 @@
-"""Bilinear interpolation as a model: the pictures of `isp=network` are those of the classical isps.
+"""With bilinear interpolation as its model, `isp=network` gives the pictures of the classical isps.
 
-Every figure here has the rounding of float32 between the isps: 6e-8 of the brightest sample, times
-a few for the sum of nine.
+Tolerances allow for the rounding of float32: 6e-8 of the brightest sample, times a few for the sum
+of nine samples.
 """
 
 import numpy as np
@@ -18,7 +18,7 @@ from isethdr_core.testing import check
 from isethdr_core.truth import FIXED_PATTERN, total_variance, variance_known
 
 FLOAT32 = 1e-6
-ROOT = 1e-5  # the noise is stated as a root and squared again: ten roundings of float32
+ROOT = 1e-5  # the model takes noise as a square root and squares it: about ten roundings of float32
 INNER = (slice(2, -2), slice(2, -2))  # at the border, mirrored samples count twice in the variance
 
 
@@ -34,7 +34,7 @@ def unit_of(captures):
 
 
 def same(a, b, tolerance=FLOAT32):
-    """Return whether two arrays agree within a share of the largest value."""
+    """Return whether two arrays agree within `tolerance` times the largest value."""
     return np.abs(a - b).max() <= tolerance * np.abs(b).max()
 
 
@@ -58,8 +58,8 @@ def test_several_captures_are_merged_before_a_model_of_one(models, taken, bench,
     mine = network(path)(captures)
     classical = hdr.build("isp", "merge")(captures)
     assert same(mine.xyz.values, classical.xyz.values)
-    # two charges together have up to 1 % less variance than the raw of the larger one, which a
-    # noise added to it cannot say
+    # two merged charges have up to 1 % less variance than the shot noise of `raw`; the model adds
+    # `noise` to that shot noise, so it cannot state less
     ratio = mine.variance.values[INNER] / classical.variance.values[INNER]
     assert 1 - ROOT < ratio.min() and ratio.max() < 1.011
     other = network(path, rule="average")(captures)
@@ -112,16 +112,17 @@ def test_every_capture_comes_in_electrons_of_the_most_sensitive_one(models, benc
         measured = mean / scale < spec["top_e"] - 5 * spec["read"]
         assert np.array_equal(seen["valid"] > 0.5, measured)
         assert np.allclose(seen["raw"][measured], mean[measured], rtol=FLOAT32)
-        # the rest of the variance is noise: read noise, and the photons of a small photodiode
+        # `noise` holds the variance beyond the shot noise of `raw`: read noise, and the larger shot
+        # noise of a small photodiode
         added = spec["read"] ** 2 * scale**2 + mean * (scale - 1)
-        # a difference of two float64 numbers, whose root is a float32
+        # 1e-5: the square root of a difference, rounded to float32
         assert np.allclose(seen["noise"][measured] ** 2, added[measured], rtol=1e-5)
         assert all(np.isfinite(values).all() for values in seen.values())
 
 
 def test_the_stated_error_is_split_into_shots_and_devices(models, bench, tmp_path):
-    """The error of an unknown device is what the model states; the fixed pattern has the share in
-    it that it has in the variance of the samples.
+    """The model states the total variance of an unknown device. The fixed pattern has the same
+    share of it as of the variance of the samples.
     """
     level = 2000.0
     prnu = 0.02
@@ -134,7 +135,7 @@ def test_the_stated_error_is_split_into_shots_and_devices(models, bench, tmp_pat
     share = (uneven[FIXED_PATTERN] / total_variance(uneven)).values[INNER]
     fixed = (prnu * level) ** 2
     expected = fixed / (fixed + level + bench.ONE[0]["read"] ** 2)
-    # means of 81 samples whose light has a noise of 2.2 %, squared: 0.5 %, five of them
+    # 2.5 %: 5 standard errors of 0.5 %, for the square of means of 81 samples with a noise of 2.2 %
     assert np.allclose(share, expected, rtol=0.025)
 
 

@@ -24,8 +24,8 @@ def test_flat_fields_come_back(models, bench, tmp_path, planes, size):
     picture = network(path)(captures)
     classical = hdr.build("isp", "linear")(captures)
     wrong = np.abs(picture.xyz.values / classical.xyz.values - 1)
-    # up to a thousandth of the brightest channel is averaged into the weakest, with three times
-    # the weight of its own samples
+    # FILL, a thousandth of the brightest channel, is averaged into the weakest channel, with three
+    # times the weight of its own samples
     assert np.median(wrong[2:-2, 2:-2]) < 3 * FILL * grey.max() / grey.min()
     assert not variance_known(picture) and np.isnan(picture.variance.values).all()
 
@@ -34,7 +34,7 @@ def test_a_fixed_size_and_a_free_size_agree(models, taken, tmp_path):
     captures, _ = taken((90, 700))
     free = network(models.published(tmp_path / "free.onnx", 3, None))(captures)
     fixed = network(models.published(tmp_path / "fixed.onnx", 3, 128))(captures)
-    # the rounding of float32, times the few samples that are added
+    # 1e-6: rounding of float32, times the few samples of a sum
     limit = 1e-6 * np.abs(free.xyz.values).max()
     assert np.abs(free.xyz.values - fixed.xyz.values)[1:-1, 1:-1].max() < limit
 
@@ -48,7 +48,7 @@ def test_the_ledger_has_what_the_file_does_not_state(models, taken, tmp_path):
     stated = {note.key: note.why for note in rows[0].left_out}
     assert {"variance", "unit", "clipped"} <= stated.keys()
     assert "brightest sample is 0.95" in stated["unit"]
-    assert "seams" not in stated  # it reaches one pixel: that is measured
+    assert "seams" not in stated  # the measured reach is one pixel
 
 
 def test_tiles_of_a_model_that_looks_at_all_of_them_may_have_seams(models, taken, tmp_path):

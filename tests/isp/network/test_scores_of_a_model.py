@@ -1,4 +1,6 @@
-"""From scene to scores with bilinear interpolation as a model: the scores are those of `merge`."""
+"""From scene to scores: with bilinear interpolation as its model, the scores of `isp=network` are
+those of `isp=merge`.
+"""
 
 import numpy as np
 import pytest
@@ -9,7 +11,7 @@ import isethdr_core as hdr
 from isethdr_core.truth import truth
 
 SHAPE = {"rows": 48, "columns": 64}
-# float32 between the isps: 1e-6 of the brightest pixel, which moves a dark pixel by up to 1e-4
+# Tolerance of a score: float32 rounds by 1e-6 of the brightest pixel, up to 1e-4 of a dark pixel
 SCORE = 1e-4
 
 

@@ -1,4 +1,4 @@
-"""Tiles: no seams, and a padding that keeps the phase of the filter array."""
+"""Tiles for networks have no seams, and their padding keeps the phase of the filter array."""
 
 import json
 
@@ -14,7 +14,7 @@ from isethdr_isp.network.tiles import Grid, even_tile, padding, tiled, windows
 import isethdr_core as hdr
 from isethdr_core.onnx_session import open_session
 
-FLOAT32 = 1e-6  # of the largest value: sums of one pixel may be ordered by the size of the tile
+FLOAT32 = 1e-6  # share of the largest value; the order of sums may depend on the size of the tile
 
 
 @settings(max_examples=30, deadline=None)
@@ -61,14 +61,14 @@ def test_free_tiles_are_even_and_not_more(sizes, overlaps, kept):
 
 
 def test_a_tiled_picture_has_no_seams(models, taken, tmp_path):
-    # 17 x 17: it reaches 8 pixels, the overlap of the tiles
+    # a convolution of 17 x 17 pixels reaches 8 pixels, the overlap of the tiles
     contract = {**models.CONTRACT, "calibration": "unknown", "multiple_px": 8, "reach_px": 8}
     path = models.convolution(tmp_path / "wide.onnx", 17, contract)
     captures, _ = taken((150, 203))
     whole = hdr.build("isp", "network", model=str(path), tile_px=1024)(captures).xyz.values
     parts = hdr.build("isp", "network", model=str(path), tile_px=64)(captures).xyz.values
     assert np.abs(whole - parts).max() <= FLOAT32 * np.abs(whole).max()
-    # a reach that is stated too small leaves seams: the test above can fail
+    # a stated reach that is too small leaves seams, so the comparison above can fail
     path = models.convolution(tmp_path / "seams.onnx", 17, {**contract, "reach_px": 0})
     seams = hdr.build("isp", "network", model=str(path), tile_px=64)(captures).xyz.values
     assert np.abs(whole - seams).max() > 1e-2 * np.abs(whole).max()

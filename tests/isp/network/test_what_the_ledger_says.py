@@ -1,4 +1,4 @@
-"""What the ledger says of a model: filters of another sensor, light beyond its training."""
+"""The ledger states the limits of a model: filters of another sensor, light beyond its training."""
 
 import numpy as np
 import pytest
@@ -9,7 +9,9 @@ from isethdr_core.errors import UnitError
 
 
 def notes(path, captures):
-    """Return the isp's ledger: {key: value} of error terms, {key: reason} of what it leaves out."""
+    """Return the isp's ledger as one dictionary: key to value for error terms, and key to reason
+    for what it leaves out.
+    """
     rows = ledger.Ledger()
     with ledger.stage(rows, "isp network"):
         hdr.build("isp", "network", model=str(path))(captures)
@@ -19,7 +21,7 @@ def notes(path, captures):
 
 @pytest.fixture
 def trained_for(models, taken, tmp_path):
-    """Return a function that runs a model with the curves of other filters, and what it states."""
+    """Return a function that runs a model made for given filter curves and returns its ledger."""
     captures, matrix = taken()
 
     def make(curves, wavelength_nm, **more):
@@ -39,14 +41,14 @@ def trained_for(models, taken, tmp_path):
 def test_the_same_filters_differ_by_nothing(trained_for, bench):
     nm = bench.WAVELENGTH
     assert trained_for(bench.QE, nm)["filters"] < 1e-12
-    # a factor on all curves is another exposure: the unit takes it out
+    # a factor on all curves acts like another exposure, which the unit cancels
     assert trained_for(0.3 * bench.QE, nm)["filters"] < 1e-12
 
 
 def test_other_filters_are_stated_by_how_far_they_differ(trained_for, bench):
     nm = bench.WAVELENGTH
     redder = bench.QE * np.array([1.2, 1.0, 1.0])[:, None]
-    # all electrons of red are lower by a sixth than those of the training
+    # red has a sixth fewer electrons than in training
     assert trained_for(redder, nm)["filters"] == pytest.approx(1 / 6, rel=1e-6)
     with pytest.raises(UnitError, match="filters are not those that the model is for.* isp=merge"):
         trained_for(bench.QE[::-1], nm)
@@ -54,7 +56,7 @@ def test_other_filters_are_stated_by_how_far_they_differ(trained_for, bench):
 
 def test_light_beyond_the_training_is_stated(trained_for, bench):
     said = trained_for(bench.QE, bench.WAVELENGTH, range_e=[1.0, 1500.0])
-    # 5 to 3000 e evenly: half of the samples
+    # samples are uniform from 5 to 3000 e, so half are above 1500 e
     assert "are above 1500 e" in said["range"]
     assert 45 < float(said["range"].partition("%")[0]) < 55
     assert "range" not in trained_for(bench.QE, bench.WAVELENGTH, range_e=[1.0, 1e5])

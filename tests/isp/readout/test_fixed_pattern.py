@@ -1,5 +1,5 @@
-"""The stated variance of an unknown device: temporal noise and fixed pattern, each against an
-ensemble.
+"""The stated variance of an unknown device: its temporal noise and its fixed pattern agree with
+ensembles of shots and devices.
 """
 
 import numpy as np
@@ -20,7 +20,7 @@ from isethdr_core.truth import total_variance
 BANDS = np.arange(400.0, 701.0, 20.0)
 THROUGHPUT_SR = np.pi / 65
 INNER = np.s_[4:-4, 4:-4]  # no mirrored sample
-# figures of the preset lofic_miyauchi2019
+# values of the preset lofic_miyauchi2019
 MIYAUCHI = {
     "pitch_um": 2.8,
     "full_well_e": 120000.0,
@@ -62,8 +62,8 @@ def uniform(level_cd_m2, pixels, pitch_um):
 
 
 def flat_of(sensor, electrons, pixels):
-    """Return uniform light by which the most sensitive capture has `electrons` in its most
-    sensitive pixels.
+    """Return uniform light that gives `electrons` in the most sensitive pixels of the most
+    sensitive capture.
     """
     one, none = (
         float(sensor.expected(uniform(level, 8, sensor.pitch_um)).max()) for level in (1.0, 1e-12)
@@ -137,8 +137,8 @@ def ensemble(name, electrons, devices, pixels, **isp):
 def test_the_stated_variance_is_that_of_an_unknown_device(name, electrons):
     """The temporal variance alone is 0.67 (split pixel) and 0.27 (LOFIC) of the true variance."""
     found = ensemble(name, electrons, devices=10, pixels=48)
-    # 10 devices of 1600 pixels. About 5 neighbours share their error, which leaves 3200 independent
-    # values: sqrt(2 / 3200) = 2.5 %, three times
+    # 8 %: 3 standard errors. 10 devices have 16 000 pixels; about 5 neighbours share their error,
+    # which leaves 3200 independent values: sqrt(2 / 3200) = 2.5 %
     np.testing.assert_allclose(found, 1.0, atol=0.08)
 
 
@@ -154,10 +154,11 @@ def test_the_stated_variance_is_that_of_an_unknown_device(name, electrons):
 def test_the_stated_variance_is_right_from_3_to_110000_electrons(name, levels):
     for electrons in levels:
         total, temporal, fixed = ensemble(name, electrons, devices=100, pixels=48)
-        # 100 devices of 1600 pixels, about 5 of which share their error: 0.8 %, four times
+        # 3 %: 4 standard errors of 0.8 %. 100 devices have 1600 pixels each; about 5 neighbours
+        # share their error
         np.testing.assert_allclose([total, temporal], 1.0, atol=0.03)
-        # In the dark, columns make most of the fixed pattern. 100 devices of 40 columns, of which
-        # two share their error: 3.2 %, three times
+        # In the dark, columns make most of the fixed pattern. 10 %: 3 standard errors of 3.2 %,
+        # since 100 devices have 40 columns each, and two neighbours share their error
         np.testing.assert_allclose(fixed, 1.0, atol=0.1 if electrons < 100 else 0.03)
 
 
@@ -190,7 +191,8 @@ def test_exposures_of_one_photodiode_share_its_silicon_and_the_merge_follows():
     assert split["silicon"].values.tolist() == [0, 0, 1]
     for rule in RULES.values():
         merged = rule(*charges(shot, "daylight"))
-        # the weights of the three exposures add to 1, so does their PRNU; float64 rounding
+        # the weights of the three exposures add to 1, so their PRNU adds to that of one photodiode;
+        # 1e-9: rounding of float64
         expected = 0.01**2 * (merged.signal_e**2 - merged.variance_e2)
         np.testing.assert_allclose(merged.fixed.total_e2(), expected, rtol=1e-9)
 
@@ -217,15 +219,15 @@ def test_in_the_dark_the_sum_stays_above_zero(bench):
     rng = np.random.default_rng(2)
     picture = LinearIsp()(bench.make(np.zeros((60, 60)), rng=rng).assign(prnu=("capture", [0.05])))
     fixed = picture["fixed_pattern_variance"].values
-    # the estimate of PRNU^2 x signal^2 has no bias, so its mean is 0 within 4 standard errors, and
-    # every second one is below
+    # the estimate of PRNU^2 x signal^2 has no bias: its mean is 0 within 4 standard errors, and
+    # many estimates are negative
     assert abs(fixed.mean()) < 4 * 2 * fixed.std() / 60 and fixed.min() < 0
     assert total_variance(picture).values.min() > 0
 
 
 def test_columns_deviate_alike_through_the_demosaic():
-    """Red at a blue pixel of Bayer is the mean of four samples in two columns: half of the variance
-    of a column, not a quarter.
+    """On a Bayer array, red at a blue pixel is the mean of four samples in two columns. It has half
+    of the variance of a column, not a quarter.
     """
     filters = np.tile([[0, 1], [1, 2]], (6, 6))
     rule = bilinear(filters, 3)

@@ -1,5 +1,5 @@
-"""Two exposures or sensitivities in one filter array: right over the whole range, without bias,
-with the right variance.
+"""Two exposures or two sensitivities in one filter array: the merge has no bias over the whole
+range, and states the right variance.
 """
 
 import numpy as np
@@ -56,9 +56,9 @@ def test_a_ramp_over_the_whole_range_comes_back(varies, cfa):
     y = picture.xyz.values[4:-4, 8:-8, 1]
     variance = picture.variance.values[4:-4, 8:-8, 1]
     assert picture.valid.values.all()
-    # bilinear interpolation leaves about 10 of 32 rows independent, which gives the standard error
-    # of a column; all 224 columns stay below 4.5 standard errors, and the mean over the ramp below
-    # 3 of its own
+    # Bilinear interpolation leaves about 10 of 32 rows independent, which gives the standard error
+    # of a column. Each of the 224 columns stays within 4.5 standard errors, and the mean over the
+    # ramp within 3 of its own standard errors.
     error = (y.mean(0) - ramp[8:-8]) / np.sqrt(variance.mean(0) / 10)
     assert np.abs(error).max() < 4.5 and abs(error.mean()) < 3 / np.sqrt(224 / 3)
 
@@ -76,8 +76,8 @@ def test_a_ramp_over_the_whole_range_comes_back(varies, cfa):
 def test_no_bias_and_right_variance_below_in_and_beyond_the_transition(level):
     picture = MergeIsp()(shot(np.full((224, 224), level), seed=int(level), cfa="RGrg/GBgb"))
     y, reported = (picture[name].values[6:-6, 6:-6, 1] for name in ("xyz", "variance"))
-    # of 212 x 212 pixels about one in 9 is independent: the standard error of the mean is sd / 70,
-    # that of the variance 2 %
+    # about one in 9 of the 212 x 212 pixels is independent: the standard error of the mean is
+    # sd / 70, and that of the variance is 2 %
     assert abs(y.mean() - level) < 4 * y.std() / 70 + 1e-3 * level
     assert reported.mean() / y.var() == pytest.approx(1, abs=0.1)
 
@@ -89,8 +89,8 @@ def test_short_samples_are_worth_little_in_the_dark_and_all_in_the_light(bench):
         long = captures["filter"].values == 1  # upper case green
         assert merged.valid.all()
         electrons = merged.planes[1][long][100:].mean()
-        # variance: share^2 of the shot noise of the own sample, and the rest from the interpolated
-        # short samples
+        # the variance is share^2 times the shot noise of the pixel's own sample, plus the variance
+        # of the interpolated short samples
         if share:
             assert merged.variances[1][long][100:].mean() < 1.1 * electrons
         else:  # 1/16 of the light, interpolated from two or more samples

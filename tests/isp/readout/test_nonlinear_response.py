@@ -1,4 +1,6 @@
-"""A pixel that bends: read back by its table over its whole range, in level and variance."""
+"""Pixels of nonlinear response: the table of the captures gives level and variance back over the
+whole range.
+"""
 
 import numpy as np
 import pytest
@@ -17,7 +19,7 @@ SIZE = 120
 
 
 def irradiance(level):
-    """Return the irradiance of a uniform daylight grey of `level` cd/m2, one tile a pixel."""
+    """Return the irradiance of a uniform daylight grey of `level` cd/m2, one tile per pixel."""
     place = centres(SIZE, SIZE * 3.75e-6)
     values = np.broadcast_to(
         level * THROUGHPUT * white("daylight", W)[:, None, None], (len(W), SIZE, SIZE)
@@ -58,15 +60,15 @@ def test_level_and_variance_of_draws(isp, electrons):
     y = picture.xyz.values[..., 1]
     variance = picture.variance.values[..., 1]
     assert picture.valid.values.all()
-    # the table is without bias but for 0.04 % where it bends within a width of the noise; there
-    # readings state their variance to 5 %
+    # the table has no bias, except 0.04 % where it bends within one standard deviation of the
+    # noise; there readings state their variance to 5 %
     bend = 2.03e4 < electrons < 2.4e4
     bent = electrons > 1.8e4
     assert abs(y.mean() / level - 1) < 4 * y.std() / level / SIZE + (
         4e-4 if bend else 1e-4 if bent else 0.0
     )
-    # 4 errors of a variance of 14 400 pixels, 1.2 % each; at the bend, where its tail is long, 3 %
-    # each
+    # 4 standard errors of a variance over 14 400 pixels: 1.2 % each, and 3 % at the bend, where the
+    # distribution has a long tail
     assert variance.mean() / y.var() == pytest.approx(1, abs=0.05 + 0.09 if bend else 0.05)
 
 
@@ -74,7 +76,7 @@ def test_without_noise_it_is_exact_to_half_a_code():
     for electrons in (1.0, 1e3, 1e5, 1e8):
         captures, level = shot(electrons, noise=False)
         found = hdr.build("isp", "linear")(captures).xyz.values[..., 1].mean() / level
-        # a code of charge; beyond the knee 391 of them are a factor e of the light
+        # half a code, in electrons; beyond the knee, 391 electrons are a factor e of the light
         half_e = 0.5 * 25455 / 4031
         assert abs(found - 1) < 1.02 * (half_e / electrons if electrons < 1.8e4 else half_e / 391)
 
@@ -86,7 +88,7 @@ def test_linear_part_reads_as_the_bayer_sensor_does():
         for name in ("lin_log", "bayer")
     )
     ours, bayer = (readouts(c, white("daylight", W))[0] for c in (ours, bayer))
-    # rounding of the interpolation, of some 1e4 e
+    # 1e-9 e: rounding of the interpolation in a table of up to about 1e4 e
     np.testing.assert_allclose(ours.charge_e, bayer.charge_e, atol=1e-9)
     np.testing.assert_allclose(ours.variance_e2(), bayer.variance_e2(), rtol=1e-9)
 
@@ -112,8 +114,8 @@ def test_a_table_that_cannot_be_followed_is_refused(bad):
 
 
 def test_merge_folds_a_bent_capture_with_a_longer_linear_one():
-    """A bent capture of a tenth of the exposure and a linear one: each level comes from whichever
-    measures it.
+    """The captures are a nonlinear one and a linear one of ten times its exposure. Each level comes
+    from the capture that can measure it.
     """
     import xarray as xr
 

@@ -1,4 +1,4 @@
-"""Shading: stated by the lens or measured on a flat field; both give the same picture."""
+"""Shading is stated by the lens or measured on a flat field; both give the same picture."""
 
 import numpy as np
 import pytest
@@ -9,7 +9,7 @@ from isethdr_isp.spectra import light
 from isethdr_core.errors import ConfigError, UnitError
 
 SHAPE = (60, 80)
-FOCAL_MM = 0.25  # a field of 31 degrees to the corner of this small chip
+FOCAL_MM = 0.25  # the corner of this small chip is 31 degrees off the axis
 
 
 def flat(bench, level=1000.0, rng=None, stated="cos4"):
@@ -28,7 +28,7 @@ def test_a_measured_table_is_the_lens_law(bench):
     assert relative[0] == 1 and radius[-1] == pytest.approx(
         1e3 * np.hypot(*(3e-6 * (n - 1) / 2 for n in SHAPE)), rel=1e-6
     )
-    # four even powers follow cos^4 of 31 degrees to 1e-4
+    # a polynomial of four even powers follows cos^4 up to 31 degrees to 1e-4
     np.testing.assert_allclose(relative, cos4, atol=1e-3)
 
 
@@ -37,7 +37,7 @@ def test_noise_scatters_it_by_the_stated_error(bench):
     tables = [measured_shading(flat(bench, 300.0, rng, "none")) for _ in range(60)]
     curves = np.array([t[1] for t in tables])
     error = np.mean([t[2] for t in tables], 0)
-    # 60 draws: a standard deviation is known to 9 %
+    # 35 %: 60 realisations give a standard deviation to 9 %
     np.testing.assert_allclose(curves.std(0)[1:] / error[1:], 1, atol=0.35)
     exact = measured_shading(flat(bench, stated="none"))[1]
     assert np.all(np.abs(curves.mean(0) - exact)[1:] < 4 * error[1:] / np.sqrt(60))
@@ -54,8 +54,9 @@ def test_a_picture_made_with_the_table_is_flat_and_its_variance_grows_with_the_c
     np.testing.assert_allclose(by_table.variance.values, by_lens.variance.values, rtol=5e-3)
     fall = shading(flat(bench))
     corner, centre = (by_lens.variance.values[y, x, 1] for y, x in ((2, 2), (30, 40)))
-    # shot noise of fall * N electrons over fall: variance goes with 1 / fall, where read noise is
-    # little; both are red pixels, and no sample is mirrored into them
+    # fall x N electrons have a shot noise variance of fall x N, and are divided by fall, so the
+    # variance is proportional to 1 / fall if read noise is small. Both pixels are red, and no
+    # mirrored sample enters them
     assert corner / centre == pytest.approx(fall[30, 40] / fall[2, 2], rel=0.05)
 
 
