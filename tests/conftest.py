@@ -197,7 +197,7 @@ def no_page():
 
 @pytest.fixture
 def offer(monkeypatch):
-    """Return a function that offers a class as a component for the length of one test."""
+    """Return a function that registers a class as a component for the duration of one test."""
     from isethdr_core.component import Component
     from isethdr_core.plugins import registry
 

@@ -1,5 +1,5 @@
-"""Metrics that share intermediate results of one reference picture return the scores of separate
-calls.
+"""Metrics that share intermediate results of one reference picture return the same scores as
+separate calls.
 """
 
 import numpy as np
@@ -32,7 +32,7 @@ SHAPE = 60, 90
 
 
 def pair(seed, saturated=0.0):
-    """Return a noisy picture and its truth: bars of unlike luminance."""
+    """Return a noisy picture of bars of different luminance, and its reference picture."""
     random = np.random.default_rng(seed)
     level = 10.0 ** (np.arange(SHAPE[1]) // 9 / 3)[None, :, None] * np.array([0.9, 1.0, 1.1])
     true = np.broadcast_to(level, (*SHAPE, 3)).copy()
@@ -76,7 +76,7 @@ def test_scores_are_the_same_alone_and_shared(metric):
     for one, other, bare in zip(alone, together, values, strict=True):
         np.testing.assert_equal(rows_of(one), rows_of(other))
         assert [(s.metric, s.object) for s in one] == [(s.metric, s.object) for s in bare]
-        # sums in another order
+        # 1e-12: the sums run in another order
         np.testing.assert_allclose(
             [s.value for s in bare], [s.value for s in one], rtol=1e-12, equal_nan=True
         )
@@ -99,8 +99,8 @@ def test_the_picture_before_denoising_is_derived_once_and_scores_stay():
 
 
 def test_medians_of_further_realisations_are_those_of_pictures_alone():
-    """Their changes are found from estimates, exact for this normal noise. Medians of pairs next to
-    each other differ by 1e-4.
+    """The change of a median is computed from estimates, which are exact for this normal noise.
+    1e-4: probabilities of neighbouring pairs around the median differ by as much.
     """
     found = labels()
     first, truth = pair(0)
@@ -112,7 +112,7 @@ def test_medians_of_further_realisations_are_those_of_pictures_alone():
     assert [s.object for s in scores[0]] == [s.object for s in metric(first, truth, found)]
     further = np.array([[s.value for s in of_one] for of_one in scores])
     np.testing.assert_allclose(further, alone, atol=1e-4)
-    assert alone.std(axis=0).max() > 1e-3  # so the tolerance above tells realisations apart
+    assert alone.std(axis=0).max() > 1e-3  # above the tolerance, so realisations differ
     np.testing.assert_array_equal(
         [s.value for s in metric.further(more[0], first, truth, found)], further[0]
     )
@@ -120,7 +120,9 @@ def test_medians_of_further_realisations_are_those_of_pictures_alone():
 
 @pytest.mark.parametrize("metric", [Ciede2000(20.0), Ssim(20.0), LogLuminanceError()])
 def test_scores_of_parts_average_to_that_of_the_frame(metric):
-    """Of a mean, the parts weighted by their pixels; of the log luminance, of its square."""
+    """Scores of parts, weighted by their numbers of pixels, average to the score of the frame. For
+    the log luminance error, their squares do.
+    """
     shot, truth = pair(1)
     part = np.where(np.arange(SHAPE[1]) < 45, 0, 1) * np.ones((SHAPE[0], 1), int)
     part[:20] = 2
@@ -133,7 +135,7 @@ def test_scores_of_parts_average_to_that_of_the_frame(metric):
     values = np.array([score.value for (score,) in scores])
     frame = metric(shot, truth)[0].value
     mean = np.average(values[weights > 0] ** power, weights=weights[weights > 0]) ** (1 / power)
-    # sums in another order, of float32 in ssim
+    # 1e-5: the sums run in another order, in float32 for ssim
     assert mean == pytest.approx(frame, rel=1e-5)
     assert len(scores) == 3 and {s.metric for (s,) in scores} == {metric(shot, truth)[0].metric}
 
@@ -150,7 +152,7 @@ def test_contrast_detection_of_one_part_is_that_of_the_frame():
 
 
 def test_another_truth_within_the_block_has_scores_of_its_own():
-    """A changed scene has a truth of its own, and the labels of the first."""
+    """A changed scene has its own reference picture, and the labels of the first scene."""
     found = labels()
     metric = LogLuminanceError()
     shot, truth = pair(1)

@@ -15,12 +15,12 @@ HIGHER_IS_BETTER = {
     "log_luminance_error": False,
     "line_profile": False,
 }
-FEW_SATURATED = 0.05  # share: one of the 24 patches covers 0.03 of the chart
+FEW_SATURATED = 0.05  # share of saturated pixels; one of the 24 patches covers 0.03 of the chart
 
 
 @pytest.fixture(scope="module")
 def sweep():
-    """Return exposures, saturated shares, and per metric its score at each exposure."""
+    """Return exposures in s, saturated shares, and for each metric its scores at each exposure."""
     scene = hdr.build(
         "scene", "macbeth", width=48, height=32, horizontal_field_deg=5.0, luminance_cd_m2=100.0
     )()
@@ -37,7 +37,8 @@ def sweep():
         reference = truth(mixed, picture)
         labels = labels_on(scene, picture)
         for name, metric in metrics.items():
-            # pairs beside each of 24 patches take most of the time, and follow the same rule
+            # pairs around each of the 24 patches would take most of the time, and follow the same
+            # rule as pairs of the whole frame
             regions = None if name == "contrast_detection" else labels
             scores = metric(picture, reference, regions)
             found[name].append({(s.metric, s.object): s.value for s in scores})
@@ -54,7 +55,7 @@ def test_the_best_score_is_at_an_exposure_with_few_saturated_pixels(sweep, name)
     assert np.isfinite(frame).all()
     best = np.argmax(frame) if HIGHER_IS_BETTER[name] else np.argmin(frame)
     assert saturated[best] < FEW_SATURATED
-    # and saturation makes it worse all the way: from a quarter of the chart on
+    # where more than a quarter of the chart is saturated, a longer exposure never scores better
     worse = frame[saturated > 0.25] * (-1 if HIGHER_IS_BETTER[name] else 1)
     assert len(worse) > 1 and (np.diff(worse) >= 0).all()
 

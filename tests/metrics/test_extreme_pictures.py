@@ -1,5 +1,5 @@
-"""Extreme pictures: black, saturated, without valid pixels, without noise, without a known
-variance; every metric.
+"""Every metric on extreme pictures: black, saturated without valid pixels, without noise, without a
+known variance.
 """
 
 import numpy as np
@@ -82,10 +82,12 @@ def test_what_the_picture_does_not_show_is_not_detected(case):
 
 
 def test_noise_alone_is_detected_as_rarely_as_counting_says():
-    """Two normal pixels of mean 0 and one variance: the angle of the wedge over a full turn."""
+    """For two normal pixels of mean 0 and equal variance, the probability is the angle of the wedge
+    over a full turn.
+    """
     y, labels = scene()
     found, _ = scores_of("contrast_detection", extremes()["black with noise"], picture(y), labels)
-    contrast = 0.5  # of the person against the road, about; the angle is largest near it
+    contrast = 0.5  # about that of person and road; the angle is largest near it
     low, high = (np.arctan((1 + c) / (1 - c)) for c in (0.5 * contrast, 1.5 * contrast))
     assert 0 < found["contrast_detection", "person"] < 1.3 * (high - low) / (2 * np.pi) < 0.1
 
@@ -97,7 +99,7 @@ def test_a_scene_without_contrast_has_no_detection_score():
 
 
 def test_no_signal_has_no_dynamic_range():
-    """Noise alone reaches 12 to 15 dB above its own deviation, which is no range."""
+    """Noise alone reaches 12 to 15 dB above its standard deviation, which is no dynamic range."""
     y, labels = scene()
     for case in ("black without noise", "black with noise", "saturated"):
         found, row = scores_of("dynamic_range", extremes()[case], picture(y), labels)
@@ -112,7 +114,7 @@ def test_a_lamp_in_the_dark_keeps_its_dynamic_range():
     [whole] = [
         s for s in DynamicRange()(picture(y, 0.05**2), picture(true)) if s.metric == "dynamic_range"
     ]
-    # the noise of the lamp's pixel is 0.009 dB
+    # 0.1 dB: the noise of the lamp's pixel is 0.009 dB
     assert whole.value == pytest.approx(20 * np.log10(50 / 0.05), abs=0.1)
 
 

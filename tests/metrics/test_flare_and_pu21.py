@@ -1,5 +1,5 @@
-"""Normalised flare of a known veil, PU21 against its published fit, definitions of dynamic range in
-closed form.
+"""Normalised flare of a known veil, PU21 compared with its published fit, and definitions of
+dynamic range in closed form.
 """
 
 import numpy as np
@@ -65,13 +65,13 @@ def test_a_dark_scene_has_no_flare():
 
 
 def test_pu21_is_the_published_curve():
-    """Its authors scale it so that a display of 100 cd/m2 spans 0..256; it starts at 0 at 0.005
+    """The authors of PU21 scale it so that a display of 100 cd/m2 spans 0..256. It is 0 at 0.005
     cd/m2 and rises throughout.
     """
     assert pu21(100.0) == pytest.approx(256, abs=0.5) and pu21(0.005) == pytest.approx(0, abs=0.05)
     assert (np.diff(pu21(np.geomspace(0.005, 1e4, 500))) > 0).all()
     assert pu21(1e6) == pu21(1e4) and pu21(-3.0) == pu21(0.0)
-    # for bright surfaces nearly logarithmic (Weber): equal ratios, equal steps
+    # PU21 is nearly logarithmic for bright surfaces (Weber): equal ratios are nearly equal steps
     steps = np.diff(pu21(np.geomspace(100, 1600, 5)))
     assert np.ptp(steps) / steps.mean() < 0.15
 
@@ -117,8 +117,8 @@ def test_three_definitions_of_dynamic_range_in_closed_form():
 
 
 def test_the_noise_line_is_read_between_points_and_not_beyond_the_dark():
-    """Most pixels so dark that shot noise does not show, and variances 20 % uncertain: a line
-    through those alone has no slope to speak of.
+    """Most pixels are so dark that shot noise does not show, and variances are uncertain by 20 %. A
+    line fitted to these pixels alone would have almost no slope.
     """
     rng = np.random.default_rng(0)
     true = np.concatenate(
@@ -129,8 +129,8 @@ def test_the_noise_line_is_read_between_points_and_not_beyond_the_dark():
     seen = (a + b * true) * np.exp(0.2 * rng.standard_normal(true.shape))
     found = by_name(DynamicRange()(picture(true, seen, true < 40), picture(true)))
     for name, s in (("", 1.0), ("_snr_10db", np.sqrt(10))):
-        # SNR = s; medians of hundreds of variances are known to 1 or 2 %, their roots to half of
-        # that
+        # luminance where SNR = s; 2 %: medians of hundreds of variances are known to 1 or 2 %, and
+        # their square roots to half of that
         assert found[f"dynamic_range{name}_bottom"].value == pytest.approx(
             (s**2 * b + np.sqrt(s**4 * b**2 + 4 * s**2 * a)) / 2, rel=0.02
         )

@@ -1,4 +1,4 @@
-"""Metrics: perfect pictures, known offsets in closed form, shot noise, objects, intervals, bad
+"""Metrics: perfect pictures, known offsets in closed form, shot noise, objects, intervals and bad
 input.
 """
 
@@ -56,8 +56,8 @@ def labels(instance, names=("road", "person", "cyclist")):
 
 
 def scene():
-    """Return (luminance, labels): a road of 0.5 to 2 cd/m2, a person of twice the road, a cyclist
-    of a quarter, a lamp.
+    """Return luminance and labels of a road of 0.5 to 2 cd/m2, with a person of 2 cd/m2, a cyclist
+    of 0.25 cd/m2 and a lamp.
     """
     rng = np.random.default_rng(0)
     y = np.geomspace(0.5, 2, NX) * np.exp(0.05 * rng.normal(size=(NY, NX)))
@@ -91,7 +91,7 @@ def test_log_error_of_a_constant_factor_is_its_logarithm():
     for s in found.values():
         assert s.value == pytest.approx(np.log10(2), rel=1e-12)
     whole = found["log_luminance_error", ""]
-    # all blocks alike
+    # all blocks have the same error
     assert whole.low == pytest.approx(whole.value) and whole.high == pytest.approx(whole.value)
     # negative estimates count as the floor
     dark = LogLuminanceError(floor_cd_m2=0.1)(picture(-y), picture(np.full_like(y, 10.0)))
@@ -99,8 +99,8 @@ def test_log_error_of_a_constant_factor_is_its_logarithm():
 
 
 def test_a_saturated_pixel_counts_as_what_the_picture_shows():
-    """Log error: the luminance that the picture gives it. Colour difference: the white that a
-    display shows.
+    """The log error uses the luminance that the picture states. The colour difference uses the
+    white that a display shows.
     """
     y = np.full((NY, NX), 10.0)
     valid = np.ones_like(y, bool)
@@ -113,7 +113,7 @@ def test_a_saturated_pixel_counts_as_what_the_picture_shows():
     to_white = metric(picture(np.full_like(y, 40.0)), picture(y))[0].value
     assert metric(clipped, picture(y))[0].value == pytest.approx(0.25 * to_white, rel=1e-9)
     missing = clipped.copy(deep=True)
-    # an isp may leave no number there: it counts as the floor
+    # an isp may return NaN there, which counts as the floor
     missing["xyz"][:, : NX // 4] = np.nan
     assert LogLuminanceError()(missing, picture(y))[0].value == pytest.approx(
         4 * np.sqrt(0.25), rel=1e-12
@@ -127,7 +127,7 @@ def test_a_saturated_pixel_is_similar_only_where_the_truth_is_shown_as_white_too
     valid[: NY // 2] = False
     found = Ssim(white_cd_m2=40.0)(picture(y, valid=valid), picture(y))[0].value
     dark_and_saturated = np.mean(~valid & (y < 40))
-    # 0.05: windows across the seams
+    # 0.05: windows across the borders of the four areas
     assert 1 - dark_and_saturated - 0.05 < found <= 1 - dark_and_saturated
     everywhere = Ssim(white_cd_m2=40.0)(picture(y, valid=False), picture(y))[0].value
     assert everywhere < 0.5
@@ -143,8 +143,8 @@ def test_shares_of_valid_and_saturated_pixels_are_counted_per_region():
         "saturated_share", ""
     ].value == pytest.approx(15 / 48)
     assert person["valid_share", "person"].value == 0.75 == person["valid_share", "person"].low
-    # one capture of two holds the upper rows: only five are saturated in both, the demosaic lost
-    # the others
+    # of the upper rows, which are not valid, only five are saturated in both captures; the others
+    # count as not valid, not as saturated
     captures = xr.Dataset(
         {
             "saturated": (
@@ -157,12 +157,12 @@ def test_shares_of_valid_and_saturated_pixels_are_counted_per_region():
     assert marked["saturated_share", ""].value == pytest.approx(5 / 48) and marked[
         "valid_share", ""
     ].value == pytest.approx(33 / 48)
-    # another grid: nothing is known
+    # captures on another grid tell nothing about saturation
     assert "saturated" not in with_saturation(shot, captures.isel(x=slice(10)))
 
 
 def test_colour_difference_of_a_grey_step_is_the_closed_form():
-    """Greys differ in L* only: dE00 = dL / S_L with S_L of the mean lightness (Sharma 2005,
+    """Greys differ in L* only, so dE00 = dL / S_L with S_L of the mean lightness (Sharma 2005,
     equation 15).
     """
     l1 = 50.0
@@ -174,7 +174,7 @@ def test_colour_difference_of_a_grey_step_is_the_closed_form():
     )
     assert scores[0].value == pytest.approx(2 / s_l, rel=1e-9)
     assert by_name(scores)["ciede2000_white", ""].value == 100.0
-    # between greys both are the step of lightness
+    # for greys, CIE 94 and CIE 76 are the difference in lightness
     for elder in (
         Cie94(white_cd_m2=100.0),
         Cie76(white_cd_m2=100.0),
@@ -206,8 +206,8 @@ def test_ssim_falls_with_noise_and_uses_one_white():
         for sd in (0.01, 0.1, 0.5)
     ]
     assert 1 > values[0] > values[1] > values[2] > -1
-    # a picture at half the level is not the same picture: the white comes from the truth, never
-    # from the picture
+    # a picture at half the level differs, because the white comes from the reference picture, never
+    # from the picture itself
     assert Ssim()(picture(y / 2), picture(y))[0].value < 0.995
     with pytest.raises(UnitError, match="at least 11"):
         Ssim()(picture(np.ones((8, 20))), picture(np.ones((8, 20))))
@@ -223,10 +223,11 @@ def test_snr_of_pure_shot_noise_is_the_root_of_the_count():
     table = metric.curve(picture(y, truth / c), picture(truth))
     expected = 10 * np.log10(c * table["luminance_cd_m2"])
     np.testing.assert_allclose(table["snr_db"], expected, atol=1e-9)
-    # about 3300 pixels a bin: a standard deviation is known to 1.2 %, 0.1 dB; 30 bins, so 4 of them
+    # 0.45 dB: 4 standard errors, because there are 30 bins; about 3300 pixels per bin give a
+    # standard deviation to 1.2 %, which is 0.1 dB
     np.testing.assert_allclose(table["snr_measured_db"], expected, atol=0.45)
     scores = by_name(metric(picture(y, truth / c), picture(truth)))
-    # 1e7 is not in the scene
+    # the scene has no pixel of 1e7 cd/m2
     assert set(scores) == {
         ("snr_at_1", ""),
         ("snr_at_10", ""),
@@ -250,7 +251,8 @@ def test_snr_of_pure_shot_noise_is_the_root_of_the_count():
 def shot_noise_scene(renderer_noise: float):
     """Return (picture, truth) of mostly 4 to 9 cd/m2 with shot noise, and 20 pixels at 12 cd/m2.
 
-    Flare gives these 20 pixels 10 times the variance. `renderer_noise` is relative, of each pixel.
+    Flare gives these 20 pixels 10 times the variance. `renderer_noise` is the relative noise of
+    each pixel.
     """
     electrons_per_cd_m2 = 40.0
     rng = np.random.default_rng(5)
@@ -266,8 +268,9 @@ def shot_noise_scene(renderer_noise: float):
 def test_snr_at_a_level_does_not_rest_on_a_few_pixels(renderer_noise):
     """Twenty pixels with flare are the only ones above 10 cd/m2, until renderer noise adds others.
 
-    The score is the shot noise of the many either way. Noise leaves a fifth of the pixels above
-    10 cd/m2 with flare. So the median there moves by an eighth of a bin of 1.67 dB at most: 0.2 dB.
+    In both cases the shot noise of the many pixels sets the score. With renderer noise, a fifth of
+    the pixels above 10 cd/m2 have flare, so the median there moves by at most an eighth of a bin of
+    1.67 dB: 0.2 dB.
     """
     seen, truth = shot_noise_scene(renderer_noise)
     found = by_name(SnrCurve(luminances_cd_m2=(10.0,))(seen, truth))
@@ -287,7 +290,7 @@ def test_snr_needs_six_independent_pixels_near_the_level():
 
 
 def test_dynamic_range_of_read_and_shot_noise_is_the_closed_form():
-    # (cd/m2)^2 and cd/m2: SNR = 1 at (b + sqrt(b^2 + 4 a)) / 2
+    # variance a + b Y, with a in (cd/m2)^2 and b in cd/m2: SNR = 1 at Y = (b + sqrt(b^2 + 4 a)) / 2
     a = 4e-4
     b = 2e-3
     truth = np.repeat(np.geomspace(1e-2, 1e4, 300)[:, None], 20, axis=1)
@@ -298,8 +301,8 @@ def test_dynamic_range_of_read_and_shot_noise_is_the_closed_form():
     assert found["dynamic_range_bottom", ""].value == pytest.approx(bottom, rel=1e-6)
     total = found["dynamic_range", ""]
     assert total.value == pytest.approx(20 * np.log10(top / bottom), abs=1e-5)
-    # the line is exact, so what is left is the noise of the brightest pixel: 1.96 deviations of it
-    # in dB, and rounding of the fit
+    # the line is exact, so half of the interval is 1.96 standard deviations of the brightest pixel,
+    # in dB; 1e-3: rounding of the fit
     half = 1.96 * 20 / np.log(10) * np.sqrt(a + b * top) / top
     assert total.high - total.value == pytest.approx(
         half, rel=1e-3
@@ -335,8 +338,8 @@ def test_contrast_is_webers_and_its_snr_follows_the_variance():
     assert found["object_contrast_snr", "person"].value == pytest.approx(1.5 / np.sqrt(0.04))
     s = found["object_contrast", "person"]
     assert s.low < s.value < s.high
-    # 200 pixels, and a ring of round(0.2 sqrt(200)) = 3 pixels: 3 (20 + 10) x 2 and four corners
-    # of 3 (in steps to a neighbour)
+    # The person has 200 pixels. Its ring is round(0.2 sqrt(200)) = 3 pixels wide, as counted in
+    # steps between neighbours: 3 (20 + 10) x 2 pixels along the sides, and 3 in each corner.
     noise = 3 * np.sqrt(0.02 / 200 + 0.02 / (2 * 3 * 30 + 4 * 3))
     assert found["object_d_prime", "person"].value == pytest.approx(1.5 / noise)
     assert found["object_d_prime_clutter", "person"].value == pytest.approx(1.5 / noise)
@@ -355,10 +358,11 @@ def test_detectability_follows_its_closed_form():
     around = Sample(ground + noise_sd * rng.normal(size=2500), np.full(2500, noise_sd**2))
     found = detectability(inside, around)
     of_means = noise_sd * np.sqrt(1 / 900 + 1 / 2500)
-    # five standard errors of the difference of the means, 0.5: of the ground's own pixels, too
+    # five standard errors of the difference of the means, which is 0.5; they include the spread of
+    # the ground's pixels
     error = 5 * np.hypot(of_means, ground_sd / 50) / 0.5
     assert found.by_noise == pytest.approx(0.5 / (3 * of_means), rel=error)
-    # beside it, that of a standard deviation of 2500 pixels
+    # plus five standard errors of a standard deviation from 2500 pixels
     clutter = np.hypot(3 * of_means, ground_sd)
     assert found.with_clutter == pytest.approx(0.5 / clutter, rel=error + 5 / np.sqrt(2 * 2500))
     free = inside._replace(variance=np.zeros(900)), around._replace(variance=np.zeros(2500))
@@ -374,13 +378,14 @@ def test_intervals_hold_the_true_mean_as_often_as_they_say():
         y = 10 + sd * rng.normal(size=(NY, NX))
         [s] = MeanLuminance()(picture(y, sd**2), picture(y))
         hits += s.low <= 10 <= s.high
-    # three times too wide for pixels without demosaic, on purpose: 5.9 standard deviations
+    # by design, the interval is three times too wide for pixels without demosaic: 5.9 standard
+    # errors to either side
     assert hits == n
     from isethdr_metrics.regions import mean_interval
 
     found = [mean_interval(rng.normal(size=(NY, NX)), np.ones((NY, NX), bool)) for _ in range(n)]
     inside = np.mean([low <= 0 <= high for _, low, high in found])
-    # 95 % less 1 % for 144 blocks; the standard error of 200 trials is 1.5 %
+    # 95 %, less 1 % because there are only 144 blocks; the standard error of 200 trials is 1.5 %
     assert 0.88 <= inside <= 0.99
 
 
@@ -424,8 +429,8 @@ def test_metrics_ask_for_the_labels_they_read_and_no_more(cls):
     "metric", [ContrastDetection(), DynamicRange(), SnrCurve(), MeanLuminance(), ObjectContrast()]
 )
 def test_fixed_pattern_counts_like_temporal_noise(metric):
-    """Half of the variance in either part gives the scores of all of it in one; of shot noise there
-    is none here.
+    """Variance that is half temporal noise and half fixed pattern gives the same scores as temporal
+    noise alone. There is no shot noise here.
     """
     y, table = scene()
     both = picture(y, 0.02)
@@ -437,7 +442,7 @@ def test_fixed_pattern_counts_like_temporal_noise(metric):
     )
     assert whole.keys() == parts.keys()
     for key, score in whole.items():
-        if key[0] == "object_d_prime":  # by temporal noise alone, which is half of the variance
+        if key[0] == "object_d_prime":  # temporal noise alone, half of the variance
             assert parts[key].value == pytest.approx(np.sqrt(2) * score.value, rel=1e-9)
             continue
         if key[0] == "object_d_prime_clutter":  # a fixed pattern is part of the spread

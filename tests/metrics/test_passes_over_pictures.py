@@ -27,10 +27,10 @@ def test_similarity_is_that_of_another_programme():
         data_range=255,
     )
     assert np.ptp(expected) > 0.3
-    # float64: rounding of squares of 255 over the smallest constant, 6.5, a few dozen times
+    # float64: a few dozen roundings of squares of 255, divided by the smallest constant, 6.5
     assert np.abs(similarity(*pair, 255.0) - expected).max() < 1e-11
-    # float32: squares of half the range, each of ten sums rounded by 2^-24 of them at most, twice
-    # over the constant 58.5
+    # float32: each of ten sums of squares of half the range is rounded by at most 2^-24 of them;
+    # twice that, divided by the constant 58.5
     assert (
         np.abs(similarity(*(p.astype(np.float32) for p in pair), 255.0) - expected).max()
         < 2 * 10 * 2 * 127.5**2 * 2**-24 / 58.5
@@ -46,7 +46,7 @@ def test_similarity_of_one_with_itself_is_one_and_knows_no_order():
 
 def test_a_window_keeps_what_is_even_or_rises_evenly():
     rows, columns = np.indices((40, 30)).astype(float)
-    # weights add up to 1 and are the same to both sides: the mean is the middle
+    # the weights add up to 1 and are symmetric, so the mean of a plane is its value in the middle
     rising = 3 + 2 * rows - 5 * columns
     assert np.abs(windowed(rising) - rising[5:-5, 5:-5]).max() < 1e-12
 
@@ -66,7 +66,7 @@ def test_means_over_blocks_are_those_of_one_pixel_after_the_other(shape, mask):
     held = np.zeros(shape, bool)
     held[mask] = True
     held &= np.random.default_rng(2).random(shape) < 0.9
-    values[~held] = np.nan  # what is not asked for may be anything
+    values[~held] = np.nan  # pixels outside the mask must not matter
     sums = {}
     for (y, x), value in np.ndenumerate(values):
         if held[y, x]:

@@ -50,7 +50,7 @@ def test_png_has_16_bits_and_says_its_transfer_function(tmp_path):
     raw = file.read_bytes()
     assert b"sRGB" in raw and b"white 100 cd/m2" in raw and raw[24] == 16
     assert raw[raw.index(b"cICP") + 4 :][:4] == bytes([1, 13, 0, 1])
-    # 8 bits of what a reader sees are those of `display`
+    # rounded to 8 bits, the values that a reader gets are those of `display`
     seen = matplotlib.image.imread(file)
     np.testing.assert_allclose(np.rint(255 * seen[..., :3]), display_view.display(p, 100.0), atol=1)
     from PIL import Image

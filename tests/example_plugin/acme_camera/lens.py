@@ -13,7 +13,7 @@ class AcmePlastic:
 
     f_number: float = 2.0
     focal_length_mm: float = 3.0
-    transmittance: float = 0.9  # share of the light
+    transmittance: float = 0.9  # share of the light that passes
 
     @each_component
     def __call__(self, mixed, flares=()):

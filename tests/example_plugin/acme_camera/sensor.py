@@ -16,8 +16,8 @@ class AcmeNano:
     pitch_um: float = 4.0
     full_well_e: float = 8000.0
     read_noise_e: float = 2.5
-    converter: Literal["ramp", "sar"] = "ramp"  # 12 or 10 bits
-    dead_pixels: tuple[tuple[int, int], ...] = ()  # (row, column)
+    converter: Literal["ramp", "sar"] = "ramp"  # ramp has 12 bits, sar 10 bits
+    dead_pixels: tuple[tuple[int, int], ...] = ()  # (row, column) of each dead pixel
 
     def expected(self, light):
         """Return mean electrons (capture, y, x)."""

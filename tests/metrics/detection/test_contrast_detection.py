@@ -1,4 +1,4 @@
-"""Contrast detection: the closed form against counting, limits, objects beside a glaring lamp."""
+"""Contrast detection: the closed form agrees with counting; limits; objects next to a lamp."""
 
 import numpy as np
 import pytest
@@ -31,7 +31,9 @@ def picture(y, variance=0.0, valid=True):
 def counted(  # noqa: PLR0913 - a helper of tests
     bright, vb, dark, vd, contrast, seed, n=1500
 ):
-    """Count over all pairs of n x n draws, as the standard does over the pixels of two patches."""
+    """Return the share of the n x n pairs of draws that show the contrast, counted as the standard
+    counts over the pixels of two patches.
+    """
     rng = np.random.default_rng(seed)
     b = bright + np.sqrt(vb) * rng.standard_normal((n, 1))
     d = dark + np.sqrt(vd) * rng.standard_normal((1, n))
@@ -43,7 +45,9 @@ def counted(  # noqa: PLR0913 - a helper of tests
 @pytest.mark.parametrize("electrons", [0.05, 2.0, 30.0, 1000.0])
 @pytest.mark.parametrize("contrast", [0.06, 0.2, 0.9])
 def test_normal_noise_agrees_with_counting(electrons, contrast):
-    """Also where most estimates are negative. 400 000 pairs: standard error below 0.0008."""
+    """Both agree even where most estimates are negative. 400 000 pairs have a standard error below
+    0.0008.
+    """
     rng = np.random.default_rng(2)
     means = electrons * (1 + contrast), electrons * (1 - contrast)
     b, d = (m + np.sqrt(m + 0.64) * rng.standard_normal(400_000) for m in means)
@@ -59,7 +63,7 @@ def test_counting_over_all_pairs_of_two_patches_as_the_standard_does():
     values = 12.0, 12.6, 8.0, 8.6
     found = pair_probability(*values, 0.2, step=0.0)
     many = np.mean([counted(*values, 0.2, seed) for seed in range(8)])
-    # 8 times 1500 x 1500 crossed pairs: standard error 0.003
+    # 0.01: the standard error of 8 times 1500 x 1500 crossed pairs is 0.003
     assert found == pytest.approx(many, abs=0.01)
 
 
@@ -73,14 +77,14 @@ def test_quadrant_of_correlated_normals_at_the_origin_is_the_arcsine_law():
 def test_without_noise_a_contrast_is_seen_or_not():
     one = np.ones(1)
     assert pair_probability(2 * one, 0 * one, one, 0 * one, one / 3)[0] == 1
-    # a veil of ten times the scene
+    # a veil of glare ten times as bright as the scene
     assert pair_probability(2 * one + 10, 0 * one, one + 10, 0 * one, one / 3)[0] == 0
     assert pair_probability(one, 0 * one, 2 * one, 0 * one, one / 3)[0] == 0  # the order is wrong
 
 
 def scene():
-    """Return (luminance, labels): a pedestrian of 2 cd/m2 on 1 cd/m2, and a second far from the
-    lamp.
+    """Return luminance and labels of two pedestrians of 2 cd/m2 on 1 cd/m2, one next to the lamp
+    and one far from it.
     """
     y = np.ones((60, 90))
     instance = np.zeros((60, 90), np.uint32)
@@ -93,7 +97,7 @@ def scene():
 
 def test_a_veil_takes_the_pedestrian_beside_the_headlight_away():
     y, labels = scene()
-    # the glare of a lamp left of the first
+    # glare of a lamp to the left of the first pedestrian
     veil = 20 * np.exp(-(((np.arange(90) - 15) / 12.0) ** 2))[None]
     noise = 0.05**2
     rng = np.random.default_rng(3)
@@ -144,7 +148,7 @@ def test_pictures_narrower_than_the_reach_have_the_pairs_that_fit(shape):
     y[:15, :4] = 10.0
     seen = ContrastDetection().map(picture(y, 1e-6), picture(y))
     assert seen.shape == shape
-    across = [n > 10 for n in shape]  # which way two pixels 10 apart fit
+    across = [n > 10 for n in shape]  # directions in which pixels 10 apart fit
     want = np.zeros(shape, bool)
     for dy, dx in ((10, 0), (0, 10)):
         if across[0 if dy else 1]:
@@ -152,7 +156,7 @@ def test_pictures_narrower_than_the_reach_have_the_pairs_that_fit(shape):
             want[dy:, dx:] |= differ
             want[: shape[0] - dy, : shape[1] - dx] |= differ
     np.testing.assert_array_equal(np.isfinite(seen), want)
-    assert (seen[want] > 0.999).all()  # almost no noise: every contrast is kept
+    assert (seen[want] > 0.999).all()  # almost no noise, so every contrast is kept
 
 
 def test_pairs_cross_the_objects_border_within_reach():

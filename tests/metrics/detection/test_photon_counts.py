@@ -1,4 +1,4 @@
-"""Photon counts: the pair probability against counting of Poisson electrons, its limits, and whole
+"""Photon counts: the pair probability agrees with counts of Poisson electrons; its limits; whole
 pictures.
 """
 
@@ -49,8 +49,8 @@ def picture(y, variance=0.0):
 
 
 def poisson_law(mean):
-    """Return all counts that matter and their probabilities, by the recurrence p(n) = p(n - 1) mean
-    / n.
+    """Return all counts of noticeable probability and their probabilities, by the recurrence
+    p(n) = p(n - 1) mean / n.
     """
     counts = np.arange(int(mean + 8 * np.sqrt(mean) + 15))
     logs = (
@@ -74,7 +74,7 @@ def summed(bright, dark, contrast):
 
 
 def drawn(bright, dark, read_noise_e, contrast, count=200_000):
-    """Return the share of simulated pairs that show the contrast; its standard error is below
+    """Return the share of simulated pairs that show the contrast, with a standard error below
     0.0011.
     """
     rng = np.random.default_rng(5)
@@ -92,13 +92,14 @@ def test_without_read_noise_it_is_the_sum_over_all_counts(electrons, contrast):
     bright = electrons * (1 + contrast)
     dark = electrons * (1 - contrast)
     found = pair_probability(bright, bright, dark, dark, contrast)
-    # up to 300 electrons the same sum; the laws are cut where 1e-6 of them is left
+    # up to 300 electrons both are the same sum; 1e-5: distributions are cut off where 1e-6 of them
+    # is left
     assert found == pytest.approx(summed(bright, dark, contrast), abs=1e-5)
 
 
 @pytest.mark.parametrize(
     "electrons",
-    # the counts between these are among the slow tests
+    # the numbers of electrons in between are slow tests
     [0.5, 2.0, 10.0, 100.0, *(pytest.param(e, marks=pytest.mark.slow) for e in (1.0, 5.0, 30.0))],
 )
 @pytest.mark.parametrize("read_noise_e", [0.2, 0.7, 1.6])
@@ -109,13 +110,13 @@ def test_with_read_noise_it_agrees_with_simulated_pairs(electrons, read_noise_e)
         found = pair_probability(
             bright, bright + read_noise_e**2, dark, dark + read_noise_e**2, contrast
         )
-        # 0.005 is what is promised, 0.002 almost two standard errors of the simulation
+        # 0.007: the stated error of 0.005, and almost two standard errors of the simulation
         assert found == pytest.approx(drawn(bright, dark, read_noise_e, contrast), abs=0.007)
 
 
 def test_normal_noise_would_be_wrong_where_electrons_are_few():
-    """The figures that made counting necessary: 0.16 instead of 0.085 at 2 electrons and a contrast
-    of 0.2.
+    """Normal noise gives 0.16 instead of 0.085 at 2 electrons and a contrast of 0.2. Counts of
+    electrons are necessary for this reason.
     """
     exact = summed(2.4, 1.6, 0.2)
     assert pair_probability(2.4, 2.4, 1.6, 1.6, 0.2) == pytest.approx(exact, abs=1e-5)
@@ -123,8 +124,8 @@ def test_normal_noise_would_be_wrong_where_electrons_are_few():
 
 
 def test_the_representations_agree_where_they_meet():
-    """Either side of every limit: the jump is the error of the coarser representation, at most
-    0.005.
+    """At each limit between two representations, the probability jumps by the error of the coarser
+    one, at most 0.005.
     """
     for electrons, read_noise_e in (
         (5.0, 1.5),
@@ -158,7 +159,7 @@ def test_two_points_have_the_third_and_fourth_cumulant_of_a_count():
     np.testing.assert_allclose(moment[1], 0, atol=1e-9)
     np.testing.assert_allclose(moment[2], variance, rtol=1e-9)
     np.testing.assert_allclose(moment[3], means, rtol=1e-9)
-    # cancellation of 1e5 in the last
+    # 1e-6: the last mean loses a factor of 1e5 by cancellation
     np.testing.assert_allclose(moment[4] - 3 * variance**2, means, rtol=1e-6)
     assert (variance <= means).all()
 
@@ -175,7 +176,7 @@ def test_a_unit_does_not_matter_and_numbers_are_taken_like_arrays():
         assert isinstance(plain, float) and scaled == pytest.approx(plain, abs=1e-9)
     several = pair_probability([2.0, 20.0], [2.0, 20.0], [1.0, 10.0], [1.0, 10.0], 1 / 3)
     assert several.shape == (2,)
-    # the range of counts that are summed depends on the other pairs
+    # 1e-5: the range of the summed counts depends on the other pairs of the array
     assert several[0] == pytest.approx(pair_probability(2.0, 2.0, 1.0, 1.0, 1 / 3), abs=1e-5)
     assert both_positive(0.0, 0.0, 0.0) == pytest.approx(0.25)
 
@@ -202,18 +203,18 @@ def test_a_representation_never_holds_more_shot_noise_than_the_variance():
 @pytest.mark.parametrize("electrons", [1.0, 4.0])
 @pytest.mark.parametrize("read_noise_e", [0.5, 1.0])
 def test_a_picture_of_few_electrons_scores_as_counting_does(electrons, read_noise_e):
-    """Two halves of a frame, 0.05 cd/m2 per electron; simulated pairs beside it."""
+    """The frame has two halves, at 0.05 cd/m2 per electron; it is compared with simulated pairs."""
     contrast = 0.4
     step = 0.05
     means = np.full((80, 80), electrons * (1 + contrast))
     means[:, 40:] = electrons * (1 - contrast)
     rng = np.random.default_rng(1)
     e = rng.poisson(means) + read_noise_e * rng.standard_normal(means.shape)
-    # as an isp estimates it
+    # variance as an isp estimates it
     shot = picture(step * e, step**2 * (np.maximum(e, 0) + read_noise_e**2))
     [score] = ContrastDetection()(shot, picture(step * means))
     expected = drawn(electrons * (1 + contrast), electrons * (1 - contrast), read_noise_e, contrast)
-    # the local mean of 49 pixels still carries a seventh of the noise
+    # 0.02: the local mean of 49 pixels still has a seventh of the noise
     assert score.value == pytest.approx(expected, abs=0.02)
 
 
@@ -227,7 +228,7 @@ def any_signals(count: int):
     read_e = 10 ** rng.uniform(-0.7, 1.7, count) * np.stack(
         [np.ones(count), rng.uniform(0.8, 1.2, count)]
     )
-    read_e = np.maximum(read_e, 0.201)  # nothing is promised below 0.2
+    read_e = np.maximum(read_e, 0.201)  # no error is stated for less than 0.2 e
     step = np.stack([np.ones(count), rng.choice([0.5, 1.0, 2.0], count)])
     signals = [Signal(*of) for of in zip(means * step, (means + read_e**2) * step**2, step)]
     return *signals, contrast
@@ -249,7 +250,7 @@ def test_sums_over_counts_are_those_over_all_pairs_of_counts():
         levels = (v.ravel() for v in np.meshgrid(b * step[0, k], d * step[1, k], indexing="ij"))
         inside = probability_between(wedges, *levels, np.full(p.size * q.size, k))
         expected = p @ inside.reshape(p.size, q.size) @ q
-        # each law is cut off where 1e-6 of it is left
+        # 2e-6: each of two distributions is cut off where 1e-6 of it is left
         assert found[k] == pytest.approx(expected, abs=2e-6)
     assert np.ptp(found) > 0.5
 
@@ -264,7 +265,7 @@ def test_a_difference_of_counts_is_above_0_as_often_as_its_law_says():
     for k in range(size):
         (n, p), (m, q) = (poisson_law(mean) for mean in means[:, k])
         levels = steps[0, k] * n[:, None] - steps[1, k] * m
-        # what is promised; the laws end where less than that is left
+        # 1e-8: the stated error; distributions are cut off where less than that is left
         assert found[k] == pytest.approx(p @ ndtr(levels / sd[k]) @ q, abs=1e-8)
     assert np.ptp(found) > 0.9
 
@@ -280,7 +281,7 @@ def test_an_estimate_is_within_its_bound():
 
 @pytest.mark.parametrize("read_noise_e", [0.1, pytest.param(1.0, marks=pytest.mark.slow)])
 def test_a_median_alone_is_that_of_all_pairs(read_noise_e):
-    """Objects and frame: pairs that cannot be the median are only estimated."""
+    """For objects and frame alike, pairs that cannot be the median are only estimated."""
     rng = np.random.default_rng(3)
     step = 0.02
     means = 10 ** rng.uniform(-0.5, 0.9, (24, 32))
@@ -303,7 +304,7 @@ def test_a_median_alone_is_that_of_all_pairs(read_noise_e):
         if region.member is not None:
             every = np.bincount(region.member, every) / np.bincount(region.member)
         direct = median_interval(every, min(every.size, region.pixels // SMOOTH**2))
-        # the probability of a pair of counts depends on its neighbours by 1e-8
+        # the probability of a pair of counts depends by 1e-8 on the other pairs of the array
         assert (score.value, score.low, score.high) == pytest.approx(direct, abs=3e-7)
         assert median.value == pytest.approx(direct[0], abs=3e-7) and np.isnan(median.low)
 
