@@ -1,4 +1,4 @@
-"""The merge has no bias at any level, reports its variance, and counts a shared charge once; limits;
+"""The merge has no bias at any level, states its variance, and counts a shared charge once; limits;
 ISETCam's rule.
 """
 

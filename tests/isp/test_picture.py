@@ -25,8 +25,8 @@ def test_uniform_grey_keeps_its_absolute_luminance(bench, balance, isp, filters)
             bench.make(bench.mosaic_of(grey, SHAPE, pattern, qe), pattern=pattern, qe=qe)
         )
         expected = xyz(grey, bench.WAVELENGTH)
-        # the matrix is exact for this grey; 1e-9: rounding of signals of 1e-2 DN on a black level of
-        # 64 DN
+        # the matrix is exact for this grey; 1e-9: rounding of signals of 1e-2 DN on a black level
+        # of 64 DN
         np.testing.assert_allclose(
             picture.xyz.values, np.broadcast_to(expected, (*SHAPE, 3)), rtol=1e-9
         )
