@@ -25,7 +25,7 @@ COLUMNS = 40
 
 
 class Damage(NamedTuple):
-    """One way to damage a store; `names` are the files of which an error may name any."""
+    """One way to damage a store; an error must name at least one of the files `names`."""
 
     what: str
     apply: Callable[[Path], None]
@@ -91,11 +91,9 @@ def files(path: Path) -> list[str]:
 def damages(path: Path, older: Path) -> Iterator[Damage]:
     """Yield every damage of the store `path`; `older` is another store of the same form.
 
-    Each file is deleted, emptied, cut off, extended, changed by a bit at three places, and replaced
-    by that of the
-    older store. Files of equal size are exchanged. Attributes and metadata are edited. Arrays and
-    groups are
-    deleted or replaced as a whole.
+    Each file is deleted, emptied, cut off, extended, changed by one bit at three places, and
+    replaced by the file of the older store. Files of equal size are exchanged. Attributes and
+    metadata are edited. Arrays and groups are deleted or replaced as a whole.
     """
     for file in files(path):
         size = (path / file).stat().st_size

@@ -111,8 +111,8 @@ def width_px(bar: np.ndarray) -> np.ndarray:
 def test_a_moving_bar_makes_a_streak_of_speed_times_exposure_and_loses_no_light():
     long, short = moving_bar()
     still_long, still_short = corrected(chain_of(speed_tiles_per_s=0.0))
-    # light adds up over time. 2e-6: light and sub-frames are rounded to float32, 6e-8 each, and
-    # there are ten sub-frames
+    # light adds up over time. 2e-6: light and sub-frames are rounded to float32, 6e-8 each, in a
+    # sum over more than ten sub-frames
     np.testing.assert_allclose(long.sum(-1), still_long.sum(-1), rtol=2e-6)
     np.testing.assert_allclose(short.sum(-1), still_short.sum(-1), rtol=2e-6)
     # the variances of the bar and of the streak, both boxes, add up. Sub-frames half a pixel apart

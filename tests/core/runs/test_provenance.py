@@ -16,7 +16,7 @@ def test_a_component_is_named_by_kind_and_registered_name(offer):
     lens = build("lens", "wavefront")
     assert identity(lens) == "lens/wavefront"
     moved = type("Wavefront", (type(lens),), {"__module__": "elsewhere.lenses"})
-    assert identity(moved()) == "Wavefront"  # no component is registered so
+    assert identity(moved()) == "Wavefront"  # not registered yet
     offer("lens", "wavefront", moved)
     assert identity(moved()) == "lens/wavefront"
 

@@ -119,7 +119,7 @@ def test_light_with_fewer_samples_is_not_taken_over():
 
 
 def lens(normals, lamp):
-    """Return the scene with one more part that has vertex normals; with `lamp`, the part is lit."""
+    """Return the scene with one more part that has these normals, and emits light with a lamp."""
     scene = Waiting()()
     part = Part("lens", SQUARE, FACES, "matt", normals, lamp)
     models = {**scene.models, "box": Model("box", (*scene.models["box"].parts, part))}

@@ -41,7 +41,7 @@ ADDRESS = Address.parsed("s3://bucket/lab")
 
 @pytest.fixture
 def bucket(monkeypatch):
-    """A home in memory, which takes the place of the one at an S3 server."""
+    """Return a home in memory, which stands in for a home on an S3 server."""
     memory = Bucket(ADDRESS, MemoryStore())
     monkeypatch.setattr(bucket_module, "_bucket", lambda *_: memory)
     monkeypatch.setenv("ISETHDR_HOME", ADDRESS.url)
@@ -127,7 +127,8 @@ def test_an_interrupted_upload_is_invisible_and_is_published_later(
         with pytest.raises(KeyboardInterrupt):
             write()
     assert keys(bucket, "catalog/") == []
-    # before the conditional write the remains go at once; after its start nobody can tell
+    # files of an upload that fails before the conditional write are removed at once; once that
+    # write has started, its result is not known
     assert bool(keys(bucket)) == (failing == "create")
     machine("b")
     assert visible() == []
@@ -187,7 +188,7 @@ def test_of_two_writers_of_one_store_the_first_counts_for_both(bucket, machine):
     machine("a")
     write(seed=1)
     machine("b")
-    write(seed=2)  # knows nothing of the other one
+    write(seed=2)  # does not know of the first one
     assert len({key.split("/")[1] for key in keys(bucket, "runs/")}) == 1
     for folder in (first, second):
         path = folder / "runs" / "1f3a.zarr"
@@ -312,7 +313,7 @@ def test_the_labels_of_a_removed_run_are_gone_everywhere(bucket, machine):
 def test_a_removal_that_ends_at_any_request_leaves_a_run_whole_or_gone(
     bucket, machine, monkeypatch
 ):
-    """What is left of a run that is gone belongs to nobody; a run that is there is whole."""
+    """The run is whole, or it is gone and the objects that are left of it belong to no run."""
     delete = bucket.delete
     for sent in range(3):
         machine(f"a{sent}")

@@ -67,8 +67,8 @@ for name in sys.argv[2:]:
 
 @pytest.fixture
 def s3(tmp_path, monkeypatch):
-    """A bucket at a server of moto; the home of this process is in it. Yields the requests, as
-    method and path with query.
+    """Start a moto server with a bucket that holds the home of this process. Yield the list of
+    requests, each as method and path with query.
     """
     from moto.server import DomainDispatcherApplication, create_backend_app
     from werkzeug.serving import WSGIRequestHandler, make_server
@@ -103,7 +103,7 @@ def s3(tmp_path, monkeypatch):
     for name, value in settings.items():
         monkeypatch.setenv(name, value)
     base = settings["AWS_ENDPOINT_URL"]
-    # servers of one process share what they hold
+    # all moto servers of one process share their content
     for method, path in (("POST", "moto-api/reset"), ("PUT", "bucket")):
         urllib.request.urlopen(urllib.request.Request(f"{base}/{path}", method=method)).close()
     requests.clear()
@@ -115,7 +115,7 @@ def s3(tmp_path, monkeypatch):
 def writer(scratch, tag, names, die_at_write=0, script=WRITER):
     """Start a process that writes stores, as one on another machine does.
 
-    `die_at_write` : the write to the bucket at which it kills itself; 0 for none.
+    `die_at_write` is the number of the write to the bucket at which it kills itself; 0 for none.
     """
     return subprocess.Popen(
         [sys.executable, "-c", script, tag, *names],
@@ -136,7 +136,7 @@ def test_two_writers_at_once_end_in_one_catalog(s3, tmp_path):
     both = {row["id"] for row in query.find(folder, tags="one")}
     both &= {row["id"] for row in query.find(folder, tags="two")}
     assert both == set(names[5:10])
-    # the files of those who were second are removed again
+    # files of the writer that came second are removed again
     assert [(use.entries, use.part) for use in usage(folder)[:1]] == [(15, "s3://bucket/lab/runs")]
     values = np.random.default_rng(1).random((400, 400)).astype(np.float32)
     stored = store.open_store(folder / rows[0]["path"], "picture/bayer")
@@ -146,7 +146,7 @@ def test_two_writers_at_once_end_in_one_catalog(s3, tmp_path):
 
 def test_killed_writers_leave_nothing_or_the_whole(s3, tmp_path):
     names = [f"{k:016x}" for k in range(4)]
-    # each store is six files, its entry in the catalog and in the index, and its labels likewise
+    # each store takes ten writes: six files, its entry in catalog and index, and its labels in both
     for write in range(1, 21, 3):
         killed = writer(tmp_path / f"killed{write}", "one", names, die_at_write=write)
         assert killed.wait(120) == -signal.SIGKILL
@@ -175,7 +175,7 @@ def versions(bucket):
 
 
 def reads(requests):
-    """Return how many listings, reads of the index and reads of objects were asked."""
+    """Return the numbers of requests for listings, for the index and for other objects."""
     paths = [path for method, path in requests if method == "GET"]
     listings = [path for path in paths if "list-type=2" in path]
     of_index = [path for path in paths if re.match("/bucket/lab/index/", path)]
@@ -192,7 +192,7 @@ def test_two_writers_at_once_lose_no_entry_of_the_index(s3, tmp_path):
     bucket = bucket_of(address_of(existing_home()))
     assert len(versions(bucket)) == 2 * len(names)  # entries and labels
     assert versions(bucket) <= indexed(bucket)
-    # a segment for each writer at once, and rarely a third
+    # one segment for each of the two writers, and rarely a third
     assert len(shared_index.segments(bucket)) <= 4
 
 
@@ -217,7 +217,7 @@ def test_requests_of_a_new_machine_over_200_stores(s3, tmp_path, monkeypatch):
     monkeypatch.setenv(SCRATCH, str(tmp_path / "before"))
     s3.clear()
     existing_home()
-    assert reads(s3) == (3, 0, 200)  # catalog, labels, index without a segment
+    assert reads(s3) == (3, 0, 200)  # lists catalog, labels and index, which is empty
     assert tidy_index(bucket.address).added == 200
     monkeypatch.setenv(SCRATCH, str(tmp_path / "afterwards"))
     s3.clear()

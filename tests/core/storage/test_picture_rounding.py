@@ -1,4 +1,4 @@
-"""Pictures are stored in float32, rounded by their own noise, and small."""
+"""Stored pictures are float32, rounded to a share of their own noise, and therefore small."""
 
 import numpy as np
 import pytest
@@ -24,7 +24,10 @@ CHART = [
 
 
 def noisy_picture(decades=8, rows=40, columns=60):
-    """Return a picture of 1e-4 cd/m2 to 1e4 cd/m2 with values beside 0, and its fixed pattern."""
+    """Return a noisy picture over `decades` decades around 1 cd/m2, with its fixed pattern.
+
+    The darkest values scatter around 0.
+    """
     random = np.random.default_rng(3)
     level = np.geomspace(10.0 ** (-decades / 2), 10.0 ** (decades / 2), columns)
     variance = 1e-3 * level[None, :, None] * random.uniform(0.5, 2, (rows, columns, 3)) + 1e-6
@@ -52,9 +55,9 @@ def test_a_value_is_off_by_at_most_a_twentieth_of_its_standard_deviation(tmp_pat
     back = stored(tmp_path, picture)
     off = np.abs(back["xyz"].values.astype(float) - picture["xyz"].values)
     sigma = np.sqrt(picture["variance"].values)
-    # what float32 cannot resolve: half a unit in the last place
+    # the second term is what float32 cannot resolve: half a unit in the last place
     assert (off <= sigma / 20 + 2.0**-24 * np.abs(picture["xyz"].values)).all()
-    assert (off / sigma).max() > 1 / 50  # no more bits than that
+    assert (off / sigma).max() > 1 / 50  # no more bits are kept
     assert back["xyz"].dtype == np.float32
     assert back["xyz"].attrs[picture_rounding.ROUNDING]
 
@@ -67,9 +70,9 @@ def test_a_denoised_value_is_rounded_by_its_noise_before_denoising(tmp_path):
     back = stored(tmp_path, picture)
     off = np.abs(back["xyz"].values.astype(float) - picture["xyz"].values)
     sigma = np.sqrt(noisy["variance"].values)
-    # what float32 cannot resolve: half a unit in the last place
+    # the second term is what float32 cannot resolve: half a unit in the last place
     assert (off <= sigma / 200 + 2.0**-24 * np.abs(smooth.values)).all()
-    assert (off / sigma).max() > 1 / 500  # no more bits than that
+    assert (off / sigma).max() > 1 / 500  # no more bits are kept
     before = np.abs(back["undenoised_xyz"].values.astype(float) - noisy["xyz"].values)
     assert (before / sigma).max() > 1 / 50
 
@@ -117,24 +120,27 @@ def test_a_switch_keeps_all_bits(tmp_path):
 
 
 def test_a_picture_of_odd_sides_takes_no_more_disk(tmp_path):
-    """Chunks of an odd number of pixels were compressed without a shuffle: 1.5 times as large."""
+    """Chunks of an odd number of pixels would be compressed without a shuffle, to 1.5 times the
+    size.
+    """
     bytes_a_pixel = []
     for rows, columns in ((95, 233), (96, 232)):
         folder = tmp_path / str(rows)
         stored(folder, noisy_picture(decades=2, rows=rows, columns=columns))
         size = sum(file.stat().st_size for file in folder.rglob("c.*"))
         bytes_a_pixel.append(size / (rows * columns))
-    # 7 pixels of a row are not there, and hold the same zeros; coordinates are a few bytes
+    # 3 %: each row is padded with 7 pixels of equal zeros, and coordinates take a few bytes
     assert bytes_a_pixel[0] < 1.03 * bytes_a_pixel[1]
 
 
 def test_means_and_medians_of_many_pixels_have_no_bias(tmp_path):
-    """One grid for all rows would put a median on the grid: off by up to a part in 256."""
+    """If all rows were rounded to one grid, a median would lie on it, off by up to 1 / 256."""
     picture = noisy_picture(decades=0, rows=400, columns=300)
     back = stored(tmp_path, picture)
     for of in (np.mean, np.median):
         exact, found = (of(p["variance"].values[..., 1]) for p in (picture, back))
-        # errors are even within 2^-8: 120 000 leave 1e-5 in the mean, less than 1e-4 in the median
+        # errors are uniform within 2^-8: those of 120,000 pixels leave 1e-5 in the mean, and less
+        # than 1e-4 in the median
         assert found == pytest.approx(exact, rel=1e-4)
 
 
@@ -151,8 +157,8 @@ def test_the_run_of_a_small_chart_takes_less_than_two_megabytes(tmp_path, monkey
     before = {(s["metric"], s["object"]): s["value"] for s in result.scores}
     for score in again:
         off = abs(score.value - before[score.metric, score.object])
-        half = (score.high - score.low) / 2  # of one picture, by the spread of its pixels
+        half = (score.high - score.low) / 2  # interval from the pixels of one picture
         if half > 0:
             assert off < half / 100, score
-        else:  # no end above, as nothing saturates, or a single pixel
+        else:  # no upper end because nothing saturates, or a single pixel
             assert off <= 5e-3 * score.value, score

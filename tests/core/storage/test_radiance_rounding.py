@@ -1,4 +1,4 @@
-"""Radiance rounded by its noise: within a twentieth of it, without bias, and stated."""
+"""Radiance is rounded within a twentieth of its noise, without bias, and the store states it."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def test_rounding_is_within_a_twentieth_of_the_noise():
     assert (error <= allowed * (1 + 1e-6)).all()  # float32 sums
     each = np.abs(found.values / ds.radiance.values - 1).max(axis=1)[0]
     assert (each <= np.clip(noise / 20, 0, 2**-7) * (1 + 1e-6)).all()
-    # to nearest: the mean over 74,400 errors of at most 0.8 % is below 0.01 %
+    # rounding to nearest: the mean over 74,400 errors of at most 0.8 % is below 0.01 %
     assert abs((found.values / ds.radiance.values - 1).mean()) < 1e-4
 
 
@@ -59,7 +59,7 @@ def test_bits_are_the_fewest_that_suffice():
 
 
 def test_the_stored_standard_error_holds_the_rounding(tmp_path):
-    """So the store states the bits of tiles without noise: 2^-13."""
+    """The error term of the store then covers only the bits of tiles without noise: 2^-13."""
     plain = scene(np.full((40, 60), 0.5))
     ds = rounded_by_noise(plain)
     with ledger.gathered("store") as row:

@@ -32,7 +32,7 @@ NOTHING_TO_DO = IndexUpkeep(0, 0, 0)
 
 
 class CountedBucket(Bucket):
-    """A bucket in memory that notes which objects are read."""
+    """A bucket in memory that records which objects are read."""
 
     def __init__(self):
         super().__init__(ADDRESS, MemoryStore())
@@ -43,7 +43,7 @@ class CountedBucket(Bucket):
         return super().get(key)
 
     def objects_read(self):
-        """Return how many objects beside the index were read since the last call."""
+        """Return how many objects outside the index were read since the last call."""
         read = [key for key in self.read if not key.startswith(INDEX)]
         self.read.clear()
         return len(read)
@@ -53,7 +53,7 @@ class CountedBucket(Bucket):
 def bucket(monkeypatch):
     counted = CountedBucket()
     monkeypatch.setattr(bucket_module, "_bucket", lambda *_: counted)
-    monkeypatch.setattr(shared_index, "FEW", 0)  # the index is read for a single store
+    monkeypatch.setattr(shared_index, "FEW", 0)  # use the index for a single store too
     monkeypatch.setattr(shared_index, "PAUSE_S", 0.0)
     monkeypatch.setenv("ISETHDR_HOME", ADDRESS.url)
     shared_index._say_ignored.cache_clear()
@@ -183,7 +183,7 @@ def test_removed_and_changed_objects_are_not_read_from_the_index(bucket, machine
         withdraw(store, store.with_suffix(".labels.json"), ADDRESS)
     publish(bucket, "again", text="afterwards", indexed=False)
     label(writer, "stays", "wet")
-    # the index as it was before
+    # restore the index as it was before these changes
     obstore.put(bucket.objects, segments(bucket)[0].key, stale)
     reader = machine("b")
     existing_home()

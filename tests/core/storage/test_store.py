@@ -51,8 +51,7 @@ def test_rounding_breaks_ties_to_even_and_keeps_what_is_not_finite():
     assert keep_mantissa_bits(tie, 10).tolist() == [1.0, 1 + 2.0**-9]
     odd = np.float32([0, -0.0, np.inf, -np.inf, np.nan, np.finfo(np.float32).max])
     assert np.array_equal(keep_mantissa_bits(odd, 10), odd, equal_nan=True)
-    # NaN with the first or the last of their payloads, which rounding would carry into infinity or
-    # into -0
+    # NaNs with the smallest or the largest payload, which rounding would turn into infinity or -0
     payloads = np.array([0x7F800001, 0xFF800001, 0x7FFFFFFF, 0xFFFFFFFF], np.uint32)
     assert np.isnan(keep_mantissa_bits(payloads.view(np.float32), 10)).all()
     with pytest.raises(ValueError, match="keepbits"):
@@ -107,7 +106,7 @@ def test_layout_is_one_shard_per_group_of_whole_chunks(tmp_path):
 
 def test_planes_without_bands_lie_in_few_even_chunks():
     assert tiling({"capture": 3, "y": 1386, "x": 2080}) == ((1, 462, 696), (1, 1386, 2088))
-    # 15 that are not there, not 959
+    # 15 columns of padding, not 959
     assert tiling({"y": 1, "x": 961, "xyz_channel": 3}) == (
         (1, 488, 1),
         (1, 976, 3),
@@ -118,7 +117,7 @@ def test_planes_without_bands_lie_in_few_even_chunks():
 @pytest.mark.parametrize("columns", [1, 47, 776, 970, 961])
 @pytest.mark.parametrize("sizes", [{}, {"wavelength": 3}, {"capture": 2}])
 def test_a_chunk_has_values_whose_bits_blosc_shuffles(sizes, rows, columns):
-    """It shuffles eight values at a time, and no block of another number."""
+    """Blosc shuffles eight values at a time, and leaves blocks of other sizes unshuffled."""
     chunk, shard = tiling({**sizes, "y": rows, "x": columns})
     assert np.prod(chunk) % 8 == 0
     chunks_across = shard[-1] // chunk[-1]
@@ -308,7 +307,9 @@ def test_siblings_are_joined_and_only_what_is_used_is_read(tmp_path, monkeypatch
 
 
 def test_a_scene_is_opened_without_reading_those_of_other_recipes(tmp_path, monkeypatch):
-    """By its whole name: a dataset of a thousand scenes opens each of them several times."""
+    """The scene is opened by its whole name. A dataset of a thousand scenes opens each of them
+    several times.
+    """
     monkeypatch.setenv("ISETHDR_HOME", str(tmp_path))
     folder = tmp_path / "scenes"
     parts = {"r1-a": scene(("sky",)), "r1-b": scene(("street",)), "r2-a": scene(("sky",))}
@@ -349,7 +350,7 @@ def test_siblings_are_joined_along_the_bands(tmp_path):
     other = scene(("headlights",), seed=5)
     stored_scenes(tmp_path, even=even, odd=odd, other=other)
     joined = store.open_scene(tmp_path / "even.zarr")
-    # headlights have more bands than the even ones, so all three groups have them all
+    # headlights are stored at all bands, so that all three groups are joined at all bands
     assert joined.light_group.values.tolist() == ["sky", "street", "headlights"]
     assert (
         np.array_equal(joined.wavelength.values, whole.wavelength.values)

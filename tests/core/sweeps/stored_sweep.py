@@ -8,7 +8,7 @@ from isethdr_core.runs.labels import Labels, add_labels
 from isethdr_core.storage.store import write_store
 from isethdr_core.sweeps.record import Job, Sweep, begin, write_job
 
-# of each job: sensor, exposure, SSIM with its interval, a score of an unknown metric
+# sensor, exposure in s, SSIM with its interval, and score of an unknown metric of each job
 JOBS = (
     ("bayer", "0.004", (0.50, 0.48, 0.52), 3.0),
     ("bayer", "0.016", (0.60, 0.58, 0.62), 1.0),

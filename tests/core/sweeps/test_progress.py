@@ -1,4 +1,4 @@
-"""One line while a sweep runs: drawn again on a terminal, printed now and then elsewhere."""
+"""The progress line of a sweep: redrawn on a terminal, and printed now and then elsewhere."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ RUN_S = 10.0
 
 @pytest.fixture
 def long_sweep(isethdr_home):
-    """A sweep of 200 runs that started at second 1000, without any result."""
+    """Return a sweep of 200 runs that started at second 1000, without any result."""
     sweep = replace(stored_sweep(isethdr_home), total=RUNS)
     for path in (sweep.folder / "jobs").glob("*.json"):
         path.unlink()
@@ -29,7 +29,7 @@ def long_sweep(isethdr_home):
 
 
 def working(sweep, monkeypatch):
-    """Return the `wait` of a sweep whose runs take 10 s each, by a clock of its own."""
+    """Return a function `wait` that advances a simulated clock; each run takes 10 s."""
     clock = [sweep.started]
     monkeypatch.setattr("time.time", lambda: clock[0])
 

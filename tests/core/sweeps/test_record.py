@@ -1,4 +1,4 @@
-"""What a sweep is called, what its jobs say, and how long the others take."""
+"""The record of a sweep: its name, its jobs, and the time that is left for the other jobs."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""One table of a sweep: parameters, scores of the frame, intervals, and the best by each score."""
+"""The table of a sweep: parameters, scores of the frame, intervals, and the best row by score."""
 
 from __future__ import annotations
 
