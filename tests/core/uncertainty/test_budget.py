@@ -27,7 +27,7 @@ SMALL = [
     "scene=uniform",
     "scene.width=24",
     "scene.height=16",
-    "scene.horizontal_field_deg=4",  # a small field is a small sensor
+    "scene.horizontal_field_deg=4",  # makes the sensor small
     "~renderer",
     "lighting=ideal",
     "~versions",
@@ -62,7 +62,7 @@ def test_a_share_of_no_number_is_refused():
     for wrong in (float("nan"), inf, None, "0.1"):
         with pytest.raises(ConfigError, match="noise_fraction_allowed"):
             budget.allowed({"accuracy": {"noise_fraction_allowed": wrong}})
-    assert budget.allowed({}) == budget.Allowed()  # configs of before have no such node
+    assert budget.allowed({}) == budget.Allowed()  # earlier configs have no such node
     with pytest.raises(ConfigError, match="no key 'noise'"):
         budget.allowed({"accuracy": {"noise": 0.1}})
 
@@ -103,7 +103,7 @@ def test_the_error_allowed_is_that_of_the_largest_signal_to_noise_ratio():
     )
     assert response.error_allowed == pytest.approx(0.2 * sqrt(10_000 + 900) / 10_000, rel=1e-15)
     dark = replace(response, full_scale_e=2500.0)
-    # the finer one rules
+    # the smaller error counts
     assert (
         response.error_allowed < dark.error_allowed
         and (response + dark).error_allowed == response.error_allowed
@@ -134,8 +134,8 @@ def test_no_other_division_costs_less(costs, allowed):
         sum(c.of(allowed * e) for c, e in zip(costs.values(), row))
         for row in [*tried, *rng.dirichlet(np.ones(len(costs)), 200).clip(1e-9)]
     )
-    # the least of a grid is above the least of all, by little: in a cell of half a percent, costs
-    # of power 3 change by 1.5 %
+    # the minimum over a grid is a little above the true minimum: in a cell of half a percent,
+    # costs of power 3 change by 1.5 %
     assert least <= found * (1 + 1e-12) + 1e-12 and found - least < 0.03 * (
         abs(least) + sum(c.seconds for c in costs.values())
     )
@@ -153,7 +153,7 @@ def test_a_store_keeps_the_bits_that_its_share_asks_for():
         )
         error = budget.stored_error(demand)
         snr = demand.response.noise_fraction_allowed / demand.error_allowed
-        # of the noise, at full scale, where it is the most
+        # the share of the noise at full scale, where the signal-to-noise ratio is largest
         assert error * snr == pytest.approx(STORE * fraction, rel=1e-12)
         bits = bits_for(error)
         assert rounding(bits) <= error and (bits == KEEPBITS or rounding(bits - 1) > error)
@@ -169,10 +169,10 @@ def test_the_plan_passes_it_on():
         demand.response.noise_fraction_allowed == left
         and demand.error_allowed == demand.response.error_allowed
     )
-    # read noise is little beside a full well
+    # 5 %: read noise is small compared with the shot noise of a full well
     assert demand.error_allowed == pytest.approx(left / sqrt(full_e), rel=0.05)
     assert any("0.5 of the noise" in e.label for e in rows[0].errors)
-    # without noise nothing is small
+    # without noise, no error is allowed
     assert (
         plan(chain(compose([*SMALL, "sensor.noise=false"])), ledger.Ledger()).error_allowed == 0.0
     )
@@ -216,7 +216,8 @@ def test_the_budget_is_divided_over_whatever_the_components_declare():
     [(who, veil)] = shares.by_field.items()
     assert who == ("flare v", "error_allowed")
     assert shares.store + shares.light + veil == pytest.approx(1.0, rel=1e-12)
-    # Lagrange: a little more error saves the flare as many seconds as it saves the store
+    # condition of Lagrange for the minimum: a small increase of the error saves the flare as many
+    # seconds as the store
     rate = STORE_COST.seconds / (USUAL * shares.store)
     cost = found[-1].share.cost
     error = USUAL * veil
@@ -235,7 +236,7 @@ def test_without_declarations_and_with_bundled_lenses_the_store_has_its_usual_sh
         assert shares.store == pytest.approx(STORE, rel=1e-11) and not shares.by_field
         assert shares.light == pytest.approx(1 - STORE, rel=1e-11)
     lone = budget.division([budget.Spending("flare", "f", ErrorShare("e", Cost(1.0)), "e")])
-    # a lens that declares nothing beside a flare that does: their ratio is that of the costs
+    # the lens declares nothing and the flare does: their shares have the ratio of the costs
     light = STORE_COST.seconds * (1 - STORE) / STORE
     assert lone.by_field["f", "e"] / lone.light == pytest.approx(1.0 / light, rel=1e-9)
 
@@ -251,7 +252,7 @@ def test_a_component_is_told_its_share_in_its_field_unless_a_user_has_set_it():
     assert ("flare set", "error_allowed") not in done.shares.by_field
     assert done.lens is lens and done.cameras == {"c": sensor}
     exact = spending.with_shares(parts, lambda: 0.0)
-    assert exact.flares == flares  # light is asked for exactly: nobody is told an error
+    assert exact.flares == flares  # light must be exact: no component gets an error
 
 
 def test_all_reserved_is_refused():
@@ -293,4 +294,4 @@ def test_a_flare_of_an_outside_package_is_told_its_share_by_the_composed_chain(m
     mine = chain(compose([*told, "flare.v.error_allowed=0.01"]))
     assert mine.flares["v"] == Veil(0.01) and not mine.shares.by_field
     exact = chain(compose([*told, "sensor.noise=false"]))
-    assert exact.flares["v"] == Veil()  # nothing is small beside no noise
+    assert exact.flares["v"] == Veil()  # without noise, no error is allowed

@@ -1,5 +1,5 @@
-"""Error terms: code decides by their fields, old ledgers still load, and no figure of a picture is
-smaller than a part of it.
+"""Error terms: code uses their fields and not their labels, old ledgers still load, and no figure
+of a picture is smaller than a part of it.
 """
 
 from __future__ import annotations
@@ -37,8 +37,8 @@ LENS = Source("lens", "l")
 
 
 def shot_of(seed: int, capture: str = "a", pixels: int = 400, **fields) -> Electrons:
-    """Return electrons over four decades, of which any share comes from the tiles looked at, and
-    any noise of a renderer.
+    """Return random electrons over four decades, with random shares of direct light, of renderer
+    noise and of unsaturated pixels.
     """
     rng = np.random.default_rng(seed)
     total = 10.0 ** rng.uniform(0, 4, pixels)
@@ -56,7 +56,7 @@ def stated(shots, rows) -> list[ErrorTerm]:
     return row.errors
 
 
-# words that a reader of labels would decide by, and what is no word
+# labels: words by which code might wrongly decide, and texts that are not words
 LABELS = st.sampled_from(
     [
         "",
@@ -146,8 +146,8 @@ def test_the_headline_of_a_bound_and_of_two_deviations_in_closed_form():
 
 
 def test_an_error_acts_on_its_part_of_the_light_alone():
-    """The core takes any name for a part: of light that is handed over, of the image, of the
-    rest.
+    """A part may have any name: light that a stage passes on, the image, or the rest of the
+    light.
     """
     ones = np.ones(4)
     shot = Electrons("a", 1000 * ones, 700 * ones, ones, 0 * ones, ones > 0, 2.0)
@@ -163,7 +163,7 @@ def test_an_error_acts_on_its_part_of_the_light_alone():
 
     assert [bound(part) for part in (None, "x", "y", "z")] == pytest.approx([100, 70, 30, 2])
     for word in ("light that nobody declared", SPREAD, DIRECT):
-        assert bound(word) == pytest.approx(100)  # no more than all light
+        assert bound(word) == pytest.approx(100)  # an unknown part is all light
 
 
 def test_what_attributes_say_and_shapes_are_no_errors_of_a_pixel():
@@ -196,8 +196,8 @@ def test_a_stage_without_a_word_on_it_speaks_of_what_it_returns():
 
 
 def test_errors_of_a_sum_of_light():
-    """The largest relative value, the total of absolute ones; terms of one identity are matched in
-    their order.
+    """A sum has the largest of the relative errors and the total of the absolute errors. Terms of
+    one identity are matched in their order.
     """
 
     def part(relative, absolute, *more):
@@ -237,7 +237,7 @@ def test_what_a_call_states_comes_back_with_its_result():
         ledger.record_row(found.row)
     assert stage.errors == found.row.errors and stage.errors[0].source == LENS
     assert len(stage.left_out) == 1 and "halo" in stage.light_parts
-    assert ledger.collected(ledger.records_errors).result is False  # nobody asks outside a run
+    assert ledger.collected(ledger.records_errors).result is False  # not within a run
 
 
 def test_ledgers_of_earlier_versions_load():
@@ -307,12 +307,12 @@ def test_declared_light_adds_up_and_is_not_stored():
     assert (
         "light_parts" not in rows.as_records()[0] and Ledger.from_records(rows.as_records()) == rows
     )
-    ledger.light_part("outside a run", light)  # nobody listens: nothing fails
+    ledger.light_part("outside a run", light)  # is not recorded and does not fail
 
 
 def test_stored_terms_are_restated_by_their_fields(monkeypatch, tmp_path):
-    """A term of this run is not stated twice, whatever its label; noise of pooled stores only where
-    no renderer of this run did.
+    """A term that this run has stated is not stated again, whatever its label. Noise of accumulated
+    stores is stated only for groups for which no renderer of this run has stated it.
     """
     with ledger.stage(fresh := Ledger(), "renderer r"):
         ledger.error(0.1, "relative", "statistical", "new words", part="sky")

@@ -52,7 +52,7 @@ def test_a_stage_that_raises_still_has_its_row():
     with pytest.raises(ZeroDivisionError), ledger.stage(rows, "isp"):
         raise ZeroDivisionError
     assert rows[0].stage == "isp"
-    ledger.error(1.0, "e", "measured")  # the row is closed: this goes nowhere
+    ledger.error(1.0, "e", "measured")  # the row is closed: not recorded
     assert rows[0].errors == []
 
 
@@ -64,13 +64,13 @@ def test_peak_memory_is_seen(monkeypatch):
     with ledger.stage(rows, "small"):
         pass
     with ledger.stage(rows, "large"):
-        # fresh pages: the allocator may hold as many of earlier tests and use them again
+        # map fresh pages: the allocator may still hold memory of earlier tests, and use it again
         with mmap.mmap(-1, 160_000_000, flags=mmap.MAP_PRIVATE | mmap.MAP_ANONYMOUS) as block:
             for _ in range(160):
                 block.write(bytes(1_000_000))
             before = len(looks)
             end = time.monotonic() + 600
-            while len(looks) < before + 2 and time.monotonic() < end:  # the first may be old
+            while len(looks) < before + 2 and time.monotonic() < end:  # one may have begun before
                 time.sleep(0.01)
     assert rows[1].peak_bytes - rows[0].peak_bytes > 150e6 or rows[0].peak_bytes == 0
 

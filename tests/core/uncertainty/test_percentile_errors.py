@@ -1,4 +1,4 @@
-"""Percentiles of noisy values: coverage of a law with a known answer, and its limits."""
+"""Errors of percentiles of noisy values: coverage of intervals, a closed form, and limits."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import pytest
 from isethdr_core.uncertainty.percentile_errors import NO_ERROR, percentile_error
 from isethdr_core.uncertainty.score_intervals import student_factor
 
-# pixels
+# width of the picture and of a tile, pixels
 SIZE = 96
 TILE = 2
 SHARE = 0.98
@@ -18,7 +18,7 @@ ALL = np.ones((SIZE, SIZE), bool)
 
 
 def in_pixels(tiles):
-    """Return tiles as they are seen by pixels that are smaller."""
+    """Return the values of tiles at pixels; a tile has TILE x TILE pixels."""
     return np.kron(tiles, np.ones((TILE, TILE)))
 
 
@@ -48,7 +48,8 @@ def test_intervals_hold_the_percentile_where_values_are_dense_and_where_they_are
         scatter = student_factor(error.degrees_of_freedom) * error.standard_error
         half = math.hypot(scatter, student_factor(math.inf) * error.shift)
         inside.append(abs(np.quantile(values, SHARE) - middle) <= half)
-    # 0.95 of 120 scatter by 0.02: three of these below; wider ones are allowed
+    # a share of 0.95 in 120 trials scatters by 0.02: at most three of these below. Wider intervals
+    # are allowed
     assert np.mean(inside) >= 0.89
 
 
@@ -61,12 +62,14 @@ def test_the_error_is_that_of_the_share_over_the_density():
     sigma = 0.1
     changes = [sigma * rng.standard_normal(values.shape) for _ in range(4)]
     error = percentile_error(values, ALL, 0.5, changes, 8)
-    # each pixel's variance is a quarter of the share that changes sides: E|noise| times density
+    # a pixel that noise may move to either side of the percentile has a variance of 1 / 4. The
+    # share of such pixels is twice E|noise| times the density
     expected = math.sqrt(sigma * math.sqrt(2 / math.pi) / 2 / values.size)
-    # 144 blocks and 4 changes: known to 5 %, with cross terms to 10; two of these
+    # with 144 blocks and 4 changes, the error is known to 5 %, with cross terms to 10 %: two of
+    # these
     assert error.standard_error == pytest.approx(expected, rel=0.2)
-    assert error.shift < error.standard_error  # a density without slope
-    assert error.degrees_of_freedom > 50  # blocks that are alike
+    assert error.shift < error.standard_error  # the density has no slope
+    assert error.degrees_of_freedom > 50  # all blocks are alike
 
 
 def test_values_that_share_their_noise_count_once():

@@ -23,13 +23,14 @@ TILES = (12, 16)
 
 
 def noisy(relative, level=100.0):
-    """Return the scene of a uniform field whose every tile has a relative noise, its mixed
-    radiance, its light and a focal length for tiles of 3 um.
+    """Return a uniform scene with a relative noise of each tile, its mixed radiance, and its light.
+
+    The focal length of the lens makes tiles 3 um wide.
     """
     size = {"width": TILES[1], "height": TILES[0], "horizontal_field_deg": 1.0}
     scene = build("scene", "uniform", luminance_cd_m2=level, **size)().load()
     groups = [str(g) for g in scene.light_group.values]
-    # of the one group at weight 1
+    # XYZ of the only group at weight 1
     xyz = quantities.tristimulus(build("lighting", "ideal")(scene)).xyz.values
     scene[NOISE] = (
         ("light_group", "xyz_channel", "y", "x"),
@@ -58,7 +59,7 @@ def test_a_tile_per_pixel_has_its_tile_s_noise():
     scene, mixed, light = noisy(0.02)
     (shot,), captures, sensor = shots_of(scene, mixed, light, pitch_um=3.0, exposure_s=0.004)
     mean_e = sensor.expected(light).values[0] - float(captures.dark_e[0])
-    # float32 light, another way to sum it
+    # 1e-6: light is float32, and is summed in another order
     np.testing.assert_allclose(shot.total, mean_e, rtol=1e-6)
     np.testing.assert_allclose(shot.image, mean_e, rtol=1e-6)  # no blur
     np.testing.assert_allclose(shot.renderer, 0.02 * mean_e, rtol=1e-5)
@@ -103,7 +104,8 @@ def test_bounds_add_up_and_statistics_add_up_in_squares():
         rest="halo",
     )
     [shot] = propagation.with_parts([shot], None, [stated])
-    # 1 + 0.5 + 0.25 x 2 of all; 3 % of the hundred that were spread, and a tenth of the noise
+    # bounds: 1 + 0.5 + 0.25 x 2 electrons of all light. Statistical errors: 3 % of the hundred
+    # electrons of spread light, and a tenth of the noise of 40
     for found, want in zip(propagation.after(shot, stated.errors), (2.0, np.hypot(3.0, 4.0))):
         np.testing.assert_allclose(found, want, rtol=1e-14)
 
@@ -123,7 +125,7 @@ def test_what_a_lens_knows_of_its_kernels_takes_the_place_of_what_it_stated():
     [shot] = propagation.with_parts([shot], None, [stated])
     terms, _ = propagation.terms_after([stated], maps.replaces)
     bound, deviation = propagation.after(shot, terms)
-    # the map's, a thousandth of all light, a hundredth of the halo
+    # the bound of the map, a thousandth of all light, and a hundredth of the halo
     np.testing.assert_allclose(bound, 0.25 + 1.0 + 1.0, rtol=1e-14)
     np.testing.assert_allclose(deviation, 5.0, rtol=1e-14)
     label = _said([shot], [stated], 0.01)
@@ -145,9 +147,9 @@ def test_a_share_of_all_errors_is_within():
     # the share of 60000 that are below is known to 0.04 %: five of these
     assert np.mean(wrong <= propagation.within(bound, deviation)) == pytest.approx(0.99, abs=0.002)
     assert propagation.within(np.full(9, 0.3), np.zeros(9)) == pytest.approx(0.3, rel=2e-4)
-    # of a normal deviate
+    # 99 % of normal deviates are within this
     assert propagation.within(np.zeros(9), np.ones(9)) == pytest.approx(2.5758, rel=2e-4)
-    # 99.5 % of the errors are 0, or all but 0, and the others 30 or 300 decades larger
+    # 99.5 % of the errors are 0 or almost 0, and the others are 30 or 300 decades larger
     for small in (0.0, 1e-300, 1e-31):
         few = np.where(np.arange(1000) < 995, small, 0.2)
         assert propagation.within(few, np.zeros(1000)) <= 1e-30
@@ -194,7 +196,7 @@ def test_a_run_ends_with_how_wrong_its_picture_is():
             "scene=macbeth",
             "scene.width=24",
             "scene.height=16",
-            "scene.horizontal_field_deg=4",  # a small field is a small sensor
+            "scene.horizontal_field_deg=4",  # makes the sensor small
             "~renderer",
             "lighting=ideal",
             "~versions",
@@ -306,7 +308,7 @@ def test_some_pixels_stand_for_all():
         left.bound == pytest.approx(3 * np.sqrt(0.99 * 0.01 / looked_at), rel=1e-12)
         and abs(below - propagation.SHARE) <= left.bound
     )
-    # all colours: an even step loses some
+    # all colours of the filter array are in the sample; an even step would miss some
     np.testing.assert_allclose(
         np.bincount(few["filter"].values.ravel()) / looked_at, 0.25, atol=0.01
     )

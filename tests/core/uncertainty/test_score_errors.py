@@ -30,7 +30,7 @@ from isethdr_core.uncertainty.render_noise import (
 )
 from isethdr_core.uncertainty.score_intervals import student_factor
 
-# the latter is cut into parts
+# rows and columns of pictures; the large one is divided into parts
 SMALL = (12, 16)
 LARGE = (288, 300)
 LEVEL = 100.0  # cd/m2
@@ -48,7 +48,7 @@ def uniform_shot(relative, tiles=SMALL):
         "scene", "uniform", width=tiles[1], height=tiles[0], luminance_cd_m2=LEVEL, step_nm=50.0
     )().load()
     groups = [str(g) for g in scene.light_group.values]
-    # of the one group at weight 1
+    # luminance of the only group at weight 1
     level = quantities.tristimulus(build("lighting", "ideal")(scene)).xyz.values[..., 1]
     scene[HALF_DIFFERENCE] = ("light_group", "y", "x"), np.stack([relative * level] * len(groups))
     mixed = build("lighting", "weights", weights={groups[0]: 1.0})(scene)
@@ -82,14 +82,14 @@ def uniform_shot(relative, tiles=SMALL):
 
 
 def stated(metrics, shot, **count):
-    """Return {score: (rms error, what it says)}."""
+    """Return {score: (rms error, label of its term)}."""
     scores = [s for metric in metrics for s in metric(shot.picture, shot.truth, shot.labels)]
     errors = score_errors.of_scores(replace(shot, scores=scores), metrics, **count)
     return {term.part: (term.value, term.label) for term in errors.terms}
 
 
 class Mean:
-    """The mean luminance, or that of a power of it."""
+    """The mean of a power of the luminance, in units of `LEVEL`."""
 
     def __init__(self, power=1):
         self.power = power
@@ -125,8 +125,8 @@ def test_what_noise_adds_to_one_side_is_stated_too(metric, tiles):
     averages out.
     """
     error, said = stated([metric], uniform_shot(0.4, tiles), count=30)["mean"]
-    # the mean shift itself scatters by 2 v^(1/2) over the root of tiles and changes: 0.3 % of the
-    # large one, 7 % of the small: three of these
+    # the mean shift scatters by 2 v^(1/2) over the root of the number of tiles and changes: 0.3 %
+    # for the large picture, 7 % for the small one. Tolerances are at least three of these
     assert float(said.split("of it ")[1].split(" to")[0]) == pytest.approx(
         0.16, rel=0.03 if tiles is LARGE else 0.2
     )
@@ -135,12 +135,12 @@ def test_what_noise_adds_to_one_side_is_stated_too(metric, tiles):
 
 
 def test_no_light_becomes_negative():
-    """Halves that differ by more than the light itself, as rounding and pooling may leave them,
-    differ by all of it: each tile has twice its light or none.
+    """Half buffers may differ by more than the light itself, because of rounding and accumulation.
+    The difference then counts as all of the light: each tile has twice its light or none.
     """
     error, _ = stated([Mean(2)], uniform_shot(5.0))["mean"]
     assert error == stated([Mean(2)], uniform_shot(1.0))["mean"][0]
-    # the mean of 0 and 4, less 1; 2 / sqrt(192 tiles) of scatter
+    # the mean of the squares 0 and 4, minus 1; it scatters by 2 / sqrt(192 tiles)
     assert error == pytest.approx(1.0, rel=0.15)
 
 
@@ -183,11 +183,11 @@ def test_light_that_was_spread_stays():
     np.testing.assert_allclose(direct_share(light, mixed), 1.0, rtol=1e-6)  # float32
     veiled = light.copy(data=light.values * 4)
     np.testing.assert_allclose(direct_share(veiled, mixed), 0.25, rtol=1e-6)
-    # a lens may lose light that comes straight
+    # a lens may lose direct light; the share is then at most 1
     assert (direct_share(light.copy(data=light.values / 2), mixed) == 1.0).all()
     straight, _ = stated([Mean()], shot)["mean"]
-    # three quarters of the light are veil: the picture is four times as bright, and moves as much
-    # as before
+    # three quarters of the light are veil: the picture is four times as bright, and changes by as
+    # much as before
     behind_veil = replace(shot, picture=shot.expose(veiled), light=veiled)
     assert stated([Mean()], behind_veil)["mean"][0] == pytest.approx(straight, rel=1e-4)
 
@@ -250,7 +250,7 @@ def test_each_pixel_has_the_number_of_its_part():
 
 
 def test_one_exposure_shows_a_lot_in_some_parts_and_the_smoothed_scene_in_others():
-    """A camera that is linear and without blur: what is not exposed is the same as if it were."""
+    """With a linear camera without blur, the inferred parts equal those of an exposure."""
     noise = 0.2 * np.random.default_rng(3).standard_normal(SMALL)
     shot = uniform_shot(noise)
     scenes = changed_scenes.ChangedScenes(shot)
@@ -258,7 +258,7 @@ def test_one_exposure_shows_a_lot_in_some_parts_and_the_smoothed_scene_in_others
     exposed = scenes.exposed_in_parts(0, smooth)
     for found, whole in ((exposed.by_lot, scenes.by_lot(0)), (exposed.smoothed, scenes.smoothed())):
         for name in ("picture", "truth"):
-            # float32 of the light, 6e-8, and sums of seven bands
+            # light is rounded to float32, 6e-8, and seven bands are summed
             np.testing.assert_allclose(
                 getattr(found, name).xyz, getattr(whole, name).xyz, rtol=3e-6, err_msg=name
             )
@@ -267,12 +267,12 @@ def test_one_exposure_shows_a_lot_in_some_parts_and_the_smoothed_scene_in_others
 
 
 def test_noise_of_a_dark_pixel_beside_a_rare_bright_tile_is_not_multiplied():
-    """A mirror image of a lamp that one path finds: smoothing brightens the dark tiles beside it
-    1e4 times. The mean of the picture changes as that of the reference picture, although the dark
-    pixels hold noise of both signs and light that demosaic spread there.
+    """One path finds the mirror image of a lamp. Smoothing makes the dark tiles around it 1e4 times
+    brighter. The mean of the picture changes as that of the reference picture, although the dark
+    pixels hold noise of both signs and light that demosaicing spread there.
     """
     dark = np.full(LARGE, 1e-3)
-    dark[100, 100] = 1e3  # of `LEVEL`
+    dark[100, 100] = 1e3  # in units of `LEVEL`
     halves = np.where(dark > 1, 0.999, 0.0001)
     shot = uniform_shot(halves, LARGE)
     scene = shot.scene.assign({HALF_DIFFERENCE: shot.scene[HALF_DIFFERENCE] * dark})
@@ -290,8 +290,8 @@ def test_noise_of_a_dark_pixel_beside_a_rare_bright_tile_is_not_multiplied():
     brighter = changes[1] > LEVEL
     assert brighter.sum() == 8 and brighter[100, 101]
     np.testing.assert_allclose(changes[0][brighter], changes[1][brighter], rtol=1e-5)  # float32
-    # the tile itself loses 8 / 9 of its light and of its noise; without a limit the light that was
-    # spread beside it would make the change 1e5 times as large
+    # the tile itself loses 8 / 9 of its light and of its noise. Without a limit, the light that was
+    # spread to its neighbour would make the change 1e5 times as large
     assert changes[0].mean() == pytest.approx(changes[1].mean(), abs=0.01 * LEVEL)
 
 
@@ -303,12 +303,13 @@ def test_pixels_changed_beyond_the_top_of_the_sensor_are_saturated():
     before = truth.assign(xyz=truth.xyz.copy(data=level), valid=(("y", "x"), valid))
     less = before.assign(xyz=before.xyz * 0.5)
     opposite = changed_scenes.mirrored(Pair(before, truth), Pair(less, truth)).picture
-    # the opposite of half the light is half more, of which the top takes a tenth
+    # the opposite of half the light is 1.5 times the light. Pixels above the top are saturated; the
+    # top is a tenth above the brightest valid pixel
     top = level[valid, 1].max() * (1 + changed_scenes.TOP_SLACK)
     np.testing.assert_array_equal(opposite.valid, valid & (1.5 * level[..., 1] <= top))
     whole = before.assign(valid=truth.valid)
     opposite = changed_scenes.mirrored(Pair(whole, truth), Pair(less, truth)).picture
-    assert opposite.valid.all()  # nothing tells the top
+    assert opposite.valid.all()  # without saturated pixels, the top is unknown
 
 
 def test_a_part_is_what_its_indices_choose():
@@ -334,7 +335,7 @@ def test_each_block_is_the_first_in_half_of_the_joined_pictures():
 
 
 def test_the_mirrored_pair_changes_by_the_opposite():
-    """Exactly where values are linear in the change, but for rounding to float32, 6e-8."""
+    """This is exact where values are linear in the change, up to rounding to float32, 6e-8."""
     truth = uniform_shot(0.1, LARGE).truth
     before = Pair(truth.assign(variance=truth.xyz * 0 + 3.0, count=((), 2)), truth)
     more = truth.assign(xyz=truth.xyz * 1.25)
@@ -342,18 +343,18 @@ def test_the_mirrored_pair_changes_by_the_opposite():
     found = changed_scenes.mirrored(before, after)
     np.testing.assert_allclose(found.picture.xyz, truth.xyz * 0.75, rtol=4e-7)
     np.testing.assert_allclose(found.truth.xyz, truth.xyz * 0.75, rtol=4e-7)
-    np.testing.assert_array_equal(found.picture.variance, 1.5)  # by the inverse factor: above 0
+    np.testing.assert_array_equal(found.picture.variance, 1.5)  # inverse factor: stays above 0
     assert found.picture["count"] == 2 and found.picture.valid.identical(truth.valid)
 
 
 def test_pictures_joined_of_blocks_tell_scatter_and_shift():
-    """The mean of a large picture scatters as its tiles do; its mean square shifts, too."""
+    """The mean of a large picture scatters as its tiles do; its mean square also shifts."""
     mean, said = stated([Mean()], uniform_shot(0.1, LARGE))["mean"]
     # five degrees of freedom: known to a third; two of these
     assert mean == pytest.approx(0.1 / np.sqrt(np.prod(LARGE)), rel=0.67)
     assert "6 pictures" in said
     square, said = stated([Mean(2)], uniform_shot(0.4, LARGE))["mean"]
-    # opposite lots cancel: the shift is exact but for float32, the scatter 2 % of it
+    # opposite changes cancel: the shift is exact up to float32, and the scatter is 2 % of it
     assert float(said.split("of it ")[1].split(" to")[0]) == pytest.approx(0.16, rel=1e-3)
     assert square == pytest.approx(0.16, rel=0.001)
 
@@ -372,7 +373,7 @@ def test_how_well_the_rms_of_few_changes_is_known():
 def test_objects_are_left_out_of_changes_where_they_do_not_matter():
     asked = []
     shot = uniform_shot(0.1, LARGE)
-    # two objects, and none
+    # a pixel shows one of two objects, or none
     labels = xr.Dataset(
         {"instance": (("y", "x"), np.arange(np.prod(LARGE), dtype=np.uint32).reshape(LARGE) % 3)}
     )
@@ -396,7 +397,7 @@ def test_objects_are_left_out_of_changes_where_they_do_not_matter():
         ]
 
     found = stated([of_objects, whole, with_objects], replace(shot, labels=labels))
-    once = score_errors.CHANGES + 1  # and the smoothed scene
+    once = score_errors.CHANGES + 1  # the changes and the smoothed scene
     assert {name: asked.count(name) for name in asked} == {
         "objects": 2,
         "whole, objects: 2": 1,
@@ -429,7 +430,7 @@ def test_every_score_of_a_small_picture_has_an_error_those_of_objects_too():
     assert car.standard_error == pytest.approx(2 * frame.standard_error)
     # a score that no changed scene has: its error is not known
     assert np.isnan(errors["rare", "dB", ""].standard_error)
-    assert [term.part for term in found.terms] == ["mean"]  # of the frame alone
+    assert [term.part for term in found.terms] == ["mean"]  # of the frame only
 
 
 def test_objects_of_a_large_picture_are_said_to_lack_renderer_noise():
@@ -446,7 +447,7 @@ def test_objects_of_a_large_picture_are_said_to_lack_renderer_noise():
 @pytest.mark.parametrize("tiles", [SMALL, LARGE])
 @pytest.mark.slow
 def test_a_metric_has_the_same_errors_alone_as_beside_others(tiles):
-    """So that a run with one metric more measures that one alone."""
+    """A later run with one more metric can therefore measure that metric only."""
     labels = xr.Dataset({"instance": (("y", "x"), np.ones(tiles, np.uint32))})
     shot = replace(uniform_shot(0.2, tiles), labels=labels)
 
@@ -467,7 +468,7 @@ def test_a_metric_has_the_same_errors_alone_as_beside_others(tiles):
 
 
 def test_smoothing_takes_away_noise_and_keeps_the_scene():
-    """Noise is a tenth of 1; edges of a factor of 10 and 1e8 are more than noise."""
+    """The relative noise is 0.1; edges with factors of 10 and 1e8 are larger than noise."""
     rng = np.random.default_rng(4)
     noise = 0.1
     light = np.where(np.arange(60) < 30, 1.0, 10.0) * np.ones((40, 1))
@@ -482,7 +483,8 @@ def test_smoothing_takes_away_noise_and_keeps_the_scene():
     flat = np.zeros(light.shape, bool)
     flat[:18, 2:28] = flat[:18, 32:58] = True
     left = np.std(smooth[flat] / light[flat]) / np.std(noisy[flat] / light[flat])
-    # the mean of 9 tiles alone leaves 1 / 3; a window's own variance of 9 tiles is known to a half
+    # a plain mean of 9 tiles would leave 1 / 3; smoothing leaves more, because the variance within
+    # a window of 9 tiles is known only to a half
     assert 1 / 3 < left < 0.75
     # tiles beside the edge and the lamp keep their light within three standard errors
     beside = [(5, 29), (5, 30), (20, 9), (19, 11)]
@@ -515,7 +517,7 @@ def test_smoothing_tells_how_far_noise_has_shifted_a_score():
 
 @dataclass(frozen=True)
 class TwiceWhite:
-    """A score that follows the white alone."""
+    """A score that depends on the white only."""
 
     MEAN_OF_PARTS: ClassVar[bool] = True
     WHITE_SCORE: ClassVar[str] = "white"
@@ -555,8 +557,8 @@ def test_the_white_is_that_of_the_whole_picture_and_its_error_moves_what_follows
 
 
 def test_a_score_that_rests_on_few_tiles_is_known_with_fewer_degrees_of_freedom():
-    """The sum of eight tiles: each shows its noise once, and six changes take it with either
-    sign.
+    """The score is a sum of eight tiles. Each tile has one sample of its noise; six changes take
+    this sample with random signs.
     """
     rng = np.random.default_rng(2)
     trials = 20000

@@ -23,8 +23,8 @@ TRIALS = 2000
 def share_inside(noise: float, renderer: float, bias: float = 0.0, smoothed: float = 0.0) -> float:
     """Return the share of intervals that hold a score of 3.
 
-    The standard deviations are of one shot and of one rendering. `smoothed` is the share of `bias`
-    that goes away where the scene is smoothed.
+    `noise` and `renderer` are the standard deviations of one shot and of one rendering. `smoothed`
+    is the share of `bias` that vanishes when the scene is smoothed.
     """
     rng = np.random.default_rng(11)
     inside = 0
