@@ -18,7 +18,7 @@ PACKAGES = {
 }
 PLUGINS = {path.name for path in ROOT.glob("plugins/isethdr_*")}
 PRODUCT = sorted(file for folder in PACKAGES.values() for file in folder.rglob("*.py"))
-# plugins as others wrote them: no house rule holds there
+# plugins as other authors may have written them: the house rules do not hold there
 FROZEN = ROOT / "tests" / "frozen_plugins"
 ALL = sorted(
     {
@@ -40,8 +40,8 @@ def name_of(file: Path) -> str:
 
 @cache
 def text_of(file: Path) -> str:
-    """Return a file's text. Most rules see in it that a file cannot break them: to parse all files
-    takes seconds.
+    """Return a file's text. Most rules can tell from it that a file cannot break them, which saves
+    the seconds that parsing all files takes.
     """
     return file.read_text(encoding="utf-8")
 
@@ -53,8 +53,8 @@ def tree(file: Path) -> ast.Module:
 
 
 def imports(file: Path, top_level_only: bool = False) -> set[str]:
-    """Return the dotted names that a file imports; relative ones resolved, those under
-    TYPE_CHECKING left out.
+    """Return the dotted names that a file imports. Relative imports are resolved; imports under
+    TYPE_CHECKING are left out.
     """
     package = _dotted(file)
     found = set()

@@ -10,7 +10,7 @@ import pytest
 
 from .source import ALL, name_of, tree
 
-# several targets and what follows, as the formatter writes it
+# several targets and the assigned values, in the layout of the formatter
 SEVERAL = re.compile(r"^ *(?:[\w.\[\]]+(?:, [^=]+)|\)) = (.*)$", re.M)
 BRACKETS = re.compile(r"\([^()]*\)|\[[^\[\]]*\]|\{[^{}]*\}")
 
@@ -26,7 +26,7 @@ def may_hold_pairs(text: str) -> bool:
 
 
 def needless_pairs(module: ast.Module) -> Iterator[ast.Assign]:
-    """Yield the paired assignments that two lines would say as well."""
+    """Yield the paired assignments that could as well be two lines."""
     for node in ast.walk(module):
         match node:
             case ast.Assign(targets=[ast.Tuple(elts=targets)], value=ast.Tuple(elts=values)):
@@ -37,7 +37,7 @@ def needless_pairs(module: ast.Module) -> Iterator[ast.Assign]:
 
 
 def _exchange(targets: list[ast.expr], values: list[ast.expr]) -> bool:
-    """Return whether a value reads what another one's target changes: a swap, or a step of a
+    """Return whether a value reads the target of another value, as in a swap or a step of a
     recursion.
     """
     changed = [ast.unparse(target) for target in targets]

@@ -44,8 +44,8 @@ MAY_STAY = {
 def questions(node: ast.AST) -> Iterator[str]:
     """Yield the calls that ask whether an object has something, as Python writes them.
 
-    `getattr(object, name)` with a name from a list fails where there is nothing: it reads a field
-    that is known to be there, and asks nothing.
+    `getattr(object, name)` with a variable as name is not among them: it reads a field that must
+    exist, and fails if there is none.
     """
     for call in ast.walk(node):
         if isinstance(call, ast.Call) and isinstance(call.func, ast.Name):
@@ -57,7 +57,7 @@ def questions(node: ast.AST) -> Iterator[str]:
 
 
 def found() -> dict[str, set[str]]:
-    """Return {file: its questions}."""
+    """Return {file: the calls that `questions` yields for it}."""
     asking = [file for file in PRODUCT if "attr(" in file.read_text()]
     every = {name_of(file): set(questions(tree(file))) for file in asking}
     return {name: calls for name, calls in every.items() if calls}

@@ -29,7 +29,7 @@ CONTRACTS = (ROOT / "docs" / "reference" / "contracts.md").read_text()
 SENSOR_TUTORIAL = (ROOT / "docs" / "tutorials" / "sensor_plugin.md").read_text()
 FIRST_RUN = (ROOT / "docs" / "tutorials" / "first_run.md").read_text()
 SWEEP = (ROOT / "docs" / "tutorials" / "sweep.md").read_text()
-# what the tests of tutorials compute instead: fewer tiles, and a sensor of a small field
+# setting of a tutorial: settings of its test, which has fewer tiles and a small sensor
 SMALLER = {
     "scene.width=160": ["scene.width=24"],
     "scene.height=90": ["scene.height=16", "scene.horizontal_field_deg=8"],
@@ -62,8 +62,8 @@ def blocks(language):
 
 
 def tutorial(number):
-    """Run the whole plugins among the tutorial's code blocks and return the component that number
-    `number` offers.
+    """Run number `number` of the code blocks that are a whole plugin, and return the component that
+    the plugin offers.
     """
     whole = [b for b in blocks("python") if "class " in b and "isethdr_components" in b]
     scope = {"__name__": __name__}
@@ -98,7 +98,7 @@ def test_the_tutorials_second_version_keeps_every_promise(offer):
 
 
 def test_the_code_of_the_sensor_tutorial_is_that_of_a_new_plugin():
-    """Whose promises tests/core/cli/test_new_plugin.py checks; the slow test follows the page."""
+    """tests/core/cli/test_new_plugin.py checks that plugin; the slow test follows the page."""
     files = dict(NewPlugin("sensor", "acme_mono").files())
     code = re.findall(r"```python\n(.*?)```", SENSOR_TUTORIAL, re.DOTALL)
     assert code == [files["acme_mono/__init__.py"], files["acme_mono/sensor.py"]]

@@ -1,4 +1,4 @@
-"""Public things are described, and numbers that users type carry their unit."""
+"""Public functions and classes have docstrings, and numbers that users type name their unit."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ UNITS = (
     "mm2",
     "lines_per_mm",
 )
-# numbers without a unit, and numbers whose unit is part of what they are
+# field: meaning of a number without a unit, or with a unit that the meaning implies
 DIMENSIONLESS = {
     "exposure_target": "metered level over full scale",
     "exposure_percentile": "percent of the pixels",
@@ -104,7 +104,7 @@ def is_hook(node) -> bool:
     return any("hook" in ast.dump(d) for d in node.decorator_list)
 
 
-# of a function or class as the formatter writes it
+# start and end of the header of a function or class, in the layout of the formatter
 HEADER = re.compile(r"^ *(?:def|class) [a-zA-Z]", re.MULTILINE)
 END_OF_HEADER = re.compile(r":[ ]*(?:#.*)?$", re.MULTILINE)
 DOCSTRING = re.compile(r'\s*r?"""[^"]')
@@ -120,9 +120,9 @@ def may_lack_docstrings(text: str) -> bool:
 
 
 def undescribed(module: ast.Module) -> list[str]:
-    """Return what is public and has no docstring.
+    """Return the names of public functions and classes without a docstring.
 
-    A plugin's implementation of a hook does what the hook's own documentation says.
+    Implementations of hooks are left out: the documentation of the hook describes them.
     """
     return [
         name for name, node in public(module) if not ast.get_docstring(node) and not is_hook(node)

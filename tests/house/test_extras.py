@@ -19,12 +19,13 @@ from .source import PRODUCT, ROOT, name_of, text_of, tree
 
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
 IMPORT_NAMES = {"hydra_core": "hydra", "pillow": "PIL", "mitsuba": "mitsuba drjit"}
-# what a base dependency is built on and returns or accepts: hydra, omegaconf, pydantic
+# libraries on which base dependencies (hydra, omegaconf, pydantic) are built, and whose objects
+# they return or accept
 TRANSITIVE = {"omegaconf", "yaml", "pydantic_core", "typing_extensions"}
 # one plugin needs its renderer for everything; the registry reports a plugin that cannot be
 # imported
 WHOLE_PLUGINS = {"isethdr_mitsuba": "mitsuba"}
-# an accelerator that replaces SciPy's transforms where it is there
+# an accelerator that replaces SciPy's transforms where it is installed
 OPTIONAL = {"ducc0"}
 
 
@@ -41,13 +42,16 @@ IMPORT = re.compile(r"^\s*(?:from|import) (\w+)", re.MULTILINE)
 
 
 def imported(text: str) -> set[str]:
-    """Return the roots of all lines that look like imports; the formatter leaves one a line."""
+    """Return the top-level modules of all lines that look like imports.
+
+    The formatter writes one import a line.
+    """
     return set(IMPORT.findall(text))
 
 
 def unguarded(module: ast.Module) -> set[str]:
-    """Return the roots of all imports outside TYPE_CHECKING and outside a block `with
-    needed(...)`.
+    """Return the top-level modules of all imports outside TYPE_CHECKING and outside a block
+    `with needed(...)`.
     """
     found = set()
 

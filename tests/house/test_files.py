@@ -1,5 +1,5 @@
-"""How files are: described, listed in their package's table of contents, free of this or that
-machine's paths.
+"""Every file is described, listed in its package's table of contents, and free of paths of one
+machine.
 """
 
 from __future__ import annotations
@@ -98,7 +98,7 @@ def test_the_pattern_for_paths_finds_them():
     )
 
 
-# makes pages of our own docs, from a checkout
+# makes pages of the project's documentation, and needs a checkout
 NOT_SHIPPED = {"isethdr_measured"}
 
 

@@ -7,8 +7,8 @@ import re
 
 from .source import PRODUCT, name_of, text_of, tree
 
-# what is left: libraries that take long to import (Mitsuba, Matplotlib, parts of SciPy, DuckDB),
-# what `isethdr --help` does without, and modules that import each other
+# upper limit; the rest are libraries that take long to import (Mitsuba, Matplotlib, parts of SciPy,
+# DuckDB), modules that `isethdr --help` does without, and modules that import each other
 MOST = 150
 
 

@@ -43,7 +43,9 @@ def test_one_that_is_thrown_away_is_seen():
 
 
 def test_the_core_names_no_part_or_key_of_a_lens_or_flare():
-    """They are compared for equality only; earlier ledgers are read with their words."""
+    """The core compares parts and keys for equality only. Only the code that reads earlier ledgers
+    knows their names.
+    """
     words = {*KERNELS, SPREAD, DETAIL, BORDER, PART, "functionals", "ghosts"}
     written = re.compile("|".join(f"[\"']{re.escape(word)}[\"']" for word in words))
     found = [

@@ -12,7 +12,7 @@ from .source import ALL, FROZEN, PACKAGES, PRODUCT, ROOT, name_of, tree
 PAGES = sorted([*ROOT.glob("*.md"), *(ROOT / "docs").rglob("*.md")])
 FILE = re.compile(r"`([\w./-]+\.(?:py|md|csv))`")
 DOTTED = re.compile(rf"`((?:{'|'.join(PACKAGES)})(?:\.\w+)+)(?:\([^`]*\))?`")
-# files that a reader makes, and a file of results
+# files that readers of the pages create, and files of results
 MADE_BY_READERS = {
     "acme/__init__.py",
     "acme_scores.py",
@@ -57,7 +57,7 @@ def module_file(dotted: str) -> Path | None:
 
 
 def names_in(file: Path) -> set[str]:
-    """Return the names that a module binds at its top."""
+    """Return the names that a module binds at top level."""
     found = set()
     for node in tree(file).body:
         match node:
@@ -73,7 +73,7 @@ def names_in(file: Path) -> set[str]:
 
 
 def exists(dotted: str) -> bool:
-    """Return whether a dotted name is a module of ours, or begins with a name of one."""
+    """Return whether a dotted name is a module of this project, or a name in a module of it."""
     parts = dotted.split(".")
     for count in range(len(parts), 0, -1):
         file = module_file(".".join(parts[:count]))

@@ -13,8 +13,8 @@ import pytest
 
 from .source import PRODUCT, name_of, text_of, tree
 
-LEAST = 3  # of fewer parameters the first sentence usually tells all
-# of a public function, as the formatter writes it
+LEAST = 3  # the first sentence usually explains fewer parameters
+# start of the header of a public function, in the layout of the formatter
 HEADER = re.compile(r"^ *(?:async )?def (?:[a-zA-Z]\w*|__call__)\(", re.MULTILINE)
 ANY_HEADER = re.compile(r"^ *(?:async )?def \w+\(", re.MULTILINE)
 END_OF_HEADER = re.compile(r":[ ]*(?:\.\.\.)?[ ]*(?:#.*)?$", re.MULTILINE)
@@ -28,7 +28,7 @@ TYPED = re.compile(r"\b([A-Z]{2,})\b|--([a-z]\w*)")
 Function = ast.FunctionDef | ast.AsyncFunctionDef
 
 
-SECTION = "    Parameters\n    ----------\n"  # as docstrings of tests begin it
+SECTION = "    Parameters\n    ----------\n"  # start of the section in the texts of tests below
 
 
 class Undocumented(NamedTuple):

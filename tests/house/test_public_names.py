@@ -41,7 +41,7 @@ def test_the_page_lists_every_module_that_is_a_public_path():
 
 
 def test_every_bundled_component_can_be_imported_from_its_package():
-    """So that it can be subclassed, as the page says."""
+    """The page says so, for authors who subclass a component."""
     for component in components().values():
         package = component.package
         place = "isethdr_core.lighting" if package == "isethdr_core" else package

@@ -42,7 +42,7 @@ def test_links_lead_to_files(page):
 
 
 MAY_BE_WIDE = ("|", "![")  # a row of a table and an image cannot be continued on the next line
-GENERATED = ROOT / "docs" / "reference" / "components"  # as wide as comments and presets are
+GENERATED = ROOT / "docs" / "reference" / "components"  # as wide as in comments and presets
 
 
 @pytest.mark.parametrize("page", PAGES, ids=name_of)

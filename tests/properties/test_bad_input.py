@@ -29,7 +29,7 @@ from isethdr_core.plugins.registry import build, components
 from isethdr_core.runs.radiance_cache import held_and_missing
 from isethdr_core.runs.run import run_key
 
-LONGEST_S = 20  # of processor time for a plan
+LONGEST_S = 20  # longest CPU time of a plan
 TINY = [
     "~versions",
     "~flare.dirt",
@@ -137,7 +137,7 @@ def turn(number: int) -> tuple[Any, dict[str, str]]:
 
 
 def draws(seed: int, count: int, turns: int):
-    """Yield (turn, place, field, what is typed for it): any field of any component."""
+    """Yield (turn, place, field, text typed for it) for random fields of random components."""
     drawn = random.Random(seed)
     for _ in range(count):
         number = drawn.randrange(turns)
@@ -152,7 +152,7 @@ def draws(seed: int, count: int, turns: int):
 
 
 def typed(drawn: random.Random, annotation: Any) -> str:
-    """Return something to type for a field: mostly of its form, sometimes of any other."""
+    """Return a text to type for a field: mostly of its type, sometimes of any other type."""
     if drawn.random() < 0.2:
         return drawn.choice(NUMBERS + TEXTS + NESTED)
     if limits := declared(annotation):
@@ -196,7 +196,7 @@ def planned(number: int, place: str, key: str, text: str) -> Chain:
 
 @contextmanager
 def at_most(seconds: float):
-    """Raise TimeoutError inside after so much processor time."""
+    """Raise TimeoutError in the block when it has used so much CPU time."""
 
     def late(number, frame):
         raise TimeoutError(f"longer than {seconds} s")
@@ -211,7 +211,7 @@ def at_most(seconds: float):
 
 
 def inside(annotation: Any, value: Any) -> bool:
-    """Return whether all numbers of a value lie in their ranges, without what `build` uses."""
+    """Return whether all numbers of a value lie in their ranges, by other code than `build`."""
     origin = get_origin(annotation)
     parts = get_args(annotation)
     if limits := declared(annotation):

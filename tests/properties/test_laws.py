@@ -1,4 +1,4 @@
-"""Laws that hold for any input, tried on inputs that hypothesis makes up."""
+"""Laws that hold for any input, tried on inputs that hypothesis generates."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from isethdr_core.physics.resampling.area import resample_mean
 from isethdr_core.quantities import centres, scene_radiance
 
 few = settings(max_examples=40, deadline=None, derandomize=True, database=None)
-light = st.one_of(st.just(0.0), st.floats(1e-6, 1e6))  # twelve decades, and none
+light = st.one_of(st.just(0.0), st.floats(1e-6, 1e6))  # twelve decades, and 0
 image = arrays(float, st.tuples(st.integers(1, 12), st.integers(1, 12)), elements=light)
 kernel = arrays(float, st.tuples(st.integers(1, 9), st.integers(1, 9)), elements=light)
 
@@ -24,7 +24,7 @@ kernel = arrays(float, st.tuples(st.integers(1, 9), st.integers(1, 9)), elements
 def test_convolution_is_linear_in_brightness(picture, psf, factor):
     a = convolve(picture * factor, psf)
     b = convolve(picture, psf) * factor
-    # each is within its bound of 1e-8 and rounding, of itself
+    # each result is within 1e-8 of itself, its bound, and rounding
     np.testing.assert_allclose(a, b, rtol=3e-8)
 
 
@@ -94,7 +94,8 @@ def test_a_brighter_pixel_never_counts_less(means, word):
 @few
 @given(st.floats(0, 1e12), st.lists(st.integers(-(2**63), 2**63 - 1), min_size=2, max_size=30))
 def test_a_luckier_word_never_counts_less(mean, words):
-    # upper draws run from rare (0) to common, lower ones from common to rare (-1)
+    # words from 0 up give the upper tail, with the largest count at 0; negative words give the
+    # lower tail, with the smallest count at -1
     ordered = sorted(words, key=lambda w: -1 - w if w < 0 else 2**64 - w)
     counts = poisson(np.full(len(ordered), mean), np.array(ordered, np.int64))
     assert np.all(np.diff(counts) >= 0)
@@ -125,4 +126,4 @@ def test_lighting_is_linear_in_its_weights(cube, first, second, factor):
         WeightsLighting(weights={g: w})(scene).values.astype(float)
         for g, w in (("a", first), ("b", second))
     )
-    np.testing.assert_allclose(mixed, parts, rtol=2e-7)  # float32 once on either side
+    np.testing.assert_allclose(mixed, parts, rtol=2e-7)  # both sides are rounded to float32
