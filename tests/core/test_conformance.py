@@ -30,8 +30,8 @@ QUICK = {
     ("scene", "macbeth"): {"width": 64, "height": 36},
     ("scene", "street"): {"road": "yard", "people_per_km": 10.0, "parked_share": 0.2},
 }
-# checked with the slow tests: what they promise has tests of its own, or a component of the same
-# base is checked here
+# components that only the slow tests check: other tests cover their contracts, or the quick tests
+# check a component with the same base class
 DEAR = {
     ("flare", "ghosts"),
     ("flare", "windscreen"),
@@ -64,7 +64,9 @@ NOT_HERE = {
 
 @pytest.fixture
 def small_table(tmp_path):
-    """Write a table of a measured lens: point spreads that are wider at the border and for red."""
+    """Write the table of a measured lens, and return its path. Point spread functions are wider at
+    the border and for red.
+    """
     psf = np.zeros((2, 2, 5, 5))
     psf[..., 2, 2] = 8.0
     beside = np.array([[[0.5], [1.0]], [[1.0], [2.0]]])

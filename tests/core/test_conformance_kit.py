@@ -60,7 +60,7 @@ def keep(data, values):
 
 
 def some_quickly(faults: dict) -> list:
-    """Return the names of faults: every third runs with the quick tests, all with the slow."""
+    """Return the names of faults; the quick tests run every third one, the slow tests run all."""
     return [
         name if number % 3 == 0 else pytest.param(name, marks=pytest.mark.slow)
         for number, name in enumerate(faults)
@@ -299,7 +299,7 @@ ISP_FAULTS = {
 
 
 def deaf_to(name, value):
-    """Return an isp class that takes a number of the captures for the usual one."""
+    """Return an isp class that uses `value` for the number `name`, whatever the captures state."""
     base = components()["isp", "linear"].cls
 
     @dataclass(frozen=True)
@@ -420,7 +420,7 @@ def test_flares_that_amplify(offer):
 
     @dataclass(frozen=True)
     class Scattering:
-        """A scatter that spreads more than there is."""
+        """A scatter that spreads more light than there is."""
 
         def scatter(self, wavelength_nm, angle_rad):
             return np.full(np.shape(angle_rad), 1.0)
@@ -542,11 +542,13 @@ def test_every_kind_has_a_check():
 
 @dataclass(frozen=True)
 class Spreads:
-    """A lens whose point spread function has this value at the axis, and one beside it."""
+    """A lens with the value `axis` at the centre of its point spread function, and `beside` at the
+    border.
+    """
 
     axis: float
     beside: float = 0.0
-    extra: int = 0  # samples more than asked for
+    extra: int = 0  # rows beyond the requested size
 
     def psf(self, wavelength_nm, pitch_um, size):
         values = np.zeros((len(wavelength_nm), size + self.extra, size))

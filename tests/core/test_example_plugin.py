@@ -1,5 +1,5 @@
-"""A third-party package: installed from its own wheel, found, composed, checked, swept. Nothing of
-ours is touched.
+"""A third-party package is installed from its own wheel, found, composed, checked and swept.
+Nothing in isethdr is changed for it.
 """
 
 from __future__ import annotations
@@ -16,8 +16,8 @@ from .command_line import EXAMPLE, isethdr
 
 @pytest.fixture(scope="module")
 def acme(tmp_path_factory):
-    """Build the wheel as its pyproject.toml says and unpack it into a folder of its own, as an
-    installer does; needs no network.
+    """Build the wheel from its pyproject.toml, and unpack it into a folder of its own, as an
+    installer does. This needs no network.
     """
     pytest.importorskip(
         "hatchling", reason="the example plugin is built with hatchling; pip install isethdr[test]"
@@ -92,7 +92,7 @@ def test_it_passes_the_conformance_kit(acme):
 
 @pytest.mark.slow
 def test_a_sweep_over_it_runs(acme, isethdr_home):
-    # without the report, whose plots take as long as all else
+    # leave out the report: its plots take as long as all other steps together
     shown = isethdr(
         "run",
         "-m",

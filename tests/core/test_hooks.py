@@ -43,7 +43,7 @@ SMALL = [
 
 
 class Recorder:
-    """A plugin that writes down which hook was called for what."""
+    """A plugin that records which hook was called for which stage."""
 
     def __init__(self):
         self.calls = []
@@ -115,7 +115,7 @@ def test_isethdr_on_stage_error_is_called_and_the_error_goes_on(monkeypatch):
 
 
 def test_a_stage_may_be_given_more_attributes_later():
-    """Plugins take one object, so that a new attribute breaks none of them."""
+    """A hook passes one object, so that a new attribute breaks no plugin."""
 
     class Old:
         @hookimpl

@@ -102,7 +102,7 @@ def test_everything_is_asked_for_where_nothing_may_be_left_out():
 
 
 def test_light_is_stored_as_finely_whatever_is_left_out():
-    # one asks for 13 bits of the mantissa, the other for no more than usual
+    # bayer needs 13 bits of the mantissa, ideal no more than usual
     for sensor in (
         "bayer",
         "ideal",

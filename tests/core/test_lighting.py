@@ -22,7 +22,7 @@ FLOAT32 = 6e-8  # half a unit in the last place of float32: mixing rounds once
 
 
 def scene(groups, seed=0, height=9, width=12, margin=0):
-    """Random scene radiance over many decades; `groups` {name: scale}."""
+    """Return random scene radiance over many decades; `groups` maps names to scales."""
     rng = np.random.default_rng(seed)
     x = quantities.centres(width, 0.6)
     y = quantities.centres(height, 0.45)
@@ -53,8 +53,8 @@ def test_mixing_is_the_weighted_sum_over_fifteen_decades_of_weight():
 
 
 def test_float32_sums_would_lose_what_float64_keeps():
-    """Two bright groups and many faint ones: in float32 the faint light vanishes beside the bright
-    one.
+    """The scene has one bright group and 40 faint ones. In sums of float32, the light of the faint
+    groups is lost.
     """
     ds = scene({"sky": 1.0} | {f"g{i}": 1e-8 for i in range(40)})
     exact = ds.radiance.values.astype(np.longdouble).sum(0)
@@ -76,7 +76,7 @@ def test_ideal_is_weights_of_one_and_mixing_is_additive():
 
 
 class FailingArray(xr.backends.BackendArray):
-    """A lazy cube that fails when light of `forbidden` groups, or of more than one group, is
+    """A lazy cube that fails when light of `forbidden` groups, or of several groups at once, is
     read.
     """
 
@@ -115,7 +115,7 @@ def test_groups_of_weight_zero_are_never_read_and_say_so():
     np.testing.assert_array_equal(mixed, WeightsLighting(weights)(ds))
     assert {row.what for row in book[0].left_out} == {"group sky", "group streetlights"}
     assert all(row.bound == 0 for row in book[0].left_out)
-    with pytest.raises(AssertionError, match="group 0 was read"):  # the guard does guard
+    with pytest.raises(AssertionError, match="group 0 was read"):  # the cube does fail
         WeightsLighting({"sky": 1.0})(lazy(ds, forbidden=(0,)))
 
 
@@ -123,7 +123,7 @@ def test_narrow_asks_for_no_dark_group():
     light = WeightsLighting({"sky": 0.0, "headlights": 1.0})
     assert light.narrow(Demand()).groups == ("headlights",)
     assert light.narrow(Demand(groups=("headlights", "sky", "other"))).groups == ("headlights",)
-    # without a list of groups, `others` may be anything: nothing may be dropped
+    # without a list of groups, `others` may stand for any group: no group may be dropped
     assert WeightsLighting({"sky": 0.0}, others=1.0).narrow(Demand()).groups is None
     # and the narrowed scene, which lacks the dark group, can be lit
     ds = scene({"headlights": 1.0})
@@ -144,7 +144,7 @@ def test_missing_group_negative_weight_and_bad_light_are_errors():
         broken.radiance.values[1, 20, 3, 3] = bad
         with pytest.raises(UnitError, match="'headlights'.*560-630 nm"):
             IdealLighting()(broken)
-        WeightsLighting({"sky": 1.0})(broken)  # light that is not used is not judged
+        WeightsLighting({"sky": 1.0})(broken)  # light that is not used is not checked
     with pytest.raises(UnitError, match="empty"):
         IdealLighting()(ds.isel(x=slice(0, 0)))
     with pytest.raises(UnitError, match="beyond float32"):
@@ -191,7 +191,7 @@ def test_iset_weights_agree_with_the_papers_script(reference, largest_difference
         found = [
             mixed.attrs["iset_weights"][g] for g in ("headlights", "streetlights", "other", "sky")
         ]
-        # both hold light in float32: 2e-7 seen
+        # both programs hold light in float32; the measured difference is 2e-7
         np.testing.assert_allclose(found, data["weights"][k], rtol=1e-6)
         largest_difference("light-group weights", np.array(found), data["weights"][k])
         own = luminance(mixed.values, data["wave"])

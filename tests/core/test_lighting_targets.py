@@ -19,14 +19,14 @@ BANDS = np.arange(400.0, 701.0, 10.0)
 SKY = ["sky"]
 HEIGHT = 30
 WIDTH = 40
-# mixed light is stored as float32, and its luminance sums 31 rounded bands
+# relative tolerance: mixed light is stored as float32, and its luminance sums 31 rounded bands
 STORED = 3e-7
-# linear statistics are solved by one division; percentiles by a search to 1e-14
+# relative tolerance: linear statistics are solved by one division, percentiles by a search to 1e-14
 REACHED = 1e-6
 
 
 def light_from(maps):
-    """Scene radiance whose groups have the given luminance maps, each with another spectrum."""
+    """Return scene radiance in which each group has its luminance map, cd/m2, and own spectrum."""
     cubes = []
     for k, y in enumerate(maps.values()):
         spectrum = np.exp(-(((BANDS - 450 - 60 * k) / 80) ** 2))
@@ -47,7 +47,7 @@ def light_from(maps):
 
 @pytest.fixture(scope="module")
 def night():
-    """A daylight sky over a dark ground, two lamps that also light the ground."""
+    """Return a daylight sky over a dark ground, and two groups of lamps that light the ground."""
     rng = np.random.default_rng(1)
     rows = np.arange(HEIGHT)[:, None]
     sky = np.where(rows < 12, 4000.0, 400.0) * rng.uniform(0.5, 1, (HEIGHT, WIDTH))
@@ -119,7 +119,7 @@ def test_level_of_the_picture(night, name, level):
     assert statistic(y) == pytest.approx(level, rel=REACHED)
     low, high = np.percentile(y, [1, 100], method="hazen")
     assert high / low == pytest.approx(1e5, rel=REACHED)
-    # lamps have no target of their own, so all may move
+    # lamps have no target of their own, so that the weights of all groups may change
     assert with_range.attrs["infeasible"] == ""
 
 
@@ -146,7 +146,7 @@ def test_the_impossible_is_said_and_bounded(night):
         dynamic_range=1e5,
         median_cd_m2=30.0,
     )(night)
-    # the scale to the median took the lamp along
+    # scaling all light to the median has also scaled the lamp
     assert "headlights: wanted 100000" in both.attrs["infeasible"]
 
 
@@ -159,7 +159,7 @@ def test_identical_collinear_dark_and_absent_groups():
     mixed = light(twins)
     assert np.isfinite(list(mixed.attrs["weights"].values())).all()
     assert np.median(found(mixed)) == pytest.approx(500.0, rel=REACHED)
-    # one shape: one ratio
+    # all groups have the same shape, so that weights cannot change the ratio
     assert (
         "dynamic_range" in TargetsLighting(moves=SKY, dynamic_range=1e6)(twins).attrs["infeasible"]
     )
@@ -295,11 +295,11 @@ def test_presets_light_a_scene_of_four_groups(night, name):
 
 @pytest.mark.parametrize(
     ("name", "least_cd_m2", "most_cd_m2"),
-    # moonless and natural: 5e-4 to 2e-3 lx on the ground, over pi; a city's zenith
+    # natural moonless sky: 5e-4 to 2e-3 lx on the ground, divided by pi; zenith of a city
     [("night_rural", 5e-4 / np.pi, 2e-3 / np.pi), ("night_city", 5e-3, 5e-2)],
 )
 def test_the_sky_of_a_night_is_as_bright_as_skies_are(night, name, least_cd_m2, most_cd_m2):
-    """The scene's sky is uniform: its brightest tile is the sky itself, at every weight."""
+    """The brightest tile in the light of the sky shows the sky itself."""
     light = build_from_config("lighting", compose([f"+lighting={name}"], None).lighting)
     weight = light(night).attrs["weights"]["sky"]
     sky = luminance(night.radiance.sel(light_group="sky").values.astype(float), BANDS)
@@ -308,7 +308,7 @@ def test_the_sky_of_a_night_is_as_bright_as_skies_are(night, name, least_cd_m2, 
 
 @pytest.mark.parametrize(("name", "sky_cd_m2"), [("night", 0.02), ("dusk", 5.0)])
 def test_a_preset_of_another_dynamic_range_keeps_its_sky(night, name, sky_cd_m2):
-    """The preset lets its lamps move and holds its sky, whatever range is asked for."""
+    """The preset changes the weights of lamps and keeps the sky, for any dynamic range."""
     for wanted in (1e4, 1e6):
         overrides = [f"+lighting={name}", f"lighting.dynamic_range={wanted:g}"]
         mixed = build_from_config("lighting", compose(overrides, None).lighting)(night)
@@ -330,8 +330,8 @@ def test_the_sky_moves_where_that_is_asked_for(night):
 
 
 def test_the_sky_never_moves_unasked(night):
-    """Without groups that may move, a target of the picture is refused, and a scene without one is
-    lit as built.
+    """Without groups whose weights may change, a target of the picture is refused. Without such a
+    target, the scene is lit as built.
     """
     overrides = ["+lighting=targets", "lighting.dynamic_range=1e5"]
     with pytest.raises(ConfigError, match="names no light group that may change to reach it"):

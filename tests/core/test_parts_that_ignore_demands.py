@@ -1,5 +1,5 @@
-"""A plugin that ignores demands still works, only slower: a whole run through Acme's camera, as it
-is and taught to narrow.
+"""A plugin that ignores demands still works, only slower: whole runs with Acme's camera, as it is
+and with a method `narrow`.
 """
 
 from __future__ import annotations
@@ -65,8 +65,9 @@ def acme(offer, monkeypatch):
 
 @cache
 def composed():
-    """Return the composed config, with Acme's parts in the place of ours: config groups are known
-    before a test can offer anything.
+    """Return the composed config, in which Acme's components replace bundled ones.
+
+    Hydra cannot choose them, because config groups are fixed before a test can offer components.
     """
     config = compose(JOB)
     with open_dict(config):
@@ -140,7 +141,7 @@ def test_taught_to_narrow_it_is_given_less_and_sees_the_same(acme, offer):
     few = raw(fast)
     every = raw(slow)
     gain = float(fast.open("captures/acme_nano")["gain_dn_per_e"].values[0])
-    # 17 bands of 1e-6 of the peak move a mean by far less than an electron; its count then moves by
-    # one at most, rounding by a code
+    # 17 bands of 1e-6 of the peak change a mean by far less than an electron. The count then
+    # changes by one electron at most, and rounding by one code
     assert np.abs(few - every).max() <= gain + 1
     assert (few != every).mean() < 1e-3

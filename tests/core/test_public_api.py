@@ -32,9 +32,7 @@ def test_import_paths_that_stay(module):
 
 
 def annotated_names() -> set[str]:
-    """Return what `isethdr_core` offers to type checkers: names imported or declared for them
-    alone.
-    """
+    """Return the names that `isethdr_core` imports or declares for type checkers only."""
     [block] = [
         node
         for node in ast.parse(Path(isethdr_core.__file__).read_text()).body
@@ -131,7 +129,7 @@ def test_both_spellings_from_the_tree():
 
 
 def built(how: str, folder: Path) -> Path:
-    """Return the wheel that hatchling builds of this tree."""
+    """Return the wheel that hatchling builds from this tree; `how` is "wheel" or "editable"."""
     code = f"import hatchling.build as b; print(b.build_{how}({str(folder)!r}))"
     done = subprocess.run(
         [sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, check=False

@@ -1,4 +1,4 @@
-"""The calls that outsiders rely on, on a chart small enough to take seconds."""
+"""The calls that users of the Python API rely on, with a chart small enough to take seconds."""
 
 import numpy as np
 import pytest
@@ -38,7 +38,7 @@ def test_a_run_from_python_has_the_ledger_of_the_command_line(monkeypatch, tmp_p
                 "~flare@flare.dirt",
                 "scene.width=48",
                 "scene.height=27",
-                "scene.horizontal_field_deg=8",  # a small field is a small sensor
+                "scene.horizontal_field_deg=8",  # makes the sensor small
                 "draws=1",
             ]
         )

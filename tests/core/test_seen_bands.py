@@ -47,7 +47,8 @@ def test_blind_bands_are_not_transformed_and_nothing_is_lost(monkeypatch):
     )
     few, all_ = (sensor.expected(v).values for v in (light, forced))
     assert not np.array_equal(light.values, forced.values)
-    # the bound, of electrons at the peak per band; 1e-6 more: bands are rounded to float32
+    # each band adds at most the bound, a share of the largest number of electrons. 1e-6 more:
+    # bands are rounded to float32
     assert np.abs(few - all_).max() <= (left.bound * len(BANDS) + 1e-6) * all_.max()
 
 
