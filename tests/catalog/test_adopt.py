@@ -93,7 +93,7 @@ def test_an_adopted_store_has_the_manifest_of_a_new_one(home, tmp_path):
     )
     new = read_manifest(again)
     assert all("/c/" not in key for key in new.files)
-    # format 1 has a folder for each axis of an array; the new format has one file name
+    # format 1 has a folder level for each axis of a chunk; the new format has one file name
     old_names = {key: key.replace("/c/", "/c.") for key in old.files}
     flat = {
         k.partition("/c.")[0] + "/c." + k.partition("/c.")[2].replace("/", ".") if "/c." in k else k

@@ -1,4 +1,4 @@
-"""The index is a cache. It never hides a store, even when stores are renamed or clocks are set."""
+"""The index is a cache. It never hides a store, even if stores are renamed or clocks change."""
 
 from __future__ import annotations
 

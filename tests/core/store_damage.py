@@ -166,7 +166,7 @@ def _edited(file: str, edit: Callable[[str], str]) -> Callable[[Path], None]:
         text = (path / file).read_text()
         changed = edit(text)
         if changed == text:
-            changed = text.replace("{", "{ ", 1)  # nothing to edit: another spelling of the same
+            changed = text.replace("{", "{ ", 1)  # nothing to edit: other text, same JSON
         (path / file).write_text(changed)
 
     return apply
@@ -190,14 +190,14 @@ def edit_add_attribute(text: str) -> str:
 
 
 def edit_remove_attributes(text: str) -> str:
-    """Return metadata without attributes, but for the marks that a root needs."""
+    """Return metadata without attributes, except the marks that a root group needs."""
     content = json.loads(text)
     kept = {k: v for k, v in content["attributes"].items() if k in ("format", "complete")}
     return json.dumps(content | {"attributes": kept})
 
 
 def edit_older_format(text: str) -> str:
-    """Return metadata that claim the format before manifests."""
+    """Return metadata that state format 1, which has no manifests."""
     return text.replace('"format": 2', '"format": 1')
 
 

@@ -73,7 +73,7 @@ def imports(file: Path, top_level_only: bool = False) -> set[str]:
 
 
 def _dotted(file: Path) -> list[str]:
-    """Return the words of a module's dotted name; none outside the packages."""
+    """Return the parts of a module's dotted name; none for a file outside the packages."""
     for name, folder in PACKAGES.items():
         if folder in file.parents:
             parts = [name, *file.relative_to(folder).with_suffix("").parts]

@@ -182,7 +182,7 @@ def keys_in(output: str) -> list[str]:
 @pytest.mark.slow
 def test_the_tutorial_of_the_first_run_can_be_followed(tmp_path):
     """Every command of the page and its code, in their order, in an empty folder."""
-    chain, shorter, _, found = commands_of(FIRST_RUN)  # one writes to a folder of the shell
+    chain, shorter, _, found = commands_of(FIRST_RUN)  # the third writes a file of the shell
     first, again, dark = (in_folder(tmp_path, ISETHDR, *w) for w in (chain, chain, shorter))
     assert first.startswith("ledger") and again.startswith("already computed")
     snr_db = re.compile(r"^snr_at_10 +dB +([\d.]+) ±", re.MULTILINE)

@@ -119,7 +119,7 @@ NESTED = (
 
 @cache
 def turn(number: int) -> tuple[Any, dict[str, str]]:
-    """Return a config with the member `number` of every kind, and {place in the config: kind}."""
+    """Return a config with component `number` of every kind, and {place in the config: kind}."""
     members = {kind: sorted(n for k, n in components() if k == kind) for kind in KINDS}
     names = {kind: of_kind[number % len(of_kind)] for kind, of_kind in members.items()}
     typed = [
@@ -196,7 +196,7 @@ def planned(number: int, place: str, key: str, text: str) -> Chain:
 
 @contextmanager
 def at_most(seconds: float):
-    """Raise TimeoutError in the block when it has used so much CPU time."""
+    """Raise TimeoutError in the block when it has used `seconds` of CPU time."""
 
     def late(number, frame):
         raise TimeoutError(f"longer than {seconds} s")

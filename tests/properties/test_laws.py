@@ -24,7 +24,7 @@ kernel = arrays(float, st.tuples(st.integers(1, 9), st.integers(1, 9)), elements
 def test_convolution_is_linear_in_brightness(picture, psf, factor):
     a = convolve(picture * factor, psf)
     b = convolve(picture, psf) * factor
-    # each result is within 1e-8 of itself, its bound, and rounding
+    # each result is within its relative bound of 1e-8, plus rounding
     np.testing.assert_allclose(a, b, rtol=3e-8)
 
 

@@ -144,7 +144,7 @@ def test_an_update_brings_changes_of_the_template_and_keeps_those_of_the_author(
 def test_a_package_of_new_plugin_can_be_updated_once_it_knows_its_template(
     copier, repository, tmp_path
 ):
-    """By the command of docs/how-to/plugins.md, which leaves the author's files as they are."""
+    """The command of docs/how-to/plugins.md names the template, and leaves the author's files."""
     package = make_plugin(ANSWERS["kind"], ANSWERS["name"], tmp_path)
     (package / "README.md").write_text("the author's\n")
     before = dict(tree(package))
@@ -170,6 +170,6 @@ def _check_update(copier, repository: Path, package: Path) -> None:
     changed = {name for name in after if after[name] != before.get(name)}
     assert changed == {".gitignore", "pyproject.toml"} and after.keys() == before.keys()
     assert after[".gitignore"] == before[".gitignore"].replace("dist/\n", "dist/\nbuild/\n")
-    # the author's line and the template's, in one file
+    # one file holds the author's change and that of the template
     assert after["pyproject.toml"] == before["pyproject.toml"].replace("pytest>=8", "pytest>=9")
     assert answers(package)["_commit"] == "v2.0.0"

@@ -74,7 +74,7 @@ def test_statements_of_a_plan_fit_80_columns_in_a_pipe_and_lose_no_word(monkeypa
     print_statements(Ledger([whole, Row("lens ideal")]))
     lines = capsys.readouterr().out.splitlines()
     assert max(map(len, lines)) <= 80
-    # a paragraph for each: its first line has two spaces, the following ones more
+    # each statement is a paragraph: two spaces before its first line, more before the others
     paragraphs = "\n".join(lines).replace("\n      ", " ").splitlines()
     assert paragraphs == [
         "plan: errors stated",

@@ -1,4 +1,6 @@
-"""Config files are code. Files of a stranger are refused before Hydra opens them."""
+"""Config files are code. Files from outside the working folder are refused before Hydra opens them,
+unless their folder is trusted.
+"""
 
 from __future__ import annotations
 

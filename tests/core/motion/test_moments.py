@@ -13,7 +13,7 @@ EXPOSURES_S = RNG.uniform(0.01, 1.0, 200) * (SHOT_S - STARTS_S)
 
 
 def collected_s(modulation: Modulation, count: int) -> np.ndarray:
-    """Return the time of light, s, that each exposure collects from all sub-frames of one light."""
+    """Return the relative light of all sub-frames, integrated over each exposure, s."""
     timed = [
         light
         for sub_frame in sub_frames(SHOT_S, count)

@@ -1,5 +1,5 @@
-"""The renderer's margin is left out where no light of it can reach the camera's field, and nowhere
-else.
+"""The renderer's margin is left out if none of its light can reach the camera's field, and only
+then.
 """
 
 from __future__ import annotations

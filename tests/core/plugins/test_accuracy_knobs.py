@@ -99,7 +99,7 @@ def test_spaced_values_go_by_one_factor_from_the_cheapest_to_the_finest():
 
 def test_a_cost_is_a_power_law_or_a_function():
     assert Cost(3.0, 2.0).of(0.1) == pytest.approx(300.0)
-    assert Cost(3.0, -1.0).of(64) == pytest.approx(192.0)  # samples
+    assert Cost(3.0, -1.0).of(64) == pytest.approx(192.0)  # the value is a number of samples
     assert Cost(3.0).of(math.exp(-2)) == pytest.approx(6.0)
 
 
@@ -108,7 +108,7 @@ def test_costs_of_a_knob_are_ratios_and_not_known_without_a_model():
     squares = dataclasses.replace(GOOD, cost=lambda rays: rays**2)
     assert squares.relative_cost(8, 4) == 4.0
     assert math.isnan(squares.relative_cost(8, 0))
-    for cost in (None, Cost(1.0)):  # without a power, cost lacks a constant
+    for cost in (None, Cost(1.0)):  # without a power, a constant is unknown
         assert math.isnan(dataclasses.replace(GOOD, cost=cost).relative_cost(8, 4))
     assert math.isnan(GOOD.relative_cost(None, 4))
 

@@ -66,7 +66,7 @@ def test_radiance_rendered_for_cameras_serves_who_allows_as_much_of_their_noise(
 
 
 def test_radiance_whose_paths_were_limited_serves_who_limits_them_alike():
-    """The radiance has more noise than allowed, but rendering it again would change nothing."""
+    """The radiance has more noise than allowed, but rendering it again would not reduce it."""
     demand = Demand(groups=("sky",), wavelength_nm=(BLUE,))
     limited = {**stored(["sky"], [BLUE], None), "limit_share": 0.9, "effort": {"most": 64}}
     enough = lambda paths, noise: True

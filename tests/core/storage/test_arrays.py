@@ -84,8 +84,8 @@ def test_an_array_of_one_value_is_its_metadata_alone(tmp_path):
     ds = every_kind()
     written = write_dataset(tmp_path, "", ds)
     alike = {"count", "unknown", "alone", "zeros", "endless", "all", "large", "same", "at_s"}
-    alike |= {"none_of_it"}  # whole numbers over the frame; light of one value is still written
-    # of arrays without values there is nothing to write
+    alike |= {"none_of_it"}  # integers of the whole frame; light is always written
+    # arrays without values have nothing to write
     alone = {n for n in ds.variables if not any(file.startswith(f"{n}/c") for file in written)}
     assert alone == alike | {"nothing", "shift"}
     # other programs open the store so; they must not take the single value for a missing value

@@ -62,7 +62,7 @@ def bucket(monkeypatch):
 
 @pytest.fixture
 def machine(tmp_path, monkeypatch):
-    """Return a function that makes this process one of several machines."""
+    """Return a function that lets this process act as one of several machines."""
 
     def be(name):
         monkeypatch.setenv(SCRATCH, str(tmp_path / name))

@@ -39,7 +39,7 @@ def test_rounding_is_within_half_a_bit_and_unbiased():
     error = keep_mantissa_bits(values, 10).astype(float) / values - 1
     # half of the last kept bit, the best any rounding can do
     assert np.abs(error).max() <= 2.0**-11
-    assert np.abs(error).max() > 0.95 * 2.0**-11  # and really 10 bits, not more
+    assert np.abs(error).max() > 0.95 * 2.0**-11  # no more than 10 bits are kept
     # rms error of uniform rounding is at most 2^-11/sqrt(3); the mean of 2e5 is then within 5 sigma
     # of 0
     assert abs(error.mean()) < 5 * 2.0**-11 / np.sqrt(3 * len(values))

@@ -32,7 +32,7 @@ from isethdr_core.uncertainty.propagation import (
 
 from ..stated_rows import row, said
 
-ROUNDING = 1e-6  # relative: figures are found by bisection to 1e-9
+ROUNDING = 1e-6  # relative tolerance: figures are found by bisection to 1e-9
 LENS = Source("lens", "l")
 
 
@@ -102,7 +102,7 @@ def test_no_figure_is_smaller_than_a_part_of_it(terms, seed, two):
     keys = {term.source.key for term in parts}
     assert whole.source.key == WHOLE and keys == {RENDERER, AFTER_RENDERER, SENSOR}
     assert whole.value * (1 + ROUNDING) >= max(term.value for term in parts)
-    for shot in shots:  # and the figure of every stage alone is at most that of all
+    for shot in shots:  # the figure of each stage alone is at most that of all stages
         kept, _ = propagation.terms_after(rows)
         if shot.unsaturated.any():
             alone = [propagation.figures_of(shot, [term]).later for term in kept]

@@ -161,7 +161,7 @@ def test_what_the_renderer_and_targets_say_is_not_counted_twice():
     noise = said(0.1, "relative", "statistical", part="sky")
     with ledger.stage(rows := ledger.Ledger(), "renderer r"):
         ledger.error(**noise)
-    with ledger.stage(rows, "radiance"):  # restates, and adds its own
+    with ledger.stage(rows, "radiance"):  # restates that term, and adds one
         ledger.record(*rows[0].errors, radiance_cache.rounding_term(5e-4))
     rows.append(
         row(
