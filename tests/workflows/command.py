@@ -18,7 +18,7 @@ from isethdr_core.cli.commands import main
 FAST = [
     "scene.width=48",
     "scene.height=27",
-    "scene.horizontal_field_deg=8",  # a small field is a small sensor
+    "scene.horizontal_field_deg=8",  # a small field needs a small sensor
     "draws=1",
     "~renderer",
     "~versions",
@@ -33,7 +33,7 @@ FAST = [
         )
     ),
 ]
-# pages with plots take as long as all else
+# all plugins but the one that writes report pages: plots take as long as everything else
 WITHOUT_REPORT = "core,scenes,mitsuba,optics,sensors,isp,metrics,workflows,acme"
 LIGHTS = ["scene=point_lights", *FAST]  # two light groups: sky and headlights
 
@@ -55,7 +55,7 @@ def start(*arguments: str, plugins=(), **variables: str) -> subprocess.Popen:
     """Return the started command, in a process group of its own, so that Ctrl-C reaches it
     alone.
     """
-    # a shell ignores it for what it starts behind itself
+    # a shell makes its background processes ignore Ctrl-C (SIGINT); this restores the default
     return subprocess.Popen(
         [sys.executable, "-c", "from isethdr_core.cli.commands import main; main()", *arguments],
         env=environment(plugins, variables),
@@ -91,8 +91,8 @@ print(json.dumps(ends))
 
 
 def one_by_one(*commands: list[str], plugins=(), **variables: str) -> list[tuple[int, str]]:
-    """Return (exit code, standard error) of each command, all in one process: start-up takes a
-    second.
+    """Run all commands in one process, because start-up takes a second, and return (exit code,
+    standard error) of each.
     """
     done = subprocess.run(
         [sys.executable, "-c", ONE_BY_ONE, json.dumps(commands)],
@@ -106,8 +106,8 @@ def one_by_one(*commands: list[str], plugins=(), **variables: str) -> list[tuple
 
 
 def here(monkeypatch, capsys, *arguments: str) -> tuple[int, str]:
-    """Return (exit code, standard error) of a command in the test's own process, where nothing
-    depends on its having one.
+    """Run a command in the test's own process, where it needs no other one, and return (exit code,
+    standard error).
     """
     monkeypatch.setattr(sys, "argv", ["isethdr", *arguments])
     monkeypatch.setattr(signal, "signal", lambda *_: None)  # Ctrl-C stays with the tests
@@ -129,7 +129,7 @@ def installed_trouble(folder: Path) -> Path:
 
 
 def wait_for(path: Path, process: subprocess.Popen) -> None:
-    """Return once `path` exists; fail where the process ends before, or takes ten minutes."""
+    """Return once `path` exists; fail if the process ends before that, or after ten minutes."""
     limit = time.monotonic() + 600
     while not path.exists():
         assert process.poll() is None, process.communicate()
@@ -147,10 +147,10 @@ def stores(home: Path) -> dict[str, int]:
 
 
 def leftovers(home: Path) -> list[str]:
-    """Return what half-written stores there are."""
+    """Return the names of half-written stores."""
     return [p.name for kind in ("runs", "scenes") for p in (home / kind).glob(".*")]
 
 
 def error_lines(done: subprocess.CompletedProcess) -> list[str]:
-    """Return what the command said on standard error, line by line."""
+    """Return the lines that the command wrote to standard error."""
     return done.stderr.strip().splitlines()

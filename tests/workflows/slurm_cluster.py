@@ -1,8 +1,8 @@
 """A SLURM cluster on this machine: one controller and two nodes of one CPU, with ports and folders
-of their own, and without the keys of a real one.
+of their own, and without the keys of a real cluster.
 
-Accounting needs a database, so `sacct`, by which submitit learns that a job was killed, is answered
-by the controller.
+submitit asks `sacct` whether a job was killed. The real `sacct` needs a database for accounting, so
+a script of the same name asks the controller instead.
 """
 
 from __future__ import annotations
@@ -126,7 +126,7 @@ def wait_until_idle(variables: dict[str, str], folder: Path) -> None:
 
 
 def wait_until(holds: Callable[[], bool]) -> bool:
-    """Return whether a condition came to hold within `READY_S`."""
+    """Wait up to `READY_S` until a condition holds, and return whether it does."""
     end = time.monotonic() + READY_S
     while not (held := holds()) and time.monotonic() < end:
         time.sleep(0.2)
@@ -162,7 +162,7 @@ def answer(variables: dict[str, str], *command: str) -> str:
 
 
 def free_ports(count: int) -> list[int]:
-    """Return ports that nobody listens on."""
+    """Return ports that no process listens on."""
     with ExitStack() as stack:
         sockets = [stack.enter_context(socket.socket()) for _ in range(count)]
         for one in sockets:

@@ -1,5 +1,5 @@
-"""The study of accuracy: what a front is, that errors are of the size they must be, that results
-are kept.
+"""The study of accuracy: the front of the best settings, errors of the expected size, and stored
+results.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from isethdr_core.storage import store
 
 @pytest.fixture(autouse=True)
 def once(monkeypatch):
-    """Seconds are not what is tested: no call is repeated for them."""
+    """Repeat no call to measure its time, because times are not tested."""
     monkeypatch.setattr(point, "SHORT_S", 0.0)
 
 
@@ -45,7 +45,7 @@ def test_bits_kept_halve_the_error_each(monkeypatch):
     monkeypatch.setattr(stored, "SIZE", (64, 36))
     (work,) = stored.measured()
     for bits, each in zip(stored.BITS[:-1], work.points):
-        # rounded to nearest: at most half a step, and some value comes close
+        # rounding to the nearest gives an error of at most half a step, and some value comes close
         assert 0.4 < each.error / 2.0 ** -(bits + 1) <= 1.0 + 1e-6
     assert work.points[-1].error == 0
     assert [p.mark for p in work.points].count("default") == 1
@@ -57,7 +57,7 @@ def test_the_closed_form_of_a_pixel_beats_every_integrator(monkeypatch):
     (work,) = dynamics.measured()
     ours = next(p for p in work.points if p.mark == "default")
     assert ours.error < 1e-14  # a few roundings of float64; the reference has 60 digits
-    # explicit, up to 1024 steps: stiff
+    # explicit integrators with up to 1024 steps fail, because the equation is stiff
     assert all(p.error > 1e-3 for p in work.points if p.mark == "peer")
     assert min(p.error for p in work.points if p.setting.startswith("implicit")) < 1e-6
 
@@ -100,14 +100,14 @@ def test_the_point_spread_is_airy_s(monkeypatch):
     one, four, chosen = bands.points
     assert (
         four.error < one.error / 3
-        # sub-bands are midpoints: a quarter of the step, a sixteenth of the error, down to other
-        # causes
+        # sub-bands are a midpoint rule: a quarter of the step has a sixteenth of the error, until
+        # other errors dominate
     )
-    assert chosen.error < 1e-4 and support.reference_error < 2e-5  # of the light, L1
+    assert chosen.error < 1e-4 and support.reference_error < 2e-5  # share of the light, L1
     assert [p.error for p in support.points] == sorted(
         (p.error for p in support.points), reverse=True
     )
-    # three tiles: light that diffraction takes farther is missing
+    # a support of three tiles lacks the light that diffraction spreads farther
     assert support.points[0].error > 0.01
 
 
@@ -119,7 +119,7 @@ def test_functionals_are_within_the_noise_allowed(monkeypatch):
     for each in work.points:
         assert each.error < 0.1
     assert any("functionals" in p.setting for p in work.points)  # else nothing was tried
-    # float32 light of 1e4 electrons: 6e-8 x 1e4 / 1e2, and sums
+    # 1e-4: float32 light of 1e4 electrons has an error of 6e-8 x 1e4 / 1e2, and sums add to it
     assert next(p for p in work.points if p.mark == "peer").error < 1e-4
 
 

@@ -1,5 +1,5 @@
-"""Stages of the study of accuracy: each reference by laws that it does not know, each diagram
-drawn.
+"""Stages of the study of accuracy: each reference obeys laws that it does not use, and each diagram
+is drawn.
 """
 
 from types import SimpleNamespace
@@ -23,7 +23,7 @@ from isethdr_core.physics.optics.surfaces import Surface
 
 @pytest.fixture(autouse=True)
 def once(monkeypatch):
-    """Seconds are not what is tested: no call is repeated for them."""
+    """Repeat no call to measure its time, because times are not tested."""
     monkeypatch.setattr(point, "SHORT_S", 0.0)
 
 
@@ -39,10 +39,10 @@ def test_more_places_of_the_field_are_better_and_shares_are_better_than_patches(
     monkeypatch.setattr(field, "PATCHES", (2,))
     (work,) = field.measured()
     none, one, two, patches, default = work.points
-    # straight lines between places err by the square of the distance
+    # linear interpolation between places has an error that grows with the square of their distance
     assert none.error > 3 * one.error and one.error > 1.5 * two.error
     assert patches.error > 1.5 * two.error  # the same places
-    assert default.mark == "default" and default.error < 0.05  # what the lens allows itself
+    assert default.mark == "default" and default.error < 0.05  # the error that the lens allows
     assert none.mark == patches.mark == "peer"
 
 
@@ -50,7 +50,8 @@ def test_fresnel_s_laws():
     straight, bent = ghosts_by_chance.fresnel(np.array([1.0]), 1.0, 1.5)
     # ((n - 1) / (n + 1))^2
     assert straight[0] == pytest.approx(0.04, rel=1e-6) and bent[0] == pytest.approx(1.0)
-    # light along the plane is not reflected: half of ((n^2 - 1) / (n^2 + 1))^2 is left
+    # at Brewster's angle, light polarised in the plane of incidence is not reflected: half of
+    # ((n^2 - 1) / (n^2 + 1))^2 is left
     brewster = np.cos(np.arctan(1.5))
     assert ghosts_by_chance.fresnel(np.array([brewster]), 1.0, 1.5)[0][0] == pytest.approx(
         0.5 * (1.25 / 3.25) ** 2, rel=1e-9
@@ -71,8 +72,8 @@ def slow_singlet(indices):
 
 
 def test_light_of_a_ghost_by_hand():
-    """Nearly straight on: T1 R2 R1 T2 of the stop's area, on one block; the start disc is larger
-    than the stop by its margin.
+    """At almost normal incidence, the ghost has T1 R2 R1 T2 of the light through the stop, all on
+    one block. Rays start on a disc that is larger than the stop by a margin.
     """
     edges = np.array([-50.0, 50.0])
     mean, error = ghosts_by_chance.flux_by_chance(
@@ -83,7 +84,7 @@ def test_light_of_a_ghost_by_hand():
         ghosts_by_chance.Photons(4096, 6),
     )
     r = (0.9 / 2.9) ** 2
-    # border of the stop among evenly scattered points
+    # 2e-3: the border of the stop lies between uniformly scattered points
     assert mean[0, 0] == pytest.approx(np.pi * r**2 * (1 - r) ** 2, rel=2e-3)
     assert 0 < error[0, 0] < 2e-3 * mean[0, 0]
     none, _ = ghosts_by_chance.flux_by_chance(
@@ -105,8 +106,8 @@ def test_the_error_of_photons_is_what_other_photons_find():
     stated = np.sqrt(np.mean([e**2 for _, e in found], axis=0))
     lit = scatter > 0.05 * scatter.max()
     assert lit.sum() >= 4
-    # chi squared of 23 and of 24 x 3 degrees: the ratio is known to 17 % in one block, to better
-    # over some
+    # chi squared of 23 and of 24 x 3 degrees of freedom: one block gives the ratio to 17 %, and
+    # several blocks give it better
     assert np.median(stated[lit] / scatter[lit]) == pytest.approx(1.0, abs=0.3)
 
 
@@ -119,11 +120,11 @@ def test_more_pairs_and_rays_are_better_down_to_the_reference(monkeypatch):
     pairs, rays = ghosts.measured()
     none, some, all_pairs, discs = pairs.points
     assert none.error > 2 * some.error and some.error > 2 * all_pairs.error
-    # bare glass: a few pairs of 15 at (4 to 6 %)^2, and what of it falls on the frame
+    # without coatings: a few pairs of 15 reflect (4 to 6 %)^2, and a part falls on the frame
     assert 0.01 < none.error < 0.05
     assert discs.mark == "peer" and discs.error > 5 * all_pairs.error
-    # ghosts of all pairs: 4 % of a tile's light is stated, blocks of tiles average; and what the
-    # photons do not know
+    # ghosts of all pairs state an error of 4 % of a tile's light, and blocks average over tiles;
+    # the error of the photons is added
     assert all_pairs.error < 0.05 * none.error + 2 * pairs.reference_error
     assert rays.points[0].error > 3 * rays.points[1].error == pytest.approx(3 * all_pairs.error)
 
@@ -145,9 +146,9 @@ def test_denoised_paths_are_told_as_paths():
     assert (
         denoise.as_paths(0.2, plain) == "24" and denoise.as_paths(0.2 / np.sqrt(2), plain) == "48"
     )
-    # no word beyond what was measured
+    # nothing is extrapolated beyond the measured errors
     assert denoise.as_paths(0.05, plain) == "more than 96" and denoise.as_paths(0.9, plain) == "6"
-    # errors by chance the wrong way round
+    # these errors are by chance in the wrong order
     assert denoise.as_paths(0.15, [(6, 0.1, 1.0, 0.0), (24, 0.2, 2.0, 0.0)]) == "14"
     given = denoise.points(
         [*plain, (None, 0.11, 3.5, 0.0)], [(6, 0.2, 1.5, 0.0)], [(6, 0.3, 1.2, 0.0)]

@@ -1,5 +1,5 @@
-"""The study of accuracy on any configuration: errors of knobs with a closed form, what is kept
-after Ctrl-C, mistakes.
+"""The study of accuracy on any configuration: knobs with errors in closed form, results that are
+kept after Ctrl-C, and mistakes.
 """
 
 from __future__ import annotations
@@ -132,14 +132,15 @@ def test_the_command_measures_a_knob_of_an_outside_plugin(tmp_path):
     assert [int(row["value"]) for row in rows] == [4, 16, 64]
     assert [row["now"] for row in rows] == ["False", "True", "False"]
     for row in rows:
-        # light of the image and of the veil, uniform: 1 + s (1 + 1 / rays), over the reference
+        # image and veil are uniform, so the light is 1 + s (1 + 1 / rays) of the image; the error
+        # is relative to the light of the reference
         light, right = (1 + 0.5 * (1 + 1 / n) for n in (int(row["value"]), 1024))
         assert row["compared"] == "irradiance"
-        # float32: 6e-8 of 1.5 each
+        # 1e-4: float32 rounds each light of 1.5 by 6e-8
         assert float(row["error"]) == pytest.approx(light / right - 1, rel=1e-4)
         assert float(row["relative_cost"]) == int(row["value"]) / 4
         assert float(row["cpu_s"]) > 0 and float(row["cpu_s_again"]) > 0
-    # electrons follow light, and a pixel's noise is the same for all
+    # electrons are proportional to light, and the noise of a pixel is the same for all settings
     of_noise, own = (np.array([float(r[k]) for r in rows]) for k in ("error_of_noise", "error"))
     assert of_noise / of_noise[0] == pytest.approx(own / own[0], rel=1e-4)
     assert (tmp_path / "out" / package.PICTURE).stat().st_size > 5000
@@ -164,14 +165,14 @@ def test_knobs_of_one_of_two_cameras_and_of_the_isp(home, monkeypatch):
     for component in offered:
         place = (component.kind, component.name)
         monkeypatch.setitem(registry.components(), place, component)
-    monkeypatch.setattr(package, "draw", lambda *_: None)  # drawn by the tests beside this one
+    monkeypatch.setattr(package, "draw", lambda *_: None)  # other tests draw
     setup = [*SMALL[:-1], "~cameras.rgbw", "~cameras.split_pixel", "isp=acme"]
     setup += ["sensor@cameras.bayer=acme", "+sensor@cameras.other=bayer"]
     for knob, compared in (("cameras.bayer.steps", "electrons"), ("isp.passes", "picture")):
         rows = accuracy(*setup, knob=knob, folder=str(home))
         assert [row["value"] for row in rows] == [4, 8]
         errors = [row["error"] for row in rows]
-        # 1 / steps beyond the reference of 1 + 1e-4: the other camera has no error
+        # the error is 1 / steps less the 1e-4 of the reference; the other camera has no error
         assert errors[0] / errors[1] == pytest.approx((1 / 4 - 1e-4) / (1 / 8 - 1e-4), rel=1e-6)
         assert {row["compared"] for row in rows} == {compared}
         assert all(math.isnan(row["relative_cost"]) for row in rows)  # no model
@@ -183,7 +184,7 @@ def test_narrower_bands_are_better_down_to_the_reference(home):
         *SMALL, "lens.falloff=none", knob="scene.step_nm", values="30,10,2", folder=str(home)
     )
     errors = [row["error_of_noise"] for row in rows]
-    assert errors[0] > errors[1] > errors[2] == 0.0  # the last is the reference's own value
+    assert errors[0] > errors[1] > errors[2] == 0.0  # the last one is the reference
     [line] = summary.by_knob(rows)
     assert line["knob"] == "scene.step_nm" and line["now"] == 10.0 and line["tried"] == 3
 

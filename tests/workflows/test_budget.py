@@ -1,5 +1,5 @@
-"""The study of the budget at a tiny size: what is allowed is kept, the statement is an upper bound,
-bad sizes are refused.
+"""The study of the error budget at a tiny size: errors stay within the allowed ones, stated errors
+are upper bounds, and bad sizes are refused.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ def test_what_is_allowed_is_kept_and_more_is_stated_than_is_wrong(monkeypatch):
     assert [r["allowed"] for r in rows] == [0.03, 0.3] and rows[0]["bits"] > rows[1]["bits"]
     for row in rows:
         assert row["within"] >= 0.99
-        # the truth's own error adds to what is found
+        # the error of the reference adds to the error found
         assert row["error_99"] <= row["stated_99"] + row["truth_error"]
         assert row["cold_cpu_s"] >= row["warm_cpu_s"] > 0
 
@@ -43,7 +43,7 @@ def test_scenes_are_of_the_light_they_say(name, brightest):
     luminance = tristimulus(
         build("lighting", "weights", weights={"ambient": 1.0, "lamps": 1.0})(made)
     ).xyz.values[..., 1]
-    assert luminance.max() == pytest.approx(brightest, rel=0.05)  # what lights it besides
+    assert luminance.max() == pytest.approx(brightest, rel=0.05)  # other light adds
     assert luminance.max() > 700 * np.median(luminance) and made.sizes["x"] == 38
 
 

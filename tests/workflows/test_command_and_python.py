@@ -1,4 +1,4 @@
-"""The command line and Python do the same; what is stored is not computed again; `plan` computes
+"""The command line and Python do the same; stored results are not computed again; `plan` computes
 nothing.
 """
 
@@ -33,7 +33,7 @@ def test_the_command_and_python_name_the_same_run(isethdr_home, monkeypatch):
     assert not result.computed and {result.path.name} == made.keys() == stores(isethdr_home).keys()
     again = isethdr("run", *WITHOUT_LABELS)
     assert "already computed" in again.stdout and stores(isethdr_home) == made
-    # a scene without labels has no objects: the metric for them gives no row, and says so
+    # a scene without labels has no objects: their metric gives no row, and the ledger says so
     [row] = [r for r in result.ledger if r.stage.startswith("metric contrast")]
     assert "no label 'instance'" in row.left_out[0].why and not [
         s for s in result.scores if s["metric"] == "object_contrast"

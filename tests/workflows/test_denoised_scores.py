@@ -1,4 +1,4 @@
-"""Scores with and without denoising: of the frame alone, as a share."""
+"""Scores with and without denoising: only those of the frame, and their ratio."""
 
 from __future__ import annotations
 

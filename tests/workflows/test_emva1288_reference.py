@@ -1,5 +1,5 @@
-"""The same pictures through the open reference implementation of the standard (`pip install
-emva1288`), where it is installed.
+"""The open reference implementation of the standard (`pip install emva1288`), if installed, finds
+the same figures from the same pictures.
 """
 
 import numpy as np
@@ -14,8 +14,8 @@ STACK = 16
 
 @pytest.fixture
 def reference(monkeypatch):
-    """Return (data class, results class, function that sums pictures) of the package; it calls a
-    name that numpy 2 no longer has.
+    """Return (data class, results class, function that sums pictures) of the package. The package
+    calls `np.asfarray`, which numpy 2 no longer has, so the fixture adds it.
     """
     monkeypatch.setattr(np, "asfarray", lambda a: np.asarray(a, float), raising=False)
     pytest.importorskip(
@@ -29,7 +29,9 @@ def reference(monkeypatch):
 
 
 def pictures(bench, photons, count):
-    """Return `count` pictures of one level, whole codes, as the package's loader hands them on."""
+    """Return `count` pictures of one level in whole codes, as the loader of the package returns
+    them.
+    """
     return [bench.shot(photons, k)[0].reshape(SIDE, SIDE).astype(np.int64) for k in range(count)]
 
 
@@ -68,8 +70,8 @@ def test_gain_quantum_efficiency_noise_and_patterns_agree(reference):
     noise = find.dark_noise_e(dark, gain, True)
     prnu = find.prnu_percent(half, unlit)
 
-    # theirs weighs all levels alike, so its line is a little less certain than ours: 6 of our
-    # standard errors, 2 %
+    # the reference gives all levels equal weights, so its line is a little less certain: 6 standard
+    # errors of isethdr, or 2 %
     for found, true in (
         (theirs.K, 4031 / 25455),
         (theirs.QE / 100, bench.efficiency()),
@@ -79,7 +81,7 @@ def test_gain_quantum_efficiency_noise_and_patterns_agree(reference):
     assert theirs.K == pytest.approx(
         gain.value, abs=6 * gain.error
     ) and theirs.QE / 100 == pytest.approx(efficiency.value, abs=6 * efficiency.error)
-    # mean of squares, variance: 1 / pixels apart
+    # one is a mean of squares and the other a variance, so they differ by 1 / pixels
     assert theirs.sigma_d * theirs.K == pytest.approx(noise.value * gain.value, rel=1e-3)
     # the same formula on the same pictures
     assert theirs.PRNU1288 == pytest.approx(prnu.value, rel=1e-9)
@@ -87,7 +89,7 @@ def test_gain_quantum_efficiency_noise_and_patterns_agree(reference):
 
 
 def stack_of(images) -> Stack:
-    """Return the stack of these pictures, as `emva1288_camera.stack` makes it."""
+    """Return the stack of these pictures, as `isethdr_workflows.emva1288.camera.stack` makes it."""
     temporal = float(np.mean(np.var(images, axis=0, ddof=1)))
     return Stack(
         np.mean(images, axis=0).ravel(), temporal / len(images), images[0].size, len(images)

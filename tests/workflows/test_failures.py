@@ -1,5 +1,5 @@
-"""What goes wrong in the middle: Ctrl-C, a plugin that raises, bad input; nothing half-made is left
-and one line says why.
+"""Failures of commands: Ctrl-C, a plugin that raises, bad input. No half-written store is left, and
+one line says why.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ from .command import (
 ONE = ["run", *LIGHTS, "lighting=ideal", "sensor=ideal"]
 
 
-# a writer that is interrupted or killed, with the quick tests: tests/core/storage/test_store.py
+# quick tests of a writer that is interrupted or killed are in tests/core/storage/test_store.py
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("where", "number", "code"),
@@ -79,7 +79,7 @@ def test_a_plugin_that_raises(isethdr_home, tmp_path):
     ]
     assert "Traceback" in failed.read_text() and "acme_trouble.py" in failed.read_text()
 
-    # in a sweep the jobs beside it are not affected; then the same run succeeds and its note goes
+    # other jobs of a sweep are not affected; if the run succeeds later, its file in `failed` goes
     assert beside == 1 and len(stores(isethdr_home)) == 1 and leftovers(isethdr_home) == []
     assert (
         "error: job " in said_beside
@@ -153,8 +153,8 @@ MISTAKES = [
 ]
 
 
-# one of each way from a mistake to its line: by name, by type in the run, by Hydra's own settings,
-# by the syntax of overrides, by a value in place of a table, by a file
+# one mistake of each kind: a name, a value that the run refuses, settings of Hydra, the syntax of
+# overrides, a value in place of a table, a file
 BY_COMMAND = [m for m in MISTAKES if set(m[0]) & {"sensor=idael", "sensor.columns=9999"}]
 BY_COMMAND += [m for m in MISTAKES if set(m[0]) & {"hydra.run.dir=${nope}", "a b"}]
 BY_COMMAND += [m for m in MISTAKES if set(m[0]) & {"+cameras=3", "scene=iset_exr"}]

@@ -1,4 +1,4 @@
-"""RGB against RGBW with networks: pairs of roads, crossings, refusals."""
+"""Comparison of RGB and RGBW filters with networks: pairs by road, crossings, refusals."""
 
 from __future__ import annotations
 
@@ -25,13 +25,13 @@ from isethdr_core.errors import ConfigError
 
 
 def found(filters, lux, road, better):
-    """Return scores that are `better` than those of every camera alike."""
+    """Return scores of a network that are `better`, and classical scores equal for all cameras."""
     network = {"ssim": 0.5 + better, "psnr_db": 20 + better, "ciede2000": 5 - better}
     classical = {"ssim": 0.4, "psnr_db": 20.0, "ciede2000": 6.0}
     return Found(filters, lux, road, network, classical)
 
 
-# RGBW is better by 0.1 at 0.1 lux and worse by 0.1 at 10 lux, by 0.02 more or less on each road
+# RGBW is better by 0.1 at 0.1 lux and worse by 0.1 at 10 lux; roads differ by up to 0.02
 ROADS = {"a": -0.02, "b": 0.0, "c": 0.02}
 SCORES = [
     found(filters, lux, road, gain if filters == RGBW else 0.0)
@@ -54,9 +54,10 @@ def test_differences_are_paired_by_road_and_cross_where_they_should(score, sign)
     dark = row(0.1, score, NETWORK)
     assert dark["roads"] == 3 and dark["difference"] == pytest.approx(sign * 0.1)
     assert dark["difference"] == pytest.approx(dark["rgbw"] - dark["rgb"])
-    # Student: 4.303 times the standard deviation 0.02 over the root of 3
+    # Student's 4.303 times the standard deviation of 0.02, over the square root of 3
     assert dark["high"] - dark["difference"] == pytest.approx(4.303 * 0.02 / 3**0.5, rel=1e-3)
-    # half way between 0.1 and 10 on a logarithm, for each score: RGB is better above
+    # for each score, the crossing is half way between 0.1 and 10 lux on a logarithmic scale; RGB is
+    # better above it
     assert dark["crossing_lux"] == pytest.approx(1.0)
     assert dark["crossing_low"] < 1.0 < dark["crossing_high"]
 

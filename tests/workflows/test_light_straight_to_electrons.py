@@ -1,5 +1,5 @@
-"""A whole run on a chart: light goes straight to electrons where it may, and kernels made once
-serve later runs.
+"""A whole run on a chart: the lens computes electrons directly where it may, and later runs reuse
+stored kernels.
 """
 
 import numpy as np
@@ -35,7 +35,7 @@ def functionals(result):
 @pytest.fixture(autouse=True)
 def every_kernel_is_kept(monkeypatch):
     monkeypatch.setattr(kernel_store, "WORTH_KEEPING_S", 0.0)
-    monkeypatch.setattr(planning, "WORTH", 0)  # however small the frame
+    monkeypatch.setattr(planning, "WORTH", 0)  # for frames of any size
     kernels.forget()
     yield
     kernels.forget()
@@ -49,20 +49,20 @@ def test_another_exposure_reads_the_kernels_from_disk_and_gives_what_irradiance_
     assert len(functionals(first)) == 1
     assert len(list((isethdr_home / "kernels").glob("*.npy"))) == 2  # kernels, and their transforms
     kernels.forget()  # as in a new process
-    monkeypatch.setattr(computing, "computed", None)  # calling it would fail
+    monkeypatch.setattr(computing, "computed", None)  # a call would fail
     second = run("sensor.exposure_s=0.008")
     assert second.key != first.key and len(functionals(second)) == 1
-    # asks for no response
+    # this `narrow` asks for no response, so the lens computes irradiance
     monkeypatch.setattr(
         "isethdr_sensors.imaging_sensor.ImagingSensor.narrow", lambda self, demand: demand
     )
-    (isethdr_home / "runs").rename(isethdr_home / "kept")  # else the stored run is returned
+    (isethdr_home / "runs").rename(isethdr_home / "kept")  # or the stored run would return
     long = run("sensor.exposure_s=0.008")
     assert not functionals(long)
     raw = np.asarray(long.open("captures/bayer").raw.values, int)
     kept = np.asarray(
         store.open_store(isethdr_home / "kept" / second.path.name, "captures/bayer").raw.values, int
     )
-    # the same random numbers on means a hundredth of a noise apart: a count in a hundred may step
-    # by one
+    # the random numbers are the same, and the means differ by a hundredth of the noise: one count
+    # in a hundred may change by one
     assert np.abs(raw - kept).max() <= 2 and np.mean(raw != kept) < 0.05

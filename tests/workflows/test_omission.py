@@ -1,5 +1,5 @@
-"""Runs that leave out what they do not need agree with runs that compute everything, and a
-difference is seen.
+"""Runs that leave out what they do not need agree with runs that compute everything. The comparison
+finds a difference if there is one.
 """
 
 from __future__ import annotations
@@ -47,14 +47,14 @@ def test_a_case_without_noise_agrees_bit_for_bit():
 
 
 def window(case, rows, columns):
-    """Return a case whose sensor keeps the middle of its pixels only."""
+    """Return a case with a sensor that keeps only the middle rows and columns."""
     overrides = (*case.overrides, f"sensor.rows={rows}", f"sensor.columns={columns}")
     return Case(overrides, case.rendered)
 
 
 @pytest.mark.slow
 def test_the_study_runs_both_ways_in_turn(monkeypatch):
-    """160 x 240 pixels: runs that compute everything take twice as long."""
+    """With 160 x 240 pixels, runs that compute everything take twice as long."""
     one = {"ramp": window(CASES["ramp, soft knee, mean"], 160, 240)}
     monkeypatch.setattr("isethdr_measured.omission.CASES", one)
     [row] = omission()
@@ -64,7 +64,7 @@ def test_the_study_runs_both_ways_in_turn(monkeypatch):
 @pytest.mark.slow
 @pytest.mark.parametrize("name", [name for name, case in CASES.items() if not case.rendered])
 def test_every_chart_agrees_with_the_run_that_computes_everything(name):
-    """Lenses without blur image each pixel alone, so that a window of the picture tells as much."""
+    """Lenses without blur image each pixel by itself, so a window tests as much as the picture."""
     case = CASES[name]
     if set(PICTURE) <= set(case.overrides):
         case = window(case, 320, 480)
@@ -75,10 +75,11 @@ def test_every_chart_agrees_with_the_run_that_computes_everything(name):
 @pytest.mark.slow
 @pytest.mark.parametrize("name", [name for name, case in CASES.items() if case.rendered])
 def test_every_rendered_case_agrees_on_few_paths(name):
-    """Fewer groups, bands and tiles are the same bits of light, and as finely stored; through
-    lenses without blur the same readings.
+    """Runs with fewer groups, bands and tiles have the same bits of light, stored as finely.
+    Through lenses without blur they have the same readings.
 
-    The number of paths is fixed: by need, paths that one group does not need go to the others.
+    The number of paths is fixed here. If paths were distributed by need, those that one group does
+    not need would go to the others.
     """
     few = Case(
         (
@@ -108,7 +109,7 @@ def readings(electrons, rows=()):
 def test_what_may_differ_is_what_the_ledger_bounds():
     with ledger.stage(ledger.Ledger(), "lens l") as lens:
         ledger.error(0.1, NOISE_SD, "measured")
-    # twice 0.1 of 10 e, one electron, one code of 2 e
+    # the bound is twice 0.1 of 10 e, plus one electron, plus one code of 2 e
     assert largest(readings([100.0, 104.0], [lens]), readings([100.0, 100.0]))[1] == pytest.approx(
         2 * 1.0 + 1 + 2, rel=1e-3
     )

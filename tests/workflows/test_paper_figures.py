@@ -1,4 +1,4 @@
-"""The paper's figures on five lights that need no renderer: what has to hold in any scene."""
+"""The paper's figures on five lights that need no renderer: laws that hold in any scene."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ SMALL = [
 
 
 def five_lights(*overrides):
-    """Return what `rendered` returns, of a chart."""
+    """Return the same as `rendered`, for a chart: the chain and the scene radiance."""
     parts = chain(
         compose([*SMALL, *(o for o in overrides if not o.startswith(("experiment", "lighting")))])
     )
@@ -54,7 +54,7 @@ def test_a_longer_exposure_saturates_more(tmp_path):
     rows = fig5.paper_fig5(picture=str(tmp_path / "b.jpg"))
     saturated = [r["saturated_percent"] for r in rows]
     assert saturated == sorted(saturated) and saturated[-1] > saturated[0]
-    assert all(np.isnan(r["snr_person"]) for r in rows)  # nobody is there: no number is made up
+    assert all(np.isnan(r["snr_person"]) for r in rows)  # the scene has no person
 
 
 @pytest.mark.slow

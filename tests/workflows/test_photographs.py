@@ -1,4 +1,4 @@
-"""Statistics of pictures: drawn pictures with known slopes, histograms and differences."""
+"""Statistics of pictures, tested on random pictures of known slopes, histograms and differences."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ SHAPE = (108, 192)
 
 
 def noise(slope: float, seed: int, shape: tuple[int, int] = SHAPE) -> np.ndarray:
-    """Return normal noise (y, x) of variance 1 whose amplitude spectrum falls with a slope."""
+    """Return normal noise (y, x) of variance 1 with an amplitude spectrum of a given log slope."""
     random = np.random.default_rng(seed)
     frequency = np.hypot(np.fft.fftfreq(shape[0])[:, None], np.fft.rfftfreq(shape[1]))
     frequency[0, 0] = np.inf
@@ -27,8 +27,9 @@ def noise(slope: float, seed: int, shape: tuple[int, int] = SHAPE) -> np.ndarray
 
 @pytest.mark.parametrize("slope", [0.0, -0.8, -1.2, -1.5])
 def test_the_slope_of_drawn_noise_is_found(slope):
-    """0.12: three standard deviations of one picture of this size (0.04, measured over 50 draws)
-    for each drawing; the mean of eight is right to 0.06, with the bias of the window.
+    """The slope of each picture is right to 0.12: three standard deviations of one picture of this
+    size (0.04, measured over 50 draws). The mean of eight is right to 0.06, including the bias of
+    the window.
     """
     found = [amplitude_slope(noise(slope, seed)) for seed in range(8)]
     assert np.mean(found) == pytest.approx(slope, abs=0.06)
@@ -74,7 +75,7 @@ def test_tiles_without_light_do_not_count_as_minus_infinity():
 
 
 def test_rows_say_what_photographs_have(monkeypatch):
-    """A street of one lighting is 1/f noise, that of the other is white."""
+    """The street of one lighting is 1/f noise, and that of the other is white noise."""
     drawn = {"day": np.exp(0.3 * noise(-1.2, 1)), "dusk": np.exp(0.3 * noise(0.0, 1))}
     place = "isethdr_measured.photographs.street_luminance"
     monkeypatch.setattr(place, lambda road, lighting, effort: drawn[lighting])

@@ -1,5 +1,5 @@
-"""Progress: silent without a terminal; with one, the running stage and what remains, after two
-seconds.
+"""Progress is silent without a terminal. On a terminal it shows the running stage and the remaining
+time once a stage has taken two seconds.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ def on_a_terminal(code: str) -> str:
     while True:
         try:
             piece = os.read(ours, 4096)
-        except OSError:  # Linux's end of file of a terminal
+        except OSError:  # end of file of a terminal on Linux
             break
         if not piece:
             break

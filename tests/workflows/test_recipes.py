@@ -1,5 +1,5 @@
-"""Stored radiance: used where it serves, widened by what is missing, rendered again only for more
-effort.
+"""Stored radiance is reused where it suffices, extended by missing light groups, and rendered again
+only for more effort.
 """
 
 from __future__ import annotations
@@ -33,13 +33,13 @@ class World:
     """Two light groups: sky and headlights."""
 
     def __call__(self):
-        """Return the kit's road, lamp and sky."""
+        """Return the road, lamp and sky of the conformance kit."""
         return world()
 
 
 @dataclass(frozen=True)
 class Recorder:
-    """Give each group a level of its own, and note what was asked for."""
+    """Give each group a level of its own, and record the groups and samples of each call."""
 
     samples: int = 8
     bounces: int = 3
@@ -64,8 +64,8 @@ class Recorder:
 
 @dataclass(frozen=True)
 class GoesOn(Recorder):
-    """Light that depends on the paths followed: each has a level of its own; their number says how
-    noisy the mean is.
+    """Give light that depends on the paths followed. Each path has a level of its own, and the
+    number of paths determines the noise of their mean.
     """
 
     error_allowed: float | None = None
@@ -73,7 +73,7 @@ class GoesOn(Recorder):
     effort_fields = ("samples", "error_allowed")
 
     def enough(self, paths, noise):
-        """Return whether so many paths of that noise will do."""
+        """Return whether this number of paths, with this noise, suffices."""
         return paths >= self.samples and (self.error_allowed is None or noise <= self.error_allowed)
 
     def __call__(self, description, demand, known):
@@ -101,7 +101,7 @@ GO = threading.Event()
 
 @dataclass(frozen=True)
 class Slow(Recorder):
-    """Render only once a test says so."""
+    """Render only when a test allows it."""
 
     def __call__(self, description, demand):
         """Wait, and render as the recorder does."""
@@ -115,7 +115,7 @@ LEVELS = np.random.default_rng(4).gamma(2.0, 1e-3, 4096)
 
 @pytest.fixture
 def config(offer):
-    """Return a function that makes the config of the recorded world under a lighting by fixed
+    """Return a function that makes the config of the world, its renderer, and a lighting of fixed
     weights.
     """
     offer("scene", "world", World)
@@ -165,7 +165,7 @@ def test_a_wider_demand_renders_what_is_missing_and_no_more(isethdr_home, config
     other = run(config({"headlights": 0.5, "sky": 2.0}))
     sky = run(config({"sky": 1.0}))
     assert len(CALLS) == 2, "weights are no reason to render"
-    # the joined stores are one scene: light adds up. 2e-3: stores keep 12 mantissa bits
+    # the joined stores are one scene, so light adds up; 2e-3: stores keep 12 bits of the mantissa
     assert luminance(both) == pytest.approx(luminance(night) + luminance(sky), rel=2e-3)
     assert luminance(other) == pytest.approx(0.5 * luminance(night) + 2 * luminance(sky), rel=2e-3)
 
@@ -186,7 +186,7 @@ def test_more_effort_renders_again_and_less_takes_what_is_there(isethdr_home, co
 def test_of_two_that_want_the_same_scene_one_renders_and_the_other_waits(
     isethdr_home, config, capsys
 ):
-    """Two lightings of one scene; threads stand for processes, which test_claims has."""
+    """Two lightings use one scene. Threads stand in for processes; test_claims tests processes."""
     both = [config({"sky": 1.0, "headlights": w}, "slow") for w in (1.0, 2.0)]
     with ThreadPoolExecutor() as pool:
         first = pool.submit(run, both[0])
@@ -228,8 +228,8 @@ def test_what_is_rendered_is_kept_when_a_later_stage_fails(isethdr_home, config)
 
 
 def radiance(config):
-    """Return the scene radiance that a run of `config` would start from, its light level, and what
-    the ledger says of stored paths.
+    """Return the scene radiance that a run of `config` would start from, its light level, the notes
+    of the ledger about stored paths, and the ledger.
     """
     parts = chain(config)
     rows = Ledger()
@@ -240,7 +240,7 @@ def radiance(config):
 
 def test_more_paths_are_pooled_with_those_that_are_stored(isethdr_home, config):
     sky = {"weights": {"sky": 1.0}, "name": "goes_on"}
-    rounded = {"rel": 1e-3}  # each store keeps 12 mantissa bits
+    rounded = {"rel": 1e-3}  # stores keep 12 bits of the mantissa
     _, level, reused, _ = radiance(config(**sky, samples=8))
     assert (
         CALLS == [(("sky",), [0, 8])]
@@ -252,7 +252,7 @@ def test_more_paths_are_pooled_with_those_that_are_stored(isethdr_home, config):
     assert reused == ["8 of 32 samples per tile of light group sky"] and level == pytest.approx(
         LEVELS[:32].mean(), **rounded
     )
-    # what is known well enough is not rendered again, however it is asked for
+    # light that is known well enough is not rendered again, whichever field asks for it
     _, same, reused, _ = radiance(config(**sky, samples=4, error_allowed=0.2))
     assert (
         len(CALLS) == 2
@@ -272,7 +272,7 @@ def test_more_paths_are_pooled_with_those_that_are_stored(isethdr_home, config):
         for e in row.errors
         if row.stage == "radiance" and "light group sky" in e.label
     ]
-    # three renderings of 1 / sqrt(paths) each: that of all their paths
+    # three renderings have a noise of 1 / sqrt(paths) each; pooled, it is that of all their paths
     assert [e.value for e in stated] == [pytest.approx(0.1)] and "100 samples" in stated[0].label
 
 

@@ -1,5 +1,5 @@
-"""The same through the real renderer: a second light group is rendered alone, beside the first;
-what ends in the middle leaves what was there.
+"""Stored radiance with the real renderer: a second light group is rendered alone and stored next to
+the first; an interrupted rendering leaves stored radiance as it was.
 """
 
 from __future__ import annotations
@@ -55,8 +55,8 @@ BY_NEED = [
 
 @pytest.mark.slow
 def test_a_rendering_by_need_that_ends_in_the_middle_leaves_what_was_there(tmp_path):
-    """Killed, or stopped by Ctrl-C, between its paths: the stored radiance of before is there, and
-    the same run then makes what it makes where nothing had happened.
+    """The rendering is killed, or stopped by Ctrl-C, between its paths. The radiance stored before
+    is still there, and the same run then gives the same as without an interruption.
     """
     home = tmp_path / "home"
     beside = tmp_path / "beside"
@@ -74,7 +74,7 @@ def test_a_rendering_by_need_that_ends_in_the_middle_leaves_what_was_there(tmp_p
         os.killpg(process.pid, number)
         process.communicate(timeout=600)
         assert process.returncode == code
-        # the claim of a process that was killed stays, and counts for nothing
+        # the claim of a killed process stays, and is ignored
         assert stores(home) == made and all(".claim-" in name for name in leftovers(home))
         mark.with_name("passed-1").unlink()
     found = []
@@ -84,6 +84,6 @@ def test_a_rendering_by_need_that_ends_in_the_middle_leaves_what_was_there(tmp_p
         [new] = [p for p in (folder / "scenes").glob("*.zarr") if p.name not in made]
         found.append(store.read_attrs(new))
     assert all(attributes["limit_share"] == 0.5 for attributes in found)
-    # the paths of before are not followed again, by neither
+    # neither home follows the earlier paths again
     first = [{g: span[0] for g, span in a["path_span"].items()} for a in found]
     assert first[0] == first[1] and min(first[0].values()) > 0

@@ -1,4 +1,4 @@
-"""`isethdr reproduce`, as users type it: a plugin that was changed since, and a rendered scene."""
+"""`isethdr reproduce`, as users type it: with a plugin that has changed, and a rendered scene."""
 
 from __future__ import annotations
 

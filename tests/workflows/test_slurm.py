@@ -1,5 +1,5 @@
-"""A sweep on a real SLURM cluster, whose processes are killed at random: the same stores as those
-of one process.
+"""A sweep on a real SLURM cluster gives the same stores as one process, even if its processes are
+killed at random.
 """
 
 from __future__ import annotations
@@ -46,7 +46,7 @@ SLURM = ["hydra/launcher=submitit_slurm", "hydra.launcher.array_parallelism=2"]
 
 
 def test_a_launcher_that_fails_is_one_line(isethdr_home, monkeypatch, capsys):
-    """As submitit's does where it finds no cluster, or where a job was killed."""
+    """The launcher fails as that of submitit does without a cluster or after a killed job."""
 
     def broken(**_):
         def raising():
@@ -64,8 +64,8 @@ def test_a_launcher_that_fails_is_one_line(isethdr_home, monkeypatch, capsys):
 
 
 def ended(process: subprocess.Popen, variables: dict[str, str], kills: int) -> int:
-    """Kill up to `kills` processes of jobs, chosen at random, until the command ends, and return
-    how many were killed.
+    """Kill up to `kills` randomly chosen processes of jobs until the command ends, and return how
+    many were killed.
     """
     chosen = random.Random()
     killed = 0
@@ -104,7 +104,7 @@ needs_slurm = pytest.mark.skipif(
 @pytest.mark.slow
 @needs_slurm
 def test_a_sweep_on_slurm_survives_killed_processes(isethdr_home, tmp_path, monkeypatch):
-    """Whenever the processes are killed, the stores in the end are the same."""
+    """Processes are killed at random times; the stores are the same in the end."""
     pytest.importorskip("submitit", reason="type pip install 'isethdr[slurm]'")
     image = np.geomspace(1, 1000, 8 * 12 * 3, dtype=np.float32).reshape(8, 12, 3)
     np.save(tmp_path / "image.npy", image)
@@ -119,7 +119,7 @@ def test_a_sweep_on_slurm_survives_killed_processes(isethdr_home, tmp_path, monk
             out, err = process.communicate()
             codes.append(process.returncode)
             assert codes[-1] == 0 or "type the same command again to continue" in err, err
-            assert slurm_cluster.stop_jobs(variables)  # those that the launcher left behind
+            assert slurm_cluster.stop_jobs(variables)  # jobs that the launcher left
             print(f"start {len(codes)}: exit code {codes[-1]}, {len(stores(there))} stores")
     assert codes[-1] == 0, err
     assert kills == 0 and len(codes) > 1, "no process was killed"
@@ -136,8 +136,8 @@ def test_a_sweep_on_slurm_survives_killed_processes(isethdr_home, tmp_path, monk
 def test_chunks_on_slurm_store_what_one_process_stores(
     isethdr_home, tmp_path, runs, workers, kills
 ):
-    """One of two chunks is killed, and the same command computes what is missing; 200 runs are one
-    array of 20 chunks.
+    """In the first case, one of two chunks is killed, and the same command computes the missing
+    runs. In the second case, 200 runs are one array of 20 chunks.
     """
     pytest.importorskip("submitit", reason="type pip install 'isethdr[slurm]'")
     image = np.geomspace(1, 1000, 8 * 12 * 3, dtype=np.float32).reshape(8, 12, 3)

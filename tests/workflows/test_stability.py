@@ -1,5 +1,5 @@
-"""The stability study: no stage is wrong but where docs/measured/stability.md says so, and a
-wrong result is called wrong.
+"""The stability study: no stage is wrong except where docs/measured/stability.md says so, and wrong
+results are called wrong.
 """
 
 from __future__ import annotations
@@ -15,13 +15,13 @@ from isethdr_core.errors import ConfigError, IsetHdrError, UnitError
 KNOWN: set[tuple[str, str]] = set()
 
 
-@pytest.mark.slow  # 50 waves of defocus ask for many points of the pupil
+@pytest.mark.slow  # 50 waves of defocus need many points of the pupil
 def test_much_defocus_is_right():
     rows = [r for r in stability("lens") if "50.5 waves" in r["case"]]
     assert len(rows) == 3 and {r["verdict"] for r in rows} == {"right"}
 
 
-# stages whose cases take a second and more
+# stages with cases that take a second or more
 LONG = {"lens", "chain", "isp", "convolve", "sensor", "spectra"}
 
 
@@ -55,14 +55,14 @@ NEGATIVE = UnitError("light is negative; expected light, which never is")
         (lambda: Measured(1.0, 1.0, ""), None, "right"),
         (lambda: Measured(1.1, 1.0, ""), None, "WRONG"),
         (lambda: Measured(float("nan"), 1.0, ""), None, "WRONG"),
-        # numpy warned on the way
+        # numpy warns during the measurement
         (lambda: Measured(float((np.zeros(1) / np.zeros(1)).size - 1), 1.0, ""), None, "WRONG"),
         (fails(NEGATIVE), UnitError, "refused"),
         (fails(NEGATIVE), IsetHdrError, "refused"),
         (fails(NEGATIVE), ConfigError, "WRONG"),  # another error than expected
         (fails(NEGATIVE), None, "WRONG"),  # it should have been right
         (lambda: Measured(0.0, 1.0, ""), UnitError, "WRONG"),  # it should have been refused
-        (fails(UnitError("no")), UnitError, "WRONG"),  # says nothing
+        (fails(UnitError("no")), UnitError, "WRONG"),  # the message is empty of content
         (fails(ValueError("a plain error of 25 characters or more")), UnitError, "WRONG"),
         (fails(ValueError("a plain error of 25 characters or more")), None, "WRONG"),
         (fails(ZeroDivisionError("division by zero, a long message")), None, "WRONG"),
@@ -78,11 +78,11 @@ def test_relative_wants_exact_darkness():
 
 
 def test_the_closed_form_of_a_well_agrees_with_its_limits():
-    little, lost = exact(1.0, 1.0, 7000.0, 240.0, 4.4e5)  # far below the knee all stays
+    little, lost = exact(1.0, 1.0, 7000.0, 240.0, 4.4e5)  # far below the knee no charge is lost
     assert float(little) == pytest.approx(1.0, rel=1e-6) and float(little + lost) == pytest.approx(
         1.0, rel=1e-15
     )
-    full, _ = exact(1e12, 1.0, 7000.0, 240.0, 4.4e5)  # far beyond it, overflow equals current
+    full, _ = exact(1e12, 1.0, 7000.0, 240.0, 4.4e5)  # far beyond: overflow = current
     assert float(full) == pytest.approx(7000 + 240 * np.log(1e12 / 4.4e5), rel=1e-12)
 
 

@@ -1,5 +1,5 @@
-"""Sweeps: every job once, the same stores from every launcher, resumed after a kill, and mistakes
-found before the first job.
+"""Sweeps run every job once, give the same stores with every launcher, resume after a kill, and
+find mistakes before the first job.
 """
 
 from __future__ import annotations
@@ -145,14 +145,14 @@ def children(parent: int) -> list[int]:
     """Return the processes that `parent` started."""
     found = []
     for stat in Path("/proc").glob("[0-9]*/stat"):
-        with suppress(OSError):  # ended in this moment
+        with suppress(OSError):  # it has just ended
             if int(stat.read_text().rpartition(")")[2].split()[1]) == parent:
                 found.append(int(stat.parent.name))
     return found
 
 
 def alive(pid: int) -> bool:
-    """Return whether a process is there and not only waiting to be forgotten."""
+    """Return whether a process exists and is no zombie."""
     try:
         return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0] != "Z"
     except OSError:
@@ -182,7 +182,7 @@ def test_a_mistake_anywhere_in_a_sweep_is_found_before_its_first_job(
 
 @pytest.mark.slow
 def test_a_field_of_a_swept_kind_and_a_job_that_fails(isethdr_home):
-    """Both sensors take the field; the job that cannot work does not stop the others."""
+    """Both sensors have the field. A job that fails does not stop the others."""
     done = isethdr(
         "run",
         "-m",

@@ -1,11 +1,11 @@
-"""A plugin package that makes trouble on purpose; tests install it as `acme_trouble` for one test.
+"""A plugin package that fails on purpose; tests install it as `acme_trouble` for one test.
 
 ACME_RAISE=1         the metric `acme` raises in the middle of a run
 ACME_WAIT=metric     the metric writes the file ACME_MARK and waits to be killed
 ACME_WAIT=store      the same while a run's store is written but not yet renamed
-ACME_WAIT=paths      the same between the paths of a rendering that goes by the noise of cameras
-ACME_AFTER=n         ... only from the n-th time on (counted in ACME_MARK's folder), 1 by default
-ACME_ERRORS=file     the stage error hook notes there which stages failed
+ACME_WAIT=paths      the same between the paths of a rendering limited by the noise of cameras
+ACME_AFTER=n         wait only from the n-th time on (counted in ACME_MARK's folder); default 1
+ACME_ERRORS=file     the hook for errors of stages writes to this file which stages failed
 """
 
 import os
@@ -32,7 +32,7 @@ def wait(where):
 
 @dataclass(frozen=True)
 class Acme:
-    """Give the number one, or the trouble that a test asked for."""
+    """Give the number one, or fail as a test asked for."""
 
     def __call__(self, picture, truth, labels=None):
         """Return one score."""
@@ -46,7 +46,7 @@ to_disk = store._to_disk
 
 
 def to_disk_and_wait(path):
-    """Stand in for the last step of writing a store."""
+    """Do the last step of writing a store, and wait there if a test asks for it."""
     to_disk(path)
     wait("store")
 
@@ -56,7 +56,7 @@ limit_of_cameras = CameraNoise.__call__
 
 
 def limit_of_cameras_and_wait(self, scene):
-    """Stand in for what a renderer asks between its paths."""
+    """Return the limit that a renderer asks for between its paths, and wait if a test asks."""
     wait("paths")
     return limit_of_cameras(self, scene)
 

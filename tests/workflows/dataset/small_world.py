@@ -1,4 +1,4 @@
-"""A tiny world and its renderer: in a test's own process, or as a plugin of other processes."""
+"""A tiny world and its renderer, for a test's own process or as a plugin of other processes."""
 
 from __future__ import annotations
 
@@ -20,14 +20,14 @@ RENDERED: list[float] = []
 
 @dataclass(frozen=True)
 class SmallWorld:
-    """A lamp of some intensity over a road; every fifth intensity cannot be built."""
+    """A lamp over a road; every fifth seed cannot be built."""
 
     seed: int = 0
     intensity_cd: float = 100.0
-    fails: bool = True  # in one case of five
+    fails: bool = True  # whether every fifth seed fails
 
     def __call__(self):
-        """Return the kit's road, lamp and sky."""
+        """Return the road, lamp and sky of the conformance kit."""
         if self.fails and self.seed % 5 == 0:
             raise ConfigError(f"the seed {self.seed} leaves no room; expected another")
         return world(intensity_cd=self.intensity_cd + self.seed % 7)
@@ -38,10 +38,10 @@ class Small:
     """Give each tile the level of the lamp."""
 
     width: int = 12
-    seconds: float = 0.0  # that it takes at least
+    seconds: float = 0.0  # shortest run time, s
 
     def __call__(self, description, demand):
-        """Return 12 x 8 tiles in 7 bands with all labels."""
+        """Return `width` x 8 tiles in 7 bands with all labels."""
         groups = description.light_groups()
         lamp = next(
             part.lamp

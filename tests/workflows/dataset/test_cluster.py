@@ -1,5 +1,5 @@
-"""A dataset on a real SLURM or Ray cluster, whose processes or nodes are killed: the same stores,
-arrays and labels as those of one process.
+"""A dataset made on a real SLURM or Ray cluster has the stores, arrays and labels of one process,
+even if processes or nodes of the cluster are killed.
 """
 
 from __future__ import annotations
@@ -36,8 +36,8 @@ families:
 
 
 def ended(process: subprocess.Popen, variables: dict[str, str], kills: int) -> int:
-    """Kill up to `kills` processes of jobs, chosen at random, until the command ends, and return
-    how many were killed.
+    """Kill up to `kills` randomly chosen processes of jobs until the command ends, and return how
+    many were killed.
     """
     chosen = random.Random()
     killed = 0
@@ -79,7 +79,7 @@ def test_a_dataset_on_ray_survives_a_lost_node(tmp_path, monkeypatch):
     recipe.write_text(RECIPE)
     command = ("dataset", "generate", "small", "count=24", "seed=3", f"recipe={recipe}")
     homes = {name: tmp_path / name for name in ("one", "cluster")}
-    for name, value in environment(plugins, {}).items():  # that of the nodes' processes
+    for name, value in environment(plugins, {}).items():  # the nodes' processes inherit it
         monkeypatch.setenv(name, value)
     cluster = Cluster(initialize_head=True, head_node_args={"num_cpus": 1})
     try:
@@ -106,7 +106,7 @@ def test_a_dataset_on_ray_survives_a_lost_node(tmp_path, monkeypatch):
     reason=f"SLURM lacks {', '.join(slurm_cluster.missing())}; type apt-get install slurm-wlm",
 )
 def test_a_dataset_on_slurm_survives_killed_processes(tmp_path):
-    """Whenever the processes are killed, the 24 scenes in the end are the same."""
+    """Processes are killed at random times; the 24 scenes are the same in the end."""
     pytest.importorskip("submitit", reason="type pip install 'isethdr[slurm]'")
     plugins = [installed(tmp_path / "plugin")]
     recipe = tmp_path / "small.yaml"
@@ -138,7 +138,7 @@ def test_a_dataset_on_slurm_survives_killed_processes(tmp_path):
 def test_jobs_that_ended_early_are_one_error_after_all_others_were_waited_for(
     isethdr_home, monkeypatch
 ):
-    """As submitit tells of killed jobs."""
+    """The jobs are stand-ins that report a killed job as submitit does."""
     pytest.importorskip("submitit", reason="type pip install 'isethdr[slurm]'")
     import submitit
 

@@ -44,7 +44,7 @@ families:
     draw: {scene.intensity_cd: {uniform: [200, 900]}}
 splits: {train: 1, test: 1}
 """
-METRICS = ("shares", "dynamic_range", "snr", "colour", "ssim", "contrast")  # not needed here
+METRICS = ("shares", "dynamic_range", "snr", "colour", "ssim", "contrast")  # left out here
 # one camera and no scores: a chain of three cameras takes a quarter of a second to build
 PLAIN = ["sensor=ideal", "lens=ideal", "isp=linear", "~flare.dirt", "~versions"]
 
@@ -90,7 +90,7 @@ def test_a_dataset_is_made_once_whatever_interrupts_it(recipe, isethdr_home, mon
     assert interrupted == rendered + 1
     whole = generate(request, silent)
     assert sorted(whole.scenes) == list(range(6))
-    # the scene whose record was lost is read from its store; those that failed cost nothing
+    # the scene without a record is read from its store; scenes that failed are not rendered
     assert len(RENDERED) == len({record.stores for record in whole.made})
     assert generate(request, silent).made == whole.made
     assert len(RENDERED) == len({record.stores for record in whole.made})
@@ -116,7 +116,7 @@ def test_a_scene_that_fails_is_recorded_and_the_others_go_on(recipe):
     "part", ["scenes", pytest.param("datasets/tiny/scenes", marks=pytest.mark.slow)]
 )
 def test_a_disk_that_fills_up_stops_it_and_spoils_nothing(recipe, monkeypatch, isethdr_home, part):
-    """The disk of a folder takes what one scene needs, and half of the next one."""
+    """The disk of one folder has room for one and a half scenes."""
     before = generate(Request("tiny", count=3, seed=1, recipe=recipe, sample=1), silent)
     needed = sum(p.stat().st_size for p in (isethdr_home / part).rglob("*") if p.is_file())
     with monkeypatch.context() as patch:
@@ -137,7 +137,7 @@ def test_a_disk_that_fills_up_stops_it_and_spoils_nothing(recipe, monkeypatch, i
 
 
 def test_a_process_whose_command_was_killed_begins_no_further_scene(monkeypatch, tmp_path):
-    parents = iter([7, 1])  # the second time, another process has adopted it
+    parents = iter([7, 1])  # at the second call, its parent has ended
     monkeypatch.setattr("os.getppid", lambda: next(parents))
     monkeypatch.setenv("ISETHDR_HOME", str(tmp_path))
 
@@ -150,7 +150,7 @@ def test_a_process_whose_command_was_killed_begins_no_further_scene(monkeypatch,
 
 
 def limit_disk(patch, folder, most_bytes):
-    """Let the files below a folder take so many bytes more, and no other."""
+    """Give the files below a folder room for `most_bytes` more bytes in all."""
     opened = Path.open
     left = [most_bytes]
 
@@ -189,13 +189,15 @@ def test_more_scenes_continue_a_dataset_and_another_seed_is_refused(recipe):
     assert {n: more.scenes[n] for n in few.scenes} == few.scenes
     assert read_dataset("tiny").count == 3
     generate(Request("tiny", count=2, seed=1, recipe=recipe), silent)
-    assert read_dataset("tiny").count == 3  # a smaller count forgets nothing
+    assert read_dataset("tiny").count == 3  # a smaller count removes nothing
     with pytest.raises(ConfigError, match=r"seed=1.*generate tiny_2"):
         generate(Request("tiny", count=3, seed=2, recipe=recipe), silent)
 
 
 def test_a_stored_dataset_is_not_tried_again(recipe, monkeypatch):
-    """Trying lays out a street for each value of the recipe: half a minute for the bundled ones."""
+    """A trial lays out a street for each value of the recipe. It takes half a minute for the
+    bundled recipes.
+    """
     request = Request("tiny", count=1, seed=1, recipe=recipe)
     generate(request, silent)
     tried = []
@@ -255,7 +257,9 @@ def test_page_and_card_tell_what_there_is(recipe, isethdr_home):
 
 
 def test_light_that_few_paths_find_is_not_shown_by_day():
-    """In most of the tiles, light and noise are 0, or the noise is half of the light and more."""
+    """A light group is mostly noise if in most tiles its light and noise are 0, or its noise is at
+    least half of its light.
+    """
     radiance = np.ones((2, 3, 4, 6)) * 1e-3
     radiance[1, :, :, :2] = 0.0
     bands_nm = np.array([450.0, 550.0, 650.0])
@@ -300,7 +304,7 @@ def test_the_command_estimates_run_time_splits_and_lists(recipe, capsys, monkeyp
 
 @pytest.mark.slow
 def test_cameras_are_compared_over_the_scenes(recipe, capsys, monkeypatch, isethdr_home):
-    """Typed twice: the second time nothing is imaged anew."""
+    """The study runs twice; the second time, no scene is imaged again."""
     monkeypatch.setattr(cameras, "compose", plain)
     dataset = generate(Request("tiny", count=1, seed=1, recipe=recipe), silent)
     folder = folder_of("tiny")
@@ -321,7 +325,7 @@ def test_cameras_are_compared_over_the_scenes(recipe, capsys, monkeypatch, iseth
 def test_a_study_reads_the_radiance_of_the_records_whatever_the_code(
     recipe, monkeypatch, isethdr_home
 ):
-    """The scene's code is another one: by its recipe the radiance would not be found again."""
+    """The code of the scene has changed, so its radiance cannot be found by its recipe."""
     [record] = generate(Request("tiny", count=1, seed=1, recipe=recipe), silent).made
     monkeypatch.setattr(recipes, "fingerprint", lambda *parts: {"scene/small_world": "new"})
     RENDERED.clear()
@@ -336,7 +340,9 @@ def test_a_study_reads_the_radiance_of_the_records_whatever_the_code(
 
 @pytest.mark.slow
 def test_two_processes_make_the_same_bytes_as_one_and_a_killed_one_is_continued(tmp_path):
-    """Really rendered, 24 x 16: radiance and labels are equal bit for bit, scores to all digits."""
+    """Scenes of 24 x 16 tiles are rendered in full. Radiance and labels are equal bit for bit, and
+    tables of scores byte for byte.
+    """
     settings = ["count=3", "seed=2", "renderer.width=24", "renderer.height=16"]
     settings += ["renderer.noise_share_allowed=null", "renderer.samples=2", "scene.trees=[0,4]"]
     homes = {name: tmp_path / name for name in ("one", "two")}

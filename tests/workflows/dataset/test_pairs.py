@@ -1,4 +1,4 @@
-"""Pairs: terms add up to the whole light, noise averages out, and files are whole or not there."""
+"""Pairs: terms add up to the whole light, noise averages out, and files are complete or absent."""
 
 from __future__ import annotations
 
@@ -24,12 +24,12 @@ from isethdr_core.storage.store import write_store
 from isethdr_core.uncertainty.ledger import collected
 
 STORE = "5ce4e00000000001-00000000"
-ROUNDING = 2.0**-22  # relative: a sum of float32 numbers, each rounded once
+ROUNDING = 2.0**-22  # relative error of a sum of float32 numbers, each rounded once
 SETTINGS = (
     "sensor=bayer",
     "sensor.rows=12",
     "sensor.columns=16",
-    # no fixed pattern: the mean over shots of one device has none left
+    # without fixed pattern, the mean over shots of one device is the raw without noise
     *(f"sensor.{name}=0" for name in ("prnu", "dark_spread", "dsnu_e", "column_e")),
     "sensor.bits=0",  # raw is electrons, without rounding
     "lens=diffraction_limited",
@@ -67,7 +67,7 @@ def stored_scene(folder: Path) -> None:
 
 @pytest.fixture(scope="module")
 def world(tmp_path_factory):
-    """Return the home with the scene, its request, light and sample, computed once."""
+    """Return the home folder with the scene, the request, the light and the sample, made once."""
     folder = tmp_path_factory.mktemp("pairs")
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("ISETHDR_HOME", str(folder))
@@ -86,7 +86,7 @@ def world(tmp_path_factory):
 
 @pytest.fixture
 def quick(world, isethdr_home, monkeypatch):
-    """Return the request of a world whose scene is imaged already."""
+    """Return a request for the scene of `world`, which is imaged already."""
     folder, request, seen, sample = world
     monkeypatch.setenv("ISETHDR_HOME", str(folder))
     monkeypatch.setattr(making, "samples_of", lambda *_: [sample])
@@ -96,7 +96,7 @@ def quick(world, isethdr_home, monkeypatch):
 
 @pytest.mark.slow
 def test_the_terms_are_named_and_add_up_to_the_light_of_the_run(world):
-    """The whole light is computed here in one call of the lens, the ghosts by their flare alone."""
+    """One call of the lens computes the whole light here; the flare alone computes the ghosts."""
     _, _, seen, sample = world
     assert sample.labels["terms"] == ["sharp", "blur", "scatter", "ghosts"]
     assert sample.labels["members"] == ["sharp", "no_flare", "no_ghosts", "full"]
@@ -115,14 +115,14 @@ def test_the_terms_are_named_and_add_up_to_the_light_of_the_run(world):
     assert np.all(np.abs(clean - terms[0] - terms[1]) <= ROUNDING * size)
     ghosts = collected(lambda: flares["ghosts"].irradiance(seen.chain.lens, seen.mixed)).result
     alone = electrons(seen.light["no_ghosts"].copy(data=ghosts.values.astype(np.float32)))
-    # the sum of light in float32 keeps no more of a ghost than of the image that it lies on
+    # light is summed in float32, so a ghost is as inexact as the image that it lies on
     assert np.all(np.abs(alone - terms[3]) <= 8 * ROUNDING * size)
-    assert alone.max() > 1e-3  # electrons: not left out
+    assert alone.max() > 1e-3  # electrons; ghosts are not left out
 
 
 def test_dirt_spreads_light_and_takes_light_away(world):
-    """Scatter dims the lamp and lights its surroundings; no light is made. The aperture passes the
-    share that the light states; what leaves the frame is missing besides.
+    """Scatter dims the lamp and lights its surroundings, and creates no light. The aperture passes
+    the share that the light states; light that leaves the frame is missing too.
     """
     _, _, seen, sample = world
     lens = sample.arrays["electrons_sharp"] + sample.arrays["electrons_blur"]
@@ -149,13 +149,14 @@ def test_a_sharp_image_is_the_channel_radiance_through_the_camera_equation(world
     factor *= throughput / sample.labels["of_camera"]["throughput_sr"]
     planes = sample.arrays["channel_radiance"] * factor
     channel = np.take_along_axis(planes, sample.arrays["filter"][None].astype(int), 0)
-    # float32 of the radiance, of the light and of both results
+    # 1e-5: the radiance, the light and both results are rounded to float32
     np.testing.assert_allclose(sample.arrays["electrons_sharp"], channel, rtol=1e-5)
 
 
 def test_noise_averages_to_the_raw_without_noise(world):
-    """Twelve shots of about 180 pixels. z has Student's distribution with 11 degrees of freedom: a
-    variance of 11/9, whose estimate has a standard error of 0.16; the mean of z has one of 0.08.
+    """Twelve shots of about 180 pixels. z has Student's distribution with 11 degrees of freedom, so
+    a variance of 11/9. Standard errors are 0.16 for the estimate of this variance and 0.08 for the
+    mean of z.
     """
     _, _, _, sample = world
     for member in ("full", "no_flare"):
@@ -225,7 +226,8 @@ def test_the_page_reads_the_pairs(quick, capsys):
     [labels] = (labels for labels, _ in names["pairs"](quick.target))
     assert labels["terms"] == ["sharp", "blur", "scatter", "ghosts"]
     usable = ~np.load(quick.target / STORE / "bayer.npz")["saturated_full"]
-    # what the network is to remove: noise, dirt and ghosts, here a few electrons beside the lamps
+    # a network is to remove this difference: noise, dirt and ghosts, here a few electrons around
+    # the lamps
     assert np.isfinite((names["noisy"] - names["clean"])[usable]).all()
 
 

@@ -84,8 +84,9 @@ def test_a_scene_depends_on_seed_and_number_alone():
 
 
 def test_families_of_any_first_scenes_have_their_shares():
-    """Golden-ratio steps: the counts of any first n scenes are within 2 of their shares up to 300
-    (independent draws would be off by 7 of 300 in one case of three).
+    """Families are chosen by golden-ratio steps. The counts among the first n scenes are within 2
+    of their shares for every n up to 300. Independent draws would differ by more than 7 of 300 in
+    one case of three.
     """
     recipe = parsed(TWO, "two")
     for seed in range(5):

@@ -1,4 +1,4 @@
-"""The runtime estimate: exact for equal scenes, and its interval holds what comes."""
+"""The runtime estimate is exact for equal scenes, and its interval contains the true total."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from isethdr_workflows.dataset.summary import (
 
 
 def records(seconds):
-    """Return records of scenes that took so long, the processor half as long."""
+    """Return records of scenes that took `seconds`, and half as much processor time."""
     return [
         SceneRecord(number, "plain", f"plain-{number}", (), ("a",), s, s / 2, 1000)
         for number, s in enumerate(seconds)
@@ -35,7 +35,7 @@ def test_equal_scenes_take_their_number_times_one():
 
 
 def test_processor_time_needs_a_record_of_each_scene():
-    """Records of earlier versions have none."""
+    """Records of earlier versions have no processor time."""
     older = SceneRecord(6, "plain", "plain-6", (), ("a",), 30.0, stored_bytes=1000)
     assert runtime_estimate([*records([30.0] * 6), older], 60).cpu_seconds is None
 
@@ -43,7 +43,7 @@ def test_processor_time_needs_a_record_of_each_scene():
 def test_scenes_at_the_same_time_share_the_time_of_the_machine():
     pairs = [replace(record, at_once=2) for record in records([30.0] * 6)]
     assert runtime_estimate(pairs, 60).seconds.value == 900.0
-    assert runtime_estimate(pairs, 60).cpu_seconds.value == 900.0  # each is its own
+    assert runtime_estimate(pairs, 60).cpu_seconds.value == 900.0  # not shared
 
 
 def test_nothing_is_left_of_a_dataset_that_is_made():
@@ -52,8 +52,8 @@ def test_nothing_is_left_of_a_dataset_that_is_made():
 
 
 def test_the_interval_holds_the_total_in_95_of_100_cases():
-    """Normal times, for which Student's interval is exact: 500 cases have a standard error of 1 %;
-    0.92 to 0.98 is three of them.
+    """Run times are normally distributed, so Student's interval is exact. 500 cases have a standard
+    error of 1 %; 0.92 to 0.98 is three of them.
     """
     random = np.random.default_rng(1)
     inside = 0
@@ -85,7 +85,9 @@ def test_a_scene_far_from_the_others_is_named_and_equal_ones_are_not():
 
 
 def test_objects_are_counted_by_the_illuminance_under_each_lighting():
-    """The same table of objects by night (headlights alone) and by day; and a scene without."""
+    """One table of objects is used by night (headlights alone) and by day. A third scene states no
+    illuminance.
+    """
     car = {"category": "car", "box": [0, 0, 4, 20], "distance_m": 40.0}
     lit = car | {"illuminance_lx": {"sky": 2000.0, "headlights": 5.0}}
     scenes = [SceneRecord(k, "f", "r", (), ("a",), objects=(lit,)) for k in (0, 1)]
@@ -98,7 +100,7 @@ def test_objects_are_counted_by_the_illuminance_under_each_lighting():
 
 
 def test_the_cameras_own_car_is_no_object():
-    """Its lamps may be in the picture; the map of objects names them, and nobody looks for them."""
+    """Its lamps may be in the picture and in the map of objects, but nobody has to detect them."""
     rows = [
         {"category": name, "box": [0, 0, 4, 20], "distance_m": 2.0, "visible_fraction": 1.0}
         for name in ("car", "own vehicle", "road", "deer")

@@ -1,4 +1,6 @@
-"""Intervals over roads hold the truth as often as they say; tables count every object once."""
+"""Intervals over roads contain the true mean as often as they state; tables count every object
+once.
+"""
 
 from __future__ import annotations
 
@@ -25,7 +27,7 @@ def test_one_value_a_road_is_the_ordinary_student_interval():
 
 
 def test_copies_of_a_scene_add_no_certainty():
-    """Ten scenes of a road that are all alike say as much as one."""
+    """Ten equal scenes of a road give the same interval as one scene."""
     values = np.array([0.2, 0.5, 0.9, 0.4])
     one = mean_over_roads(values, range(4))
     ten = mean_over_roads(np.repeat(values, 10), np.repeat(np.arange(4), 10))
@@ -33,9 +35,10 @@ def test_copies_of_a_scene_add_no_certainty():
 
 
 def test_the_interval_holds_the_mean_in_95_of_100_cases():
-    """Roads with 1 to 6 scenes, whose own level varies as much as their scenes do. 500 cases have
-    a standard error of 1 %, and the ratio of two sums is a little off normal with ten roads: 0.92
-    to 0.98. The same interval without roads holds it in fewer than 0.85.
+    """Roads have 1 to 6 scenes. Levels vary as much from road to road as from scene to scene. The
+    limits of 0.92 and 0.98 allow for the standard error of 500 cases, 1 %, and for a ratio of two
+    sums that is not quite normal with ten roads. An interval that ignores roads contains the mean
+    in fewer than 0.85 of the cases.
     """
     random = np.random.default_rng(4)
     inside = np.zeros(2)
@@ -59,7 +62,7 @@ def test_without_values_or_with_one_road_nothing_is_claimed():
 
 
 def shot(number, values, lux=5.0):
-    """Return a scene with a car and a tree, seen by two cameras with some detection."""
+    """Return a scene with a car and a tree, and its contrast detection `values` in two cameras."""
     rows = (
         {"instance": 1, "name": "car", "category": "car", "distance_m": 20.0},
         {"instance": 2, "name": "tree", "category": "tree", "distance_m": 20.0},
@@ -80,7 +83,7 @@ def test_tables_count_each_thing_once_and_name_empty_classes():
     assert tables.cameras == ["one", "two"]
     by_class = {row.name: row for row in tables.objects["class"]}
     assert by_class["car"].objects == 2 and by_class["bus"].objects == 0
-    assert "tree" not in by_class  # it is no thing
+    assert "tree" not in by_class  # trees are not counted
     assert [m.value for m in by_class["car"].means] == pytest.approx([0.3, 0.6])
     lux = {row.name: row.objects for row in tables.objects["illuminance"]}
     # 5 + 2 and 500 + 2 lx under the weights of the lighting
@@ -95,8 +98,8 @@ def test_tables_count_each_thing_once_and_name_empty_classes():
 
 
 def test_luminances_have_geometric_means_and_ratios():
-    """Levels of 1 and 100 cd/m2, and twice as much with the other camera: a factor without
-    doubt.
+    """Two scenes have 1 and 100 cd/m2 in one camera, and twice as much in the other. The factor
+    between the cameras has an interval of zero width.
     """
     shots = [
         Shot(

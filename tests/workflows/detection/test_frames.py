@@ -1,4 +1,6 @@
-"""Frames of drawn clutter: windows, rings, and decisions counted against the stated ones."""
+"""Frames of random clutter: windows, rings, and counted decisions that agree with the stated
+shares.
+"""
 
 from __future__ import annotations
 
@@ -28,7 +30,7 @@ def thing(box=BOX, instance=1) -> Thing:
 
 
 def frame(number: int, contrast: float = 3.0, spread: float = 1.0) -> Frame:
-    """Return two colours of smooth drawn clutter with a person in it."""
+    """Return two colours of smooth random clutter with a person in it."""
     random = np.random.default_rng(number)
     coarse = random.normal(0, spread, (2, SHAPE[0] // 4, SHAPE[1] // 4))
     colours = 20 + np.kron(coarse, np.ones((4, 4)))
@@ -44,7 +46,9 @@ def row_of(frame, thing, answer):
 
 
 def test_cells_keep_noise_of_1_and_join_to_noise_of_1():
-    """Bayer: two greens count as one colour. 128 x 128 cells: a deviation is known to 0.6 %."""
+    """The two greens of a Bayer array count as one colour. 128 x 128 cells give a standard
+    deviation to 0.6 %.
+    """
     noise = np.random.default_rng(0).normal(size=(256, 256))
     filters = np.tile(np.array([[0, 1], [1, 2]], np.uint8), (128, 128))
     colours = cells(noise, filters, (2, 2))
@@ -54,8 +58,8 @@ def test_cells_keep_noise_of_1_and_join_to_noise_of_1():
 
 
 def test_a_noisier_frame_has_twice_the_variance_of_the_renderer():
-    """Two halves of the samples, each of variance 2, on 200 x 200 cells: the variance of the mean
-    is known to 0.7 %, and d'^2 of nothing stays 0 after its correction.
+    """Two half buffers have a variance of 2 each on 200 x 200 cells, so the variance of their mean
+    is known to 0.7 %. Half their difference, which corrects d'^2, gets twice the variance too.
     """
     random = np.random.default_rng(4)
     halves = random.normal(0, np.sqrt(2), (2, 1, 200, 200))
@@ -66,7 +70,7 @@ def test_a_noisier_frame_has_twice_the_variance_of_the_renderer():
     assert one.colours.var() == pytest.approx(1, rel=0.03)
     assert worse.colours.var() == pytest.approx(2, rel=0.03)
     assert worse.render.var() == pytest.approx(2, rel=0.03)
-    assert worse.joined(1).var() == pytest.approx(2, rel=0.06)  # no sums of the frame before
+    assert worse.joined(1).var() == pytest.approx(2, rel=0.06)  # not the sums of the frame before
     still = Frame(0, "road", "night", halves.mean(0), owners, ())
     assert noisier(still) is still
 
@@ -109,7 +113,7 @@ def test_without_the_object_in_place_the_ring_and_a_bare_view_agree_on_an_even_r
 
 
 def windows(picture, at, shape):
-    """Return windows (window, colour, y, x) of a picture, cut out one by one."""
+    """Return windows (window, colour, y, x) that are cut out of a picture one by one."""
     height, width = shape.channels.shape
     cut = [picture[:, y : y + height, x : x + width] for y, x in zip(*at, strict=True)]
     return np.stack(cut)
@@ -122,7 +126,7 @@ def test_windows_hold_no_road_user_and_are_the_same_for_all_cameras():
     at = clutter.places(one, size, shape, 30)
     assert len(at.top) == 30
     marked = Frame(3, "road 3", "night", (one.owners > 0)[None] * 1.0, one.owners, ())
-    same = clutter.places(marked, size, shape, 30)  # another camera: the same places
+    same = clutter.places(marked, size, shape, 30)  # another camera has the same places
     assert np.array_equal(at, same)
     top, left, height, width = shape.box
     held = windows(marked.colours, at, shape)[:, 0, top : top + height, left : left + width]
@@ -138,7 +142,7 @@ def test_outputs_read_in_strips_are_those_of_windows_cut_out_one_by_one():
     at = clutter.places(one, size, shape, 30)
     assert len(np.unique(at.top)) > 1
     each = shape.channels.of(windows(one.colours, at, shape))
-    # the same sums in another order: rounding of float64 alone
+    # 1e-10: rounding of float64, because the sums run in another order
     assert clutter.outputs_at(one.colours, at, shape.channels) == pytest.approx(each, rel=1e-10)
 
 
@@ -154,10 +158,10 @@ def test_clutter_is_that_of_other_roads():
 
 
 def test_counted_hits_and_false_alarms_are_those_stated():
-    """Normal clutter whose covariance is known: 4000 decisions of each kind agree with d' within
-    4 standard deviations of a binomial number, at 5 % of false alarms. Of the pairs, the share told
-    apart is Phi(d' / sqrt(2)), with a standard deviation of at most 1 / sqrt(4 * 4000) (Green and
-    Swets 1966).
+    """The clutter is normal with known covariance. At 5 % of false alarms, 4000 decisions of each
+    kind agree with d' within 4 standard deviations of a binomial number. The share of pairs that
+    are told apart is Phi(d' / sqrt(2)) (Green and Swets 1966), with a standard deviation of at most
+    1 / sqrt(4 * 4000).
     """
     random = np.random.default_rng(11)
     size = 8
@@ -179,8 +183,8 @@ def test_counted_hits_and_false_alarms_are_those_stated():
 
 
 def test_on_drawn_roads_counting_agrees_with_the_observer():
-    """60 roads of one kind. Each object is one background, so hits of all objects together are
-    binomial with 60 objects: within 3 standard deviations of at most 0.065.
+    """60 roads of one kind. Each object has one background, so the number of hits is binomial with
+    60 objects: it agrees within 3 standard deviations of at most 0.065.
     """
     frames = [frame(k, contrast=1.2) for k in range(60)]
     how = observing.Observer(order=2, windows=24)
@@ -191,9 +195,10 @@ def test_on_drawn_roads_counting_agrees_with_the_observer():
     assert 0.1 < stated < 0.95
     assert abs(check.hits / check.trials - stated) < 3 * 0.065
     apart = np.array([row.told_apart for row in rows])
-    # as with hits, of at most 0.065; a share from 0 to 1 spreads less than a hit or a miss
+    # 3 standard deviations of at most 0.065, as with hits: a share from 0 to 1 spreads less than a
+    # hit or a miss
     assert abs(apart.mean() - ndtr(np.array([row.d for row in rows]) / 2**0.5).mean()) < 3 * 0.065
-    # 60 roads x 24 windows, those of a road are alike: within 0.05 +- 0.03
+    # 0.05 +- 0.03: 60 roads x 24 windows; windows of one road are correlated
     assert check.false_alarms / check.places == pytest.approx(0.05, abs=0.03)
 
 
@@ -211,6 +216,6 @@ def test_a_bare_view_takes_the_place_of_the_ring():
     places = observing.places_of(frames)
     honest, _ = observing.observed(frames, how, row_of, places, bare)
     cheap, _ = observing.observed(frames, how, row_of, places)
-    # the change is the same on all roads where it is known, and differs where the ring guesses
+    # with a bare view, the change is known and equal on all roads; the ring only estimates it
     assert np.std([row.noise_only for row in honest]) < 1e-6
     assert np.std([row.noise_only for row in cheap]) > 0.1

@@ -1,4 +1,7 @@
-"""The observer follows its closed forms: noise alone, scaling, change of channels, few windows."""
+"""The observer follows its closed forms: noise alone, scaling, change of channels, few windows.
+
+d' is the detectability of an object against its surroundings.
+"""
 
 from __future__ import annotations
 
@@ -10,7 +13,7 @@ from isethdr_workflows.detection.observer.hotelling import detectability, found,
 BOX = (18.0, 12.0)
 SHAPE = (49, 37)
 MIDDLE = (24.5, 18.5)
-MANY = 10**9  # windows: the correction for few is below 1e-7
+MANY = 10**9  # number of windows; the correction for few windows is below 1e-7
 
 
 def made(order: int = 3):
@@ -33,9 +36,9 @@ def random_covariance(size: int, seed: int = 1) -> np.ndarray:
 
 @pytest.mark.parametrize(("width", "least"), [(1.0, 1 - 1e-9), (0.8, 0.95), (1.3, 0.95)])
 def test_in_white_noise_a_gaussian_blob_has_its_norm_over_the_noise(width, least):
-    """d' = |s| / sigma for the ideal observer. The channel of order 0 is the blob itself, so
-    nothing is lost; blobs of other widths lose less than 5 % to the orders above 3. No channels
-    see more than the ideal observer.
+    """The ideal observer has d' = |s| / sigma. The channel of order 0 is the blob itself, so
+    nothing is lost; blobs of other widths lose less than 5 % to the orders above 3. Channels never
+    have a larger d' than the ideal observer.
     """
     signal = 0.7 * blob(width)
     at = made()
@@ -46,7 +49,7 @@ def test_in_white_noise_a_gaussian_blob_has_its_norm_over_the_noise(width, least
 
 @pytest.mark.parametrize(("order", "rectangle", "ellipse"), [(1, 0.81, 0.73), (3, 0.89, 0.87)])
 def test_even_objects_lose_as_much_to_the_channels_as_the_docs_say(order, rectangle, ellipse):
-    """Two digits are stated; another size in cells moves the third."""
+    """The docs state two digits; another size in cells changes the third."""
     at = channels((53, 33), (26.5, 16.5), (20.0, 12.0), order)
     y, x = np.mgrid[:53, :33] + 0.5
     square = (np.abs(y - 26.5) <= 10) & (np.abs(x - 16.5) <= 6)
@@ -88,7 +91,7 @@ def test_it_is_proportional_to_the_inverse_of_all_noise():
 
 
 def test_a_linear_change_of_channels_changes_nothing():
-    """Also with few windows: the correction has no coordinates."""
+    """This holds with few windows, too: the correction does not depend on coordinates."""
     at = made()
     difference = at.of(blob())
     spread = random_covariance(count(3))
@@ -97,14 +100,14 @@ def test_a_linear_change_of_channels_changes_nothing():
     changed = detectability(
         change @ difference, change @ spread @ change.T, change @ at.noise(1) @ change.T, 60
     )
-    assert changed == pytest.approx(plain, rel=1e-6)  # condition of the change: below 1e3
+    assert changed == pytest.approx(plain, rel=1e-6)  # its condition number is below 1e3
 
 
 @pytest.mark.parametrize("noise", [1e-9, 1.0, 10.0])
 def test_few_windows_do_not_raise_it(noise):
     """The inverse of a sample covariance of 10 channels and 40 windows is too large by
     39 / 28 = 1.39. Over 300 samples the corrected square is right within 4 %: its standard error
-    is about 0.2 / sqrt(300) = 1.3 %, and the correction is of first order where noise counts.
+    is about 0.2 / sqrt(300) = 1.3 %, and with noise the correction is only of first order.
     """
     random = np.random.default_rng(3)
     size = 10
@@ -134,9 +137,9 @@ def test_the_threshold_passes_the_stated_false_alarms():
 
 @pytest.mark.slow
 def test_noise_of_the_renderer_is_no_signal():
-    """Differences of an object with noise of the renderer in them, and the half difference of two
-    halves of its samples, which has the same covariance. Over 4000 renderings the corrected square
-    is right within 5 %: its standard error is about 1.2 %.
+    """The differences of an object contain noise of the renderer. Half the difference of the two
+    half buffers has the same covariance, and corrects d'^2. Over 4000 renderings the corrected
+    square is right within 5 %: its standard error is about 1.2 %.
     """
     random = np.random.default_rng(7)
     at = made(1)
@@ -149,7 +152,7 @@ def test_noise_of_the_renderer_is_no_signal():
         detectability(true + noise, spread, at.noise(1), MANY, half)
         for noise, half in zip(*drawn, strict=True)
     ]
-    # a square below 0 counts as 0: compare with the mean of the squares before that
+    # d'^2 below 0 counts as 0; the mean is taken over the squares before this
     together = np.linalg.inv(spread + at.noise(1))
     squares = [
         (true + noise) @ together @ (true + noise) - half @ together @ half

@@ -1,4 +1,4 @@
-"""Stabilised values have a noise of 1, whatever the captures, and saturate where all do."""
+"""Stabilised values have a noise of 1 for any captures, and saturate where all captures do."""
 
 from __future__ import annotations
 
@@ -28,8 +28,9 @@ def reading(charge=0, read=2.0, top=WELL_E, sensitivity=1.0, **more) -> Reading:
 
 
 def test_one_capture_has_the_closed_form():
-    """I = 1 / (s + dark + read^2): the integral is 2 sqrt(s + dark + read^2) less its start.
-    Tables of 60 points a decade are within 1e-3.
+    """The information is I = 1 / (s + dark + read^2). The integral of its square root is
+    2 sqrt(s + dark + read^2), minus the value at s = 0. Tables of 60 points per decade are right
+    to 1e-3.
     """
     level = np.array([0.01, 1.0, 30.0, 1000.0])
     made = Stabiliser(Readings((reading(),)), 5000.0)
@@ -40,8 +41,8 @@ def test_one_capture_has_the_closed_form():
 
 @pytest.mark.parametrize("mean_e", [20.0, 300.0, 5000.0])
 def test_the_noise_of_a_stabilised_value_is_1(mean_e):
-    """40 000 pixels: the standard error of a deviation is 0.35 %; 2 % covers the curvature of the
-    function at 20 e.
+    """40 000 pixels give a standard deviation to 0.35 %; 2 % covers the curvature of the function
+    at 20 e.
     """
     random = np.random.default_rng(2)
     made = Stabiliser(Readings((reading(),)), 2 * WELL_E)
@@ -65,7 +66,7 @@ def test_beyond_all_tops_nothing_is_told_apart_and_a_small_photodiode_goes_on():
     both = Stabiliser(Readings((long, short)), 1e7)
     bright = np.array([5e4, 2e5])
     assert np.ptp(alone(bright, 0)) == pytest.approx(0.0, abs=1e-6)
-    # sqrt(0.01) of the large photodiode's difference of 2 sqrt(s)
+    # the difference is sqrt(0.01) of that of the large photodiode, 2 sqrt(s)
     assert np.ptp(both(bright, 0)) == pytest.approx(0.2 * np.ptp(np.sqrt(bright)), rel=0.02)
 
 
@@ -79,7 +80,7 @@ def test_response_nonuniformity_ends_the_growth():
 
 
 def test_companded_codes_have_the_noise_of_their_own_steps():
-    """Steps of 1, then 4 DN behind the knee at 512 DN: of 10 e each, and 40 e."""
+    """Steps are 1 DN (10 e) below the knee at 512 DN, and 4 DN (40 e) above it."""
     captures = xr.Dataset(
         {
             "companding_dn": (("capture", "entry"), [[0.0, 512.0, 768.0, np.nan]]),
@@ -98,7 +99,7 @@ def test_companded_codes_have_the_noise_of_their_own_steps():
 
 @pytest.fixture(scope="module")
 def even_light():
-    """An even field of daylight on the sensor plane, 24 x 24 tiles of 3 um."""
+    """Return a uniform field of daylight on the sensor plane, 24 x 24 tiles of 3 um."""
     scene = build("scene", "uniform", width=24, height=24, luminance_cd_m2=100.0)()
     mixed = build("lighting", "ideal")(scene)
     focal_mm = 24 * 3e-3 / mixed.attrs["field_width"]
@@ -108,8 +109,9 @@ def even_light():
 def test_a_code_combined_on_the_chip_tells_no_more_than_its_captures_and_as_much_in_the_dark(
     even_light,
 ):
-    """In the dark LPHG alone serves the code; the other captures of the same charge have 4 times
-    its steps, which adds 3 % at most. Where SPLG alone serves, the charges add nothing either.
+    """In the dark the code comes from LPHG alone; the other captures of the same charge have 4
+    times its steps, and would add 3 % at most. In bright light the code comes from SPLG alone, and
+    the other charge would add nothing.
     """
     apart = readings(few(build("sensor", "split_pixel"), even_light))
     levels = np.geomspace(0.1, 1e6, 36)

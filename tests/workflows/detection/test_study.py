@@ -1,4 +1,4 @@
-"""The study by its command: bad input ends it before any work; a tiny dataset goes through."""
+"""The study of detection: bad input ends it before any work; its command studies a tiny dataset."""
 
 from __future__ import annotations
 
@@ -105,12 +105,15 @@ def test_an_even_field_has_the_mean_light_of_the_scene():
 
 @dataclass(frozen=True)
 class DrawnWorld:
-    """A world that only its seed tells from others."""
+    """A world that differs from others by its seed alone."""
 
     seed: int = 0
 
     def __call__(self):
-        """Return the kit's road, lamp and sky, and a person; the lamp's intensity is the seed."""
+        """Return the conformance kit's road, lamp and sky, and a person.
+
+        The intensity of the lamp encodes the seed.
+        """
         made = world(intensity_cd=1.0 + self.seed % 1000)
         person = replace(made.objects[0], name="person", category="person")
         return replace(made, objects=(*made.objects, person))
@@ -118,7 +121,7 @@ class DrawnWorld:
 
 @dataclass(frozen=True)
 class Drawn:
-    """Give each tile a level drawn from the lamp's intensity, and stand a person there."""
+    """Give each tile a random level, seeded by the lamp's intensity, and draw a person."""
 
     def __call__(self, description, demand):
         """Return 60 x 36 tiles in 7 bands with all labels."""
@@ -162,8 +165,8 @@ class Drawn:
     ],
 )
 def test_a_tiny_dataset_goes_through(offer, tmp_path, monkeypatch, question, cameras):
-    """Five roads. A person three times as bright as clutter of 30 % is found by daylight; less
-    light lowers what noise alone allows.
+    """The dataset has five roads. A person three times as bright as clutter of 30 % is found by
+    daylight. Less light lowers the d' that noise alone allows.
     """
     monkeypatch.setenv("ISETHDR_HOME", str(tmp_path / "home"))
     offer("scene", "drawn_world", DrawnWorld)
@@ -199,4 +202,4 @@ def test_a_tiny_dataset_goes_through(offer, tmp_path, monkeypatch, question, cam
             if row["camera"] == camera:
                 alone.setdefault(float(row["level"]), []).append(float(row["noise_only"]))
         d = [np.mean(alone[level]) for level in sorted(alone)]
-        assert d[0] < 0.5 * max(d) and np.all(np.diff(d[:4]) > 0)  # exposure is at its limit there
+        assert d[0] < 0.5 * max(d) and np.all(np.diff(d[:4]) > 0)  # exposure is at its limit

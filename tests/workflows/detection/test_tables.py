@@ -81,8 +81,8 @@ def results(cells) -> Results:
 
 
 def test_roads_needed_for_a_difference_follow_the_variance_over_roads():
-    """One object a road: (1.96 + 0.84)^2 variance / difference^2, of the difference if paired, of
-    both cameras if not.
+    """With one object per road, the number is (1.96 + 0.84)^2 variance / difference^2. For paired
+    cameras the variance is that of their difference, otherwise the sum of both variances.
     """
     one = np.array([0.1, 0.5, 0.9, 0.3, 0.7])
     two = one + np.array([0.02, 0.05, 0.01, 0.03, 0.04])
@@ -115,14 +115,16 @@ def test_every_object_is_in_one_row_of_each_table():
 
 
 def test_a_crossing_is_where_the_mean_crosses_and_its_interval_holds_it():
-    """Objects found above 0.1 lux more or less: a ramp of the logarithm, moved by road."""
+    """The share of objects found is a ramp over the logarithm of the illuminance. It crosses 0.5
+    near 0.1 lux, at a different place on each road.
+    """
     levels = [0.01, 0.1, 1.0]
     shifts = np.linspace(-0.4, 0.4, 9)
     values = np.array([0.5 + 0.5 * (np.log10(levels) + 1 + s) for s in shifts])
     roads = [f"road {k}" for k in range(9)]
     middle = crossing(levels, values, roads, 0.5)
     assert middle.level == pytest.approx(0.1)
-    # the standard error of the mean shift is std / 3 of a decade
+    # the standard error of the mean shift is std / 3, in decades
     half = 1.96 * shifts.std() / 3
     assert np.log10(middle.high) + 1 == pytest.approx(half, rel=0.2)
     assert np.log10(middle.low) + 1 == pytest.approx(-half, rel=0.2)
@@ -151,7 +153,7 @@ def test_the_page_and_the_tables_name_everything():
     assert len(objects_csv(cells.rows).splitlines()) == 7
     told = [replace(row, told_apart=0.5 + row.found / 2) for row in cells.rows]
     counted = markdown(results(told), tables).partition("Counted:")[2]
-    # halves of the differences above: -0.1, 0.1, 0
+    # half of the differences of the shares found: -0.1, 0.1, 0
     assert "| all: all objects | 3 | 0.700 (" in counted and "| 0.000 (" in counted
     assert "told apart: class,person,a,3" in means_csv(results(told), tables)
     two = results(rows([0.2, 0.6], [0.3, 0.5]))
@@ -166,7 +168,7 @@ def test_the_rows_of_the_command_hold_both_measures_with_their_intervals():
     one, two = (of["light and distance", camera] for camera in "ab")
     assert one["row"] == "night, 30 to 60 m" and one["found"] == pytest.approx(0.4)
     assert one["told_apart"] == pytest.approx(0.7) and math.isnan(one["told_apart_less_first"])
-    # differences of 0.1, -0.1, 0: Student 4.303 times 0.1 over the root of 3
+    # differences of 0.1, -0.1, 0: Student's 4.303 times 0.1 over the square root of 3
     assert two["told_apart_less_first"] == pytest.approx(0.0)
     assert two["told_apart_less_first_high"] == pytest.approx(4.303 * 0.1 / 3**0.5, rel=1e-3)
 
@@ -185,7 +187,7 @@ def test_a_curve_is_drawn_with_its_crossing():
 
 
 def test_curves_of_many_cameras_stand_below_each_other():
-    """At most 105 columns of text with names of 25 letters."""
+    """A row has at most 105 columns of text if names have 25 letters."""
     asked = replace(QUESTIONS["dark"], levels=(0.1, 1.0, 3.0))
     names = [f"typical_split_pixel_{k}_bit" for k in range(16)]
     objects = {0.1: 3, 1.0: 3, 3.0: 2}  # the highest level that most objects reach is 1 lux
@@ -207,7 +209,7 @@ def test_curves_of_many_cameras_stand_below_each_other():
 
 
 def test_the_question_of_darkness_asks_all_bundled_sensors():
-    """Those of the main job have short names."""
+    """The sensors of the main job have short names."""
     short = {f"typical_{name}" for name in ("bayer", "split_pixel", "rgbw")}
     own = [name for name in presets("sensor") if not name.startswith("acme")]
     assert set(BUNDLED) == {
@@ -227,7 +229,7 @@ def test_detectors_are_compared_for_the_objects_that_both_know(tmp_path):
     assert recalls(path, cells) == []
     head = "scene,road,instance,camera,detector,counted,found,score"
     lines_of = ["0,r,1,a,small,1,0,0.1", "1,r,1,a,small,1,1,0.9", "2,r,1,a,small,1,1,0.5"]
-    others = ["0,r,9,a,small,1,1,0.9", "0,r,1,b,small,0,1,0.9"]  # unknown, not counted
+    others = ["0,r,9,a,small,1,1,0.9", "0,r,1,b,small,0,1,0.9"]  # unknown; not counted
     path.write_text("\n".join([head, *lines_of, *others]))
     whole, person = recalls(path, cells)
     assert (whole.kind, person.kind, whole.objects) == ("all", "person", 3)
@@ -237,7 +239,7 @@ def test_detectors_are_compared_for_the_objects_that_both_know(tmp_path):
 
 
 def test_detectors_stand_in_the_table_of_the_objects(tmp_path, monkeypatch):
-    """The recall of camera a is 2/3; its interval over three roads is Student's, cut at 1."""
+    """The recall of camera a is 2/3; its interval over three roads is Student's, cut to 0..1."""
     monkeypatch.setenv("ISETHDR_HOME", str(tmp_path))
     cells = results([replace(row, d=1.0) for row in rows([0.2, 0.6, 0.4], [0.3, 0.5, 0.4])])
     head = "scene,road,instance,camera,detector,counted,found,score"
@@ -258,7 +260,7 @@ def test_a_geometric_mean_of_d_has_the_interval_of_its_logarithm():
     cells = [found(k, "a", 0.5, noise_only=value) for k, value in enumerate(values)]
     mean = geometric(cells)
     assert mean.value == pytest.approx(1.0)
-    # logarithms of -2, 0, 2 decades: Student 4.303 times 2 over the root of 3
+    # logarithms of -2, 0, 2 decades: Student's 4.303 times 2 over the square root of 3
     assert math.log10(mean.high) == pytest.approx(4.303 * 2 / 3**0.5, rel=1e-3)
     assert d_text(replace(mean, low=0.5, high=1206.4)) == "1 (0.5 to 1206)"
 

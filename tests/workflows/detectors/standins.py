@@ -1,4 +1,4 @@
-"""Stand-in detectors, written by onnx: they find bright cells of the picture, or say constants."""
+"""Stand-in detectors, written by onnx: they find bright cells of a picture, or return constants."""
 
 from __future__ import annotations
 
@@ -20,9 +20,11 @@ def saved(path: Path, nodes, inputs, outputs, constants) -> Path:
 
     Parameters
     ----------
-    inputs : {name: shape}, float32.
-    outputs : names.
-    constants : {name: array}
+    path : file to write.
+    nodes : nodes of the network.
+    inputs : {name: shape} of the float32 inputs.
+    outputs : names of the outputs.
+    constants : {name: array} of the constants.
     """
     graph = helper.make_graph(
         nodes,
@@ -37,10 +39,10 @@ def saved(path: Path, nodes, inputs, outputs, constants) -> Path:
 
 
 def bright_cells(path: Path, channel: int = 0) -> Path:
-    """Write a network whose score of a class is the brightness of one channel in each cell.
+    """Write a network that scores each cell by the mean brightness of one channel.
 
-    Outputs `boxes` (1, cells, 4) by corners in pixels and `scores` (1, cells, 5): the first class
-    has the brightness, the others none.
+    Its outputs are `boxes` (1, cells, 4), corners in pixels, and `scores` (1, cells, 5). The first
+    class has the brightness as its score, and the other classes have 0.
     """
     rows = HEIGHT // CELL
     columns = WIDTH // CELL
@@ -67,9 +69,9 @@ def bright_cells(path: Path, channel: int = 0) -> Path:
 
 
 def constant(path: Path, outputs: dict[str, np.ndarray]) -> Path:
-    """Write a network of any input size that says the same of every picture."""
+    """Write a network of any input size that returns the same outputs for every picture."""
     nodes = [helper.make_node("Identity", [f"{name}_value"], [name]) for name in outputs]
-    # an input that nothing reads would be dropped
+    # onnx would drop an input that no node reads
     nodes.append(helper.make_node("Identity", ["picture"], ["seen"]))
     constants = {f"{n}_value": np.asarray(v, np.float32) for n, v in outputs.items()}
     inputs = {"picture": [1, 3, "rows", "columns"]}
@@ -77,7 +79,7 @@ def constant(path: Path, outputs: dict[str, np.ndarray]) -> Path:
 
 
 def described(model: Path, **fields: object) -> Path:
-    """Write the description of a network beside it, and return its path."""
+    """Write the description of a network next to its file, and return the description's path."""
     content = {"model": model.name, "output": {"form": "apart"}, "classes": CLASSES} | fields
     path = model.with_suffix(".yaml")
     path.write_text(yaml.safe_dump(content))

@@ -81,7 +81,7 @@ def test_channels_layout_and_scaling_reach_the_network():
 
 
 def test_a_picture_that_shrinks_keeps_its_mean():
-    """Averaging over areas: a picture of noise keeps its mean to a few parts in a hundred."""
+    """Pixels are averaged over areas, so a picture of noise keeps its mean to a few per cent."""
     rgb = np.random.default_rng(1).random((48, 64, 3)).astype(np.float32)
     form = InputForm(size_px=(16, 12))
     array = network_input(rgb, fit_of(64, 48, form), form)
@@ -129,7 +129,7 @@ OF_CLASSES = np.array([[0.1, 0, 0.8, 0, 0], [0.6, 0.2, 0, 0, 0]])
     ids=["apart", "joined", "last", "objectness", "sigmoid", "labelled", "rows", "shares"],
 )
 def test_every_form_of_output_says_the_same(tmp_path, output, arrays):
-    """The sigmoid of a logarithm p is p / (1 + p): it keeps the order."""
+    """The sigmoid of log(p) is p / (1 + p), which keeps the order of the scores."""
     model = constant(tmp_path / "c.onnx", arrays)
     path = described(model, input={"size_px": [16, 16]}, output=output)
     found = open_detector(path).in_displayed(np.zeros((16, 16, 3), np.float32))

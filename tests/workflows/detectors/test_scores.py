@@ -1,4 +1,4 @@
-"""Scores equal those of pycocotools; intervals hold the truth as often as they say."""
+"""Scores equal those of pycocotools; intervals contain the true value as often as they state."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ def detections(rows) -> Detections:
 
 
 def drawn_pictures(seed: int, count: int, camera: str = "one") -> list[Picture]:
-    """Return pictures of which some objects are found, well or badly, and with false alarms."""
+    """Return random pictures with objects, detections of some of them, and false alarms."""
     rng = np.random.default_rng(seed)
     pictures = []
     for number in range(count):
@@ -132,7 +132,9 @@ def test_scores_equal_those_of_pycocotools(seed):
 
 
 def test_a_draw_of_roads_is_the_score_of_the_pictures_of_these_roads():
-    """Scores of a draw by weights equal those of the pictures, each as often as drawn."""
+    """The weighted scores of a draw equal the scores of pictures that are repeated as often as
+    their roads were drawn.
+    """
     pictures = drawn_pictures(5, 12)
     compared = Compared({"one": [Answers("one", pictures)]}, CLASSES)
     values = compared.draws("one", EVERYTHING)
@@ -146,7 +148,7 @@ def test_a_draw_of_roads_is_the_score_of_the_pictures_of_these_roads():
         for name in (*CLASSES, ALL):
             for score, drawn in values[name].items():
                 np.testing.assert_allclose(drawn[draw], alone[name][score][0], atol=0.02)
-                # equal scores in several pictures may change places: hence not exactly
+                # 0.02: detections with equal scores in several pictures may change their order
         np.testing.assert_allclose(values[ALL]["AR"][draw], alone[ALL]["AR"][0], rtol=1e-12)
 
 
@@ -175,7 +177,7 @@ def test_a_perfect_detector_has_one_and_a_blind_one_nothing(few_draws):
 
 
 def test_objects_that_are_not_counted_are_neither_missed_nor_false_alarms():
-    """A far car that is found, one that is missed: the near car alone makes the score."""
+    """A small car is found and a hidden one is missed; the near car alone makes the score."""
     near = an_object((0, 0, 40, 30))
     small = an_object((60, 0, 66, 5), number=2)
     hidden = an_object((100, 0, 140, 30), number=3, visible_fraction=0.1)
@@ -217,8 +219,8 @@ def test_a_threshold_leaves_the_false_alarms_that_are_allowed():
 
 
 def test_the_error_of_a_bootstrap_is_that_of_a_mean():
-    """AR of pictures with one object each is a mean of independent values: its standard error is
-    known. 1000 draws know it to 2.2 %, so within 10 %.
+    """AR of pictures with one object each is a mean of independent values, so its standard error is
+    known. 1000 draws give it to 2.2 %; 10 % are allowed.
     """
     rng = np.random.default_rng(3)
     box = (0, 0, 20, 20)
@@ -251,7 +253,9 @@ def test_copies_of_a_scene_add_no_certainty():
 
 
 def test_cameras_are_compared_on_the_same_roads(few_draws):
-    """Two cameras that see the same differ by nothing on every draw, although each is unsure."""
+    """Two cameras with the same detections have a difference of 0 in every draw, although the score
+    of each is uncertain.
+    """
     one = drawn_pictures(6, 10)
     two = [Picture(p.scene, p.road, "two", p.objects, p.found) for p in one]
     rows = rows_of(
@@ -267,7 +271,7 @@ def test_cameras_are_compared_on_the_same_roads(few_draws):
 
 
 def test_detectors_that_differ_widen_the_interval():
-    """Two levels: with detectors that see different things, seeds count as well as roads."""
+    """The bootstrap draws detectors as well as roads, so different detectors widen the interval."""
     alike = [Answers("one", drawn_pictures(8, 20))] * 3
     apart = [Answers("one", drawn_pictures(8, 20)), *alike[1:]]
     blind = [Picture(p.scene, p.road, "one", p.objects, detections([])) for p in alike[0].pictures]
@@ -286,7 +290,7 @@ def test_one_road_gives_no_interval():
 
 
 def test_the_interval_of_a_share_ends_at_0_and_1_and_that_of_a_difference_does_not():
-    """Two roads: widened by the root of two, the interval would end at -0.41 and 1.41 of 0.5."""
+    """The interval of two roads is widened by sqrt(2), so it would end at -0.21 and 1.21."""
     drawn = np.array([0.5, 0.0, 1.0, 0.5] * 10)
     share = bootstrap.estimate(drawn, 2, bootstrap.SHARE)
     assert (share.low, share.high) == (0.0, 1.0)
@@ -294,7 +298,7 @@ def test_the_interval_of_a_share_ends_at_0_and_1_and_that_of_a_difference_does_n
 
 
 def test_roads_to_tell_follow_the_formula():
-    """An error of 0.1 from 40 roads tells 0.2 with 40 (2.8 / 2)^2 roads."""
+    """If 40 roads give a standard error of 0.1, a difference of 0.2 needs 40 (2.8 / 2)^2 roads."""
     assert bootstrap.roads_to_tell(0.1, 40, 0.2) == math.ceil(40 * (2.801585 / 2) ** 2)
     assert math.isnan(bootstrap.roads_to_tell(0.0, 40, 0.2))
 

@@ -1,4 +1,4 @@
-"""The study: from a dataset and a description of a detector to tables, and requests that fail."""
+"""The study of detectors: from a dataset and a detector to tables, and requests that fail."""
 
 from __future__ import annotations
 
@@ -30,13 +30,13 @@ from .standins import bright_cells, described
 
 ROWS = 24
 COLUMNS = 32
-DEEP = 8  # pixels of a cell of the detector in these pictures
+DEEP = 8  # side of a cell of the detector in these pictures, pixels
 FOCAL_MM = 4.0
-PITCH_UM = 40.0  # 0.573 degrees a pixel on the axis
+PITCH_UM = 40.0  # 0.573 degrees per pixel on the axis
 
 
 def panel_picture(cells, red: float, instances=()) -> xr.Dataset:
-    """Return a dark picture with red cells, each an object where its number is above 0."""
+    """Return a dark picture with red cells; a cell with an instance above 0 is an object."""
     xyz = np.full((ROWS, COLUMNS, 3), 0.01)
     instance = np.zeros((ROWS, COLUMNS), np.uint32)
     for (row, column), number in zip(cells, instances, strict=True):
@@ -71,7 +71,7 @@ def panel_picture(cells, red: float, instances=()) -> xr.Dataset:
     return picture
 
 
-STRICT = {"struct": True}  # as the main config, which has no key `sensor`
+STRICT = {"struct": True}  # like the main config, which has no key `sensor`
 RECORDS = {}
 SHOTS = []
 
@@ -178,7 +178,7 @@ def test_roads_that_a_detector_was_trained_on_are_left_out(world, tmp_path, caps
 
 
 def test_each_camera_may_have_detectors_of_its_own(world, tmp_path, detector):
-    """The second camera's detector looks at green: it finds none of the red cells."""
+    """The detector of the second camera responds to green, so it finds none of the red cells."""
     fields = {"input": {"size_px": [16, 12], "tone": "srgb"}, "select": {"least_score": 0.5}}
     for camera, channel in (("red", 0), ("dark", 1)):
         (tmp_path / camera).mkdir()
@@ -221,8 +221,8 @@ def test_a_dataset_without_objects_or_scenes_is_refused(world, detector):
 
 
 def test_lamps_are_near_within_three_degrees_and_own_lamps_do_not_count():
-    """A pixel spans 0.573 degrees: a lamp 4 pixels beside the car is near, one 9 pixels away not.
-    The pixel in the lamp's column is 4 pixels from the last one of the box.
+    """A pixel spans 0.573 degrees, so a lamp 4 pixels from the car is near, and one 9 pixels away
+    is not. The distance counts from the last pixel of the box to the pixel of the lamp.
     """
     for beside, near in ((4, True), (9, False)):
         picture = panel_picture([(1, 1)], 1.0, [1])
@@ -231,7 +231,7 @@ def test_lamps_are_near_within_three_degrees_and_own_lamps_do_not_count():
         lamps = np.array([[12, lamp]])
         angle = nearest_lamp_deg(picture, lamps, (DEEP, DEEP, 2 * DEEP, 2 * DEEP))
         pixel = math.degrees(math.atan(PITCH_UM * 1e-3 / FOCAL_MM))
-        assert angle == pytest.approx(beside * pixel, rel=0.05)  # the tangent is no angle
+        assert angle == pytest.approx(beside * pixel, rel=0.05)  # tangents for angles
         [one] = truth_objects(picture, {"sky": 1.0})
         assert one.lamp_near is near
     picture["xyz"][12, lamp] = 0.01
@@ -259,7 +259,7 @@ splits: {train: 1, test: 1}
 def test_the_study_runs_on_a_dataset_of_a_tiny_world(
     offer, isethdr_home, tmp_path, monkeypatch, detector
 ):
-    """Dataset, runs, detector, tables: all by the functions that the commands call."""
+    """The functions that the commands call make the dataset, the runs and the tables."""
     offer("scene", "small_world", SmallWorld)
     offer("renderer", "small", Small)
     monkeypatch.setattr(objects, "LEAST_HEIGHT_PX", 0.0)

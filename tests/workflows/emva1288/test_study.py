@@ -45,8 +45,7 @@ def agrees(rows, captures, channels):
             assert found >= FIGURES
     # 4 standard errors: one row in 16 000 lies beyond by chance
     assert not [r for r in rows if r["within"] == "NO"]
-    # standard errors must not be so wide that anything would pass: gain and full scale are known
-    # well
+    # standard errors must not be so wide that anything passes: gain and full scale are known well
     assert all(r["standard_error"] < 0.01 * r["true"] for r in rows if r["figure"] == "system gain")
     assert all(
         r["standard_error"] < 0.001 * r["true"]
@@ -72,11 +71,12 @@ def test_a_bayer_camera_is_found_again():
 
 
 def dsnu_is_known(rows) -> int:
-    """Return how many captures and channels have a DSNU, each known better than it is large: 4
-    standard errors of its square below it.
+    """Return how many captures and channels have a DSNU. Assert that each one is known: 4 standard
+    errors of its square are less than its square.
     """
     known = [r for r in rows if r["figure"] == "DSNU" and r["true"] > 0]
-    # of the value itself 2 / 9 is asked for; it scatters, as its error is taken at the value found
+    # the study asks for a standard error of 2 / 9 of the value; it scatters, because it is computed
+    # at the value found
     assert all(2 * r["standard_error"] < r["true"] for r in known), [
         (r["capture"], r["channel"], r["standard_error"]) for r in known
     ]
@@ -84,8 +84,8 @@ def dsnu_is_known(rows) -> int:
 
 
 def test_the_dark_series_is_made_of_the_bench_s_own_pictures():
-    """The short way to many dark pictures leaves out no term of the sensor: pattern, row noise, hot
-    pixels, interleaved rows.
+    """The fast way to many dark pictures contains every term of the sensor: fixed pattern, row
+    noise, hot pixels, interleaved rows.
     """
     for name in ("split_pixel", "interleaved", "lofic"):
         sensor = chosen(name)
@@ -104,7 +104,7 @@ def test_the_dark_series_is_made_of_the_bench_s_own_pictures():
 
 
 def test_dark_pictures_asked_for_are_enough():
-    """Patterns from normal draws: the scatter of the variance found over 400 series is the share
+    """With normally distributed patterns, the variance found scatters over 400 series by the share
     asked for.
     """
     rng = np.random.default_rng(2)
@@ -118,10 +118,10 @@ def test_dark_pictures_asked_for_are_enough():
             0, np.sqrt(noise / count), pixels
         )
         found.append(find.spatial(Stack(mean, noise / count, pixels, count)).value)
-    # the pattern's own draws, sqrt(2 / 900), come on top
+    # the random pattern itself adds sqrt(2 / 900)
     expected = np.hypot(SHARE, np.sqrt(2 / pixels)) * pattern
-    # of 400 values a standard deviation is known to 3.5 %; the two noises are not quite apart:
-    # cross term 2 x 1 x noise / count
+    # 12 %: 400 values give a standard deviation to 3.5 %. Pattern and noise are not quite separate:
+    # their cross term is 2 x 1 x noise / count
     cross = 2 * np.sqrt(pattern * noise / count / pixels)
     assert (
         np.std(found) == pytest.approx(np.hypot(expected, cross), rel=0.12)
@@ -131,8 +131,8 @@ def test_dark_pictures_asked_for_are_enough():
 
 @pytest.mark.slow
 def test_a_wrong_camera_is_told_apart(monkeypatch):
-    """A truth that is 5 % off, or twice the dark noise, is not within the confidence: the loop can
-    fail.
+    """A true gain that is 5 % off, a dark noise 20 % off and a PRNU 30 % off are not within the
+    confidence, so the comparison can fail.
     """
     from isethdr_workflows.emva1288 import study as study
 
@@ -170,7 +170,7 @@ def test_light_carries_the_photons_it_says():
     for wavelength in (460.0, 600.0):
         bench = Bench(sensor, 0, 0, wavelength, 16, 1)
         np.testing.assert_allclose(sensor.expected(bench.light(1234.0)), 1234.0, rtol=1e-9)
-    # W m-2 nm-1 over 10 nm, 16 ms, (3 um)^2
+    # irradiance in W m-2 nm-1 over 10 nm, 16 ms and (3 um)^2
     assert bench.light(1.0).max() * 10 * 0.016 * 9e-12 == pytest.approx(photon_energy_j(600.0))
 
 
@@ -229,7 +229,7 @@ def test_bent_responses_are_found_again_by_the_general_model(name, levels):
             for figure in general_figures(Bench(sensor, capture, 0, 600.0, 96, 1))
         ]
         assert len(rows) == 3 * levels - 1 and not [r for r in rows if r["within"] == "NO"]
-        # noise and SNR to 2 %; to 6 % where read noise has wide tails
+        # noise and SNR are known to 2 %, or to 6 % if read noise has wide tails
         assert all(r["standard_error"] < 0.06 * r["true"] for r in rows)
 
 
@@ -265,8 +265,8 @@ def test_a_bent_response_that_is_not_the_stated_one_is_told_apart(monkeypatch):
     )
 
 
-# presets that differ from another one of the same class in numbers alone; docs/measured/emva1288.md
-# holds all
+# Presets that differ only in numbers from another preset of the same class.
+# docs/measured/emva1288.md has the figures of all presets.
 SAME_CLASS = {
     "bayer_imx363",
     "bayer_isethdr",
@@ -314,6 +314,6 @@ def test_presets_of_every_class_are_found_again():
             for r in rows
             if r["figure"] in ("system gain", "PRNU", "saturation exposure")
         ]
-    # the errors are errors: 95 % lie within 2 of them. Channels of one photodiode share its noise,
-    # so fewer count than there are
+    # the stated standard errors are right: 95 % of the deviations lie within 2 of them. Channels of
+    # one photodiode share its noise, so fewer rows are independent
     assert len(off) > 150 and 0.85 < np.mean(np.abs(off) < 2) and np.std(off) > 0.7

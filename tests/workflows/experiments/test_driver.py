@@ -46,7 +46,7 @@ def test_what_is_done_is_not_done_again(ran, isethdr_home):
     driver.run_steps((ONE, TWO), lines.append)
     assert ran[3:] == ["study one"]
     driver.run_steps((replace(TWO, commands=("study two c",)),), lines.append)
-    assert ran[4:] == ["study two c"]  # other commands are another step
+    assert ran[4:] == ["study two c"]  # other commands make another step
 
 
 def test_an_interrupted_step_goes_on_and_its_minutes_add_up(ran, monkeypatch):
@@ -71,7 +71,7 @@ def test_an_interrupted_step_goes_on_and_its_minutes_add_up(ran, monkeypatch):
 
 
 class Unwinding:
-    """A command that gets Ctrl-C with its driver, and ends when it has unwound."""
+    """A command that gets Ctrl-C together with its driver, cleans up, and then ends."""
 
     def __init__(self):
         self.waits = 0
@@ -85,7 +85,7 @@ class Unwinding:
         return 130
 
     def poll(self):
-        """Return the exit code once it was waited for."""
+        """Return the exit code after the second wait, None before."""
         return 130 if self.waits > 1 else None
 
     def send_signal(self, number):
@@ -142,8 +142,8 @@ def test_of_several_tables_in_a_file_one_is_shown():
 
 def test_the_steps_fit_the_time_and_are_found_by_name():
     assert all(0 < step.minutes <= LONGEST_MIN for step in STEPS)
-    # measured beside tests on two cores; 150 minutes are the aim, which they meet without the
-    # detector
+    # minutes were measured on two cores while tests ran; the aim is 150 minutes, which the steps
+    # meet without the detector
     assert sum(step.minutes for step in STEPS) <= 180
     assert sum(step.minutes for step in STEPS if step.name != "detector") <= 150
     assert len({step.name for step in STEPS}) == len(STEPS) and all(step.makes for step in STEPS)
@@ -175,7 +175,7 @@ def test_a_table_for_people_has_one_column_for_a_mean():
 
 @pytest.mark.slow
 def test_a_command_ends_with_a_driver_that_is_killed(tmp_path):
-    """Three processes: the driver is killed, and its child, which does nothing, ends by itself."""
+    """The test kills the driver. The driver's child, which only waits, then ends by itself."""
     inside = (
         "import sys, time, threading, os\n"
         "from isethdr_workflows.experiments.child import watch\n"

@@ -42,7 +42,7 @@ class Home:
     """A home folder and the keys of its runs."""
 
     folder: Path
-    plain: str  # without labels
+    plain: str  # the run without labels
     labelled: str = LABELLED
 
 

@@ -1,4 +1,4 @@
-"""STAC and Croissant records: the required fields, and what their own validators say."""
+"""STAC and Croissant records have the required fields, and their own validators accept them."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def links(content, rel):
 
 
 def test_a_stac_collection_has_the_required_fields(folder):
-    """STAC 1.1.0, collection and item specification, tables of fields."""
+    """Required by STAC 1.1.0, collection and item specification, tables of fields."""
     place = folder / "stac"
     collection = json.loads((place / "collection.json").read_text())
     required = {"type", "stac_version", "id", "description", "license", "extent", "links"}
@@ -59,7 +59,7 @@ def test_a_stac_collection_has_the_required_fields(folder):
 
 
 def test_croissant_has_the_required_fields(folder):
-    """Croissant 1.0, tables of dataset-level information and resources."""
+    """Required by Croissant 1.0, tables of dataset-level information and resources."""
     data = json.loads((folder / "croissant.json").read_text())
     required = {"@context", "@type", "conformsTo", "name", "description", "license"}
     assert required | {"distribution", "recordSet", "datePublished", "version"} <= data.keys()

@@ -65,7 +65,7 @@ def test_a_product_that_a_run_lacks_is_named(home):
 
 
 def crop(item):
-    """Return a part of the picture; a function of a module, so that it can be pickled."""
+    """Return a part of the picture. As a function of a module, it can be pickled."""
     return item["picture"][2:6, 3:5]
 
 

@@ -114,7 +114,7 @@ def test_an_error_leaves_the_old_folder(home, tmp_path, monkeypatch):
 
 
 def raising(error):
-    """Return a function that raises."""
+    """Return a function that raises `error`."""
 
     def fail(*_):
         raise error

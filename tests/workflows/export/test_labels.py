@@ -1,4 +1,4 @@
-"""Exported labels: the same masks and the same numbers in the programs that read them."""
+"""Exported labels give the same masks and the same numbers in the programs that read them."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from isethdr_core.results.stored import open_run
 from .stored_runs import COLUMNS, LABELLED, ROWS
 
 WHY = "one of the programs that read the files; pip install 'isethdr[test]'"
-SIZES = ((4.0, 0.06, 0.05), (0.3, 0.02, 0.1), (9.0, 0.4, 0.01))  # car, person, road; m
+SIZES = ((4.0, 0.06, 0.05), (0.3, 0.02, 0.1), (9.0, 0.4, 0.01))  # of car, person and road, m
 FACES = np.array(
     [[0, 1, 3], [0, 3, 2], [4, 5, 7], [4, 7, 6], [0, 1, 5], [0, 5, 4], [2, 3, 7], [2, 7, 6]]
 )
@@ -38,7 +38,7 @@ def corners(size) -> np.ndarray:
 
 def scene(turn_deg: float = 0.0, moved_m: float = 0.0) -> SceneDescription:
     """Return the scene of the labelled run: a camera at the origin that looks along x, and three
-    boxes at 10, 20 and 30 m.
+    boxes at 10, 20 and 30 m, turned about z and moved along x.
     """
     a = np.radians(turn_deg)
     models = {}
@@ -55,7 +55,7 @@ def scene(turn_deg: float = 0.0, moved_m: float = 0.0) -> SceneDescription:
 
 @pytest.fixture
 def three_boxes(monkeypatch):
-    """Return a function that sets the description of which the labelled run was made."""
+    """Return a function that sets the scene description of the labelled run."""
 
     def offer(made) -> None:
         monkeypatch.setattr(geometry, "_built", lambda settings: made)
@@ -111,7 +111,7 @@ def test_coco_holds_visible_boxes_and_masks_of_things(home, tmp_path):
 
 @pytest.mark.parametrize("kind", ["bbox", "segm"])
 def test_pycocotools_and_hotcoco_find_the_same_numbers(home, tmp_path, kind):
-    """Detections that are partly wrong: one box off by two pixels, one of the wrong category."""
+    """The detections are partly wrong: one box is off by a pixel, others have another category."""
     pycoco = pytest.importorskip("pycocotools.coco", reason=WHY)
     pyeval = pytest.importorskip("pycocotools.cocoeval", reason=WHY)
     hotcoco = pytest.importorskip("hotcoco", reason=WHY)
@@ -136,7 +136,7 @@ def test_pycocotools_and_hotcoco_find_the_same_numbers(home, tmp_path, kind):
             found.accumulate()
             found.summarize()
             stats.append(np.array(found.stats, float))
-    np.testing.assert_allclose(stats[1], stats[0], rtol=0, atol=1e-12)  # the same sums in float64
+    np.testing.assert_allclose(stats[1], stats[0], rtol=0, atol=1e-12)  # sums of float64
     assert 0 < stats[0][0] <= 1, "some of them are right"
 
 
@@ -190,13 +190,13 @@ def test_a_run_without_labels_is_refused(home, tmp_path):
 
 
 def test_boxes_in_metres_with_their_image(home, tmp_path, three_boxes):
-    """Closed form: the nearest edges of a box straight ahead bound its image."""
+    """In closed form, the nearest edges of a box straight ahead bound its image."""
     three_boxes(scene())
     exported([LABELLED], tmp_path / "out", ["boxes3d", "coco"])
     data = json.loads((tmp_path / "out" / "boxes3d.json").read_text())
     [image] = data["images"]
     camera = image["camera_model"]
-    # the camera looks along x: its right is -y of the world, its down is -z
+    # the camera looks along x, so to its right is -y of the world, and down is -z
     assert camera["rotation"] == pytest.approx([0.5, -0.5, 0.5, -0.5])
     assert (camera["cx"], camera["cy"]) == pytest.approx((COLUMNS / 2, ROWS / 2))
     assert [box["name"] for box in image["boxes"]] == ["car 1", "person 2"]
@@ -237,7 +237,7 @@ def test_a_box_follows_its_object_through_turns_scales_and_mirrors():
 
 
 def picture(**attrs):
-    """Return a picture of 40 x 30 pixels of 1/10 of the focal length."""
+    """Return a picture of 40 x 30 pixels with a pitch of 1/10 of the focal length."""
     x = 4e-4 * (np.arange(40) - 19.5)
     y = 4e-4 * (np.arange(30) - 14.5)
     values = np.ones((30, 40, 3))
@@ -246,8 +246,9 @@ def picture(**attrs):
 
 
 def test_an_object_beside_the_camera_reaches_the_frame():
-    """A wall to the right from 5 m behind to 5 m before the camera: its image begins at the tangent
-    of its far end and goes on to the right edge; the part behind adds nothing on the left.
+    """A wall to the right reaches from 5 m behind to 5 m in front of the camera. Its image begins
+    at the tangent of its far end and goes on to the right edge. The part behind the camera adds
+    nothing on the left.
     """
     wall = corners(np.array([10.0, 0.0, 2.0])) - [0, 4, 0]
     model = Model("wall", (Part("all", wall, FACES, "grey"),))
@@ -277,7 +278,7 @@ def test_a_distorted_picture_has_the_distorted_box():
 
 
 def test_flow_is_read_as_middlebury_describes_it(home, tmp_path):
-    """An own reader: tag, width, height, then u and v of each pixel."""
+    """The test reads the file itself: tag, width, height, then u and v of each pixel."""
     exported([home.labelled], tmp_path / "out", ["flow"])
     [path] = (tmp_path / "out/flow").iterdir()
     content = path.read_bytes()

@@ -55,13 +55,13 @@ def test_an_exr_holds_the_picture_in_cd_m2(home, run, tmp_path):
             pixels = np.array(file.channels()["RGB"].pixels)
             header = dict(file.header())
         xyz = run.open(f"{group}/bayer")["xyz"].values
-        # float32 of the file; the matrix is applied in float64
+        # 1e-6: the file is float32; the matrix is applied in float64
         np.testing.assert_allclose(pixels, linear_srgb(xyz), rtol=1e-6, atol=1e-4)
         assert header["whiteLuminance"] == 1.0 and "cd/m2" in header["comments"]
 
 
 def test_radiance_has_one_part_for_each_light_group(home, tmp_path):
-    """From the run that read it, and from a query for scenes: the same file."""
+    """A run that read the radiance and a query for scenes give the same file."""
     for what, name in (([home.labelled], "a"), (["kind=scene"], "b")):
         exported(what, tmp_path / name, ["radiance"])
     path = tmp_path / "a" / "radiance" / f"{SCENE[:16]}.exr"
@@ -78,7 +78,7 @@ def test_radiance_has_one_part_for_each_light_group(home, tmp_path):
             names = [f"S0.{nm:.3f}".replace(".", ",").replace("S0,", "S0.") + "nm" for nm in BANDS]
             assert sorted(channels) == sorted(names) and names[1] == "S0.555,500nm"
             found = np.stack([channels[name].pixels for name in names])
-            np.testing.assert_array_equal(found, values)  # small integers pass the store's rounding
+            np.testing.assert_array_equal(found, values)  # stores round no small integers
 
 
 def test_a_run_without_stored_radiance_is_refused(home, tmp_path):
@@ -111,7 +111,7 @@ def test_a_sequence_is_one_moving_picture_in_the_order_of_time(home, run, tmp_pa
         assert moving.info["duration"] == 500
     still = Image.open(tmp_path / "out/png" / f"{run.key}_bayer.png")
     np.testing.assert_array_equal(frames[0], np.asarray(still))
-    assert frames[1].mean() < frames[0].mean() - 10  # with the white of the first
+    assert frames[1].mean() < frames[0].mean() - 10  # both have the white of the first
     assert [one.media_type for one in job.files if one.format == "animation"] == ["image/apng"]
     with pytest.raises(CatalogError, match="1 pictures at 1 times; expected one sequence"):
         exported([run.key], tmp_path / "other", ["animation"])

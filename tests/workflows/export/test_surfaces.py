@@ -1,4 +1,4 @@
-"""Exported depth, distance and normals: the stored values, and the sky without an end."""
+"""Exported depth, distance and normals are the stored values; the sky is infinitely far."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The demosaic study: rows for every array, and the order of the methods where it is known."""
+"""The demosaic study has rows for every array, and orders the methods as far as it is known."""
 
 import pytest
 from isethdr_measured.demosaic_methods import ARRAYS, CHARTS, demosaic_methods

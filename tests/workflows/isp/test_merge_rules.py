@@ -1,4 +1,4 @@
-"""The merge study: its claims about the default rule, and checks of its own instruments."""
+"""The merge study: its claims about the default rule, and checks of its own estimators."""
 
 import numpy as np
 import pytest
@@ -16,7 +16,7 @@ from isethdr_measured.merge_rules import (
 from isethdr_core.plugins.registry import build
 
 MODEL = build("sensor", "split_pixel").model()
-# one level per decade, where rules switch (95 % of a top), and the default's ramp
+# levels in each decade, where rules switch (95 % of a top), and in the default's ramp
 LEVELS = "1,3,10,100,1e4,20900,21407,21555,22000,22445,1e5,7.5e5"
 
 
@@ -28,9 +28,9 @@ def rows():
 def test_the_default_is_unbiased_rightly_reported_and_not_beaten(rows):
     found = verdict([r for r in rows if not r["check"]], MODEL)
     assert found["worst_bias_percent"] < 0.1
-    # 3.3 % in the ramp; 40 000 draws add 0.7 %
+    # 5 %: 3.3 % in the ramp, and 0.7 % from 40 000 draws
     assert found["worst_variance"] == pytest.approx(1, abs=0.05)
-    assert found["most_beaten_db"] < 0.1  # 0.03 dB of the noise of 40 000 shared draws
+    assert found["most_beaten_db"] < 0.1  # 40 000 shared draws have 0.03 dB of noise
     assert found["unbiased"] == "none"  # every other rule is biased somewhere
 
 
@@ -60,7 +60,7 @@ def test_other_rules_show_their_known_faults(rows):
     assert by[1, "own_noise"]["bias_percent"] < -5
     assert by[20900, "average"]["bias_percent"] < -0.1  # a switch on noisy data
     assert by[22000, "hard_switch"]["bias_percent"] < -0.1
-    # 3.05 and 0.83 e of read noise weighed alike
+    # `average` gives readings of 3.05 and 0.83 e of read noise equal weights
     assert by[1, "inverse_variance"]["snr_db"] > by[1, "average"]["snr_db"] + 2.5
     assert by[100, "own_noise"]["reported_over_true"] < 0.6  # one charge counted as two
 
@@ -72,7 +72,7 @@ def test_control_variates_find_a_bias_that_plain_means_do_not():
     plain = 100 * merged.signal_e.std() / np.sqrt(20000) / 10
     assert found["bias_error_percent"] < plain / 8
     assert abs(found["bias_percent"]) < 4 * found["bias_error_percent"] + 0.02
-    # a bias put in by hand comes out
+    # an added bias of 1 % is found
     object.__setattr__(merged, "signal_e", merged.signal_e * 1.01)
     assert judged(merged, controls, 10.0)["bias_percent"] == pytest.approx(
         found["bias_percent"] + 1, abs=0.05

@@ -1,5 +1,5 @@
-"""Coloured streaks: whole bands beat single wavelengths wherever kernels are not exact, within the
-error they state.
+"""Coloured streaks: kernels of whole bands are better than those of single wavelengths wherever
+kernels are not exact, and keep the error that they state.
 """
 
 import pytest
@@ -11,7 +11,7 @@ def test_whole_bands_are_right_and_single_wavelengths_are_not(tmp_path):
     rows = coloured_streaks(tiles=70)
     far = rows[-1]
     assert far["radius_tiles"] == "64-70"
-    # within 70 tiles the usual kernels are those of the finest setting: they differ by nothing
+    # up to 70 tiles the default kernels are those of the finest setting
     assert far["integrated"] <= far["stated"] <= 0.03 < far["one_wavelength"]
-    # speckles are drawn out more, farther out
+    # speckles are drawn out more at larger radii
     assert [r["one_wavelength"] for r in rows] == sorted(r["one_wavelength"] for r in rows)

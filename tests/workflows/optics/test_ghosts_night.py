@@ -1,6 +1,4 @@
-"""Ghosts of a night drive: the figures of a lamp beside the axis, from the same code as the
-study.
-"""
+"""Ghosts of a night drive: figures of a lamp off the axis, from the same code as the study."""
 
 import numpy as np
 import pytest

@@ -13,14 +13,16 @@ from isethdr_core.plugins.registry import build
 
 @pytest.mark.parametrize("half_angle_deg", [90.0, 45.0, 22.5, 15.0, 7.5, 5.0])
 def test_a_narrowed_beam_has_the_flux_of_the_lambertian_light(half_angle_deg):
-    """The integral is a sum of 2000 rings by the middle rule: 1e-5 where a beam ends in a kink."""
+    """The flux is a sum over 2000 rings by the midpoint rule. Where a beam ends in a kink, this is
+    right to 1e-5.
+    """
     assert fig2.flux_lm(half_angle_deg) == pytest.approx(fig2.FLUX_LM, rel=1e-5)
     assert fig2.beam_cd(half_angle_deg + 0.01, half_angle_deg) == 0
 
 
 def test_gains_on_the_axis_are_those_of_the_closed_form():
-    """394, 43.6, 19.3 and 4.66 times the Lambertian light at 5, 15, 22.5 and 45 degrees, computed
-    apart from this code; three digits.
+    """The gains are 394, 43.6, 19.3 and 4.66 times the Lambertian light at 5, 15, 22.5 and 45
+    degrees. They were computed independently of this code, to three digits.
     """
     lambertian = fig2.beam_cd(0.0, 90.0)
     assert lambertian == pytest.approx(fig2.FLUX_LM / np.pi)
@@ -29,8 +31,8 @@ def test_gains_on_the_axis_are_those_of_the_closed_form():
 
 
 def test_the_road_has_the_illuminance_of_the_photometric_law():
-    """Straight ahead I h / d^3; nothing behind the edge of a beam; the dipped beam reaches farther
-    on its own side, the right one.
+    """Straight ahead the illuminance is I h / d^3. The dipped beam reaches farther on its own side,
+    the right one. Beams reach farther from row to row of the figure.
     """
     x, y = fig2.road()
     lux = fig2.illuminance(lambda a: np.full_like(a, 100.0), x, y)
@@ -78,7 +80,7 @@ def test_shares_of_light_add_up_and_the_sheet_has_all_views(lamps, tmp_path, mon
     for name in ("night_share", "day_share"):
         assert sum(row[name] for row in rows) == pytest.approx(1)
     assert rows[0]["night_share"] < 1e-3 < rows[0]["day_share"]
-    assert rows[1]["brightest_cd_m2"] == pytest.approx(1e6, rel=1e-3)  # float32 and its bands
+    assert rows[1]["brightest_cd_m2"] == pytest.approx(1e6, rel=1e-3)  # float32, few bands
     [(_, (top, below), (names, below_names))] = sheets
     assert len(top) == len(names) == 2 and below_names == ["night", "day", "objects"]
     assert {view.shape for view in (*top, *below)} == {(24, 40, 3)}

@@ -1,4 +1,4 @@
-"""Scatter, ghosts and noise: each is switched on alone, and the renderer's noise is told apart."""
+"""Scatter, ghosts and noise are scored in every combination, apart from the renderer's noise."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ STORE = "5ce4e00000000002-00000000"
 
 
 def values(scale=1.0):
-    """Return scores of a camera whose terms cost `COST` times a scale."""
+    """Return scores of a camera in which each term costs `COST` times a scale."""
     found = {}
     for subset in SUBSETS:
         loss = scale * sum(COST[term] for term in subset)
@@ -36,7 +36,7 @@ def values(scale=1.0):
 
 @pytest.fixture
 def asked(monkeypatch, isethdr_home):
-    """Return three scenes of three roads, whose scores are made up."""
+    """Return three scenes of three roads with made-up scores."""
     sources = tuple(Source(f"{k:05d}", f"road {k}", (), f"store{k}") for k in range(3))
 
     class Plain:
@@ -86,7 +86,7 @@ def test_an_interrupted_study_goes_on(asked, monkeypatch, capsys):
     dirt.scored(asked)
     assert calls == ["00000", "00001", "00001", "00002"]
     assert "scored before" in capsys.readouterr().out
-    dirt.scored(asked, "half_a")  # another version of the radiance is another answer
+    dirt.scored(asked, "half_a")  # another radiance is scored again
     assert len(calls) == 7
 
 
@@ -126,7 +126,7 @@ def rendered(halves: bool = True):
     )
     if halves:
         y = tristimulus(scene)[:, 1]
-        share = random.uniform(-1.2, 1.2, y.shape)  # beyond 1: a half that found no light
+        share = random.uniform(-1.2, 1.2, y.shape)  # beyond 1, one half found no light
         planes = (y * share).astype(np.float32)
         scene["half_difference"] = ("light_group", "y", "x"), planes
         scene["xyz_noise"] = (
@@ -165,8 +165,8 @@ def test_a_scene_without_half_buffers_and_an_unknown_version_are_named():
 
 @pytest.mark.slow
 def test_of_a_lamp_in_the_dark_dirt_costs_more_than_ghosts(isethdr_home):
-    """The whole chain, one scene, with every set of terms: the scores of the full light are those
-    of the ordinary run; coated ghosts change less than dirt.
+    """The study runs the whole chain on one scene with every set of terms. Coated ghosts change the
+    picture less than dirt, and Shapley values add up to the whole loss.
     """
     chart = build(
         "scene",

@@ -1,4 +1,4 @@
-"""Noise of the renderer and the answers about networks and filters: changes are paired by road."""
+"""How noise of the renderer changes answers on networks and filters; changes are paired by road."""
 
 from __future__ import annotations
 
@@ -21,15 +21,16 @@ ROADS = {"a": -0.01, "b": 0.0, "c": 0.01}
 
 
 def found(road: str, filters: str, pair: tuple[str, str], better: float) -> Found:
-    """Return scores of a network that is `better`, beside those of an unchanging classical one."""
+    """Return scores of a network, shifted by `better`, and fixed scores of classical processing."""
     network = {"ssim": 0.5 + better, "psnr_db": 20 + better, "ciede2000": 5 + better}
     classical = {"ssim": 0.4, "psnr_db": 19.0, "ciede2000": 6.0}
     return Found(road, filters, 1.0, pair, network, classical)
 
 
 def test_a_change_is_the_mean_of_its_pairs_less_the_stored_result():
-    """Half A moves the RGB network by +0.3 and half B by +0.1: by 0.2, far beyond the limits of
-    0.1 +- 0.025 (Student: 4.303 times 0.01 over the root of 3). Denoising moves it by nothing.
+    """Half A moves the RGB network by +0.3 and half B by +0.1, which is 0.2 on average. This is far
+    beyond the limits of 0.1 +- 0.025 (Student's 4.303 times 0.01 over the square root of 3).
+    Denoising does not move it.
     """
     moved = {("half_a", "half_a"): 0.3, ("half_b", "half_b"): 0.1}
     every = [

@@ -1,4 +1,4 @@
-"""Shares add up, are fair, and have intervals that are those of a ratio."""
+"""Shares add up and are fair, and their intervals are those of a ratio."""
 
 from __future__ import annotations
 
@@ -21,8 +21,8 @@ def test_of_terms_that_commute_every_rule_says_the_same():
 
 
 def test_shapley_values_add_up_and_split_what_two_terms_do_together():
-    """The loss 6 of a and b together is split evenly; c alone costs 1 and hides nothing. By hand:
-    a first 0, last 6, and 3 in the mean of all orders.
+    """A loss of 6 that needs both a and b is split evenly between them; c costs 1 in every order.
+    By hand, a costs 0 as the first term, 6 as the last, and 3 in the mean of all orders.
     """
     scores = {s: 6.0 * ({"a", "b"} <= s) + 1.0 * ("c" in s) for s in SUBSETS}
     found = shares(scores, TERMS)
@@ -41,8 +41,9 @@ def test_what_has_no_value_makes_no_share():
 
 
 def test_the_interval_of_a_share_holds_it_in_95_of_100_cases():
-    """Parts of 30 % of wholes that vary by roads: 400 cases have a standard error of 1.1 %, and a
-    ratio of two sums over twelve roads is a little off normal: 0.91 to 0.985.
+    """The parts are 30 % of wholes that vary from road to road. The limits of 0.91 and 0.985 allow
+    for the standard error of 400 cases, 1.1 %, and for a ratio of two sums over twelve roads that
+    is not quite normal.
     """
     random = np.random.default_rng(5)
     inside = 0

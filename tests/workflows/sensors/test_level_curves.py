@@ -15,11 +15,11 @@ def test_light_is_seen_better_until_the_well_is_full():
     snr, seen = (np.array([r[key] for r in rows]) for key in ("snr_db", "detection"))
     full = next(k for k, r in enumerate(rows) if r["valid_percent"] < 50)
     assert np.all(np.diff(snr[:full]) > 0) and snr[0] < 0
-    # shot noise alone is 10 dB a decade, read noise alone 20; where neither stands for itself it
-    # lies between
+    # SNR rises by 10 dB per decade with shot noise alone, by 20 dB with read noise alone, and by a
+    # value in between with both
     steps = np.diff(snr[:full])
     assert np.all(steps > 8) and np.all(steps < 21)
-    # what is saturated shows no contrast
+    # saturated pixels show no contrast
     assert seen[0] < 0.2 and seen[full - 1] > 0.99 and np.all(seen[full:] == 0)
 
 

@@ -14,7 +14,7 @@ from isethdr_core.scene import Model
 
 @dataclass(frozen=True)
 class Blinking:
-    """A scene whose lamps are brighter in odd frames, and whose camera moves in the fourth."""
+    """A scene with lamps that are brighter in odd frames and a camera that moves in frame 4."""
 
     frame: int = 0
 
@@ -55,7 +55,7 @@ def test_equal_frames_and_light_groups_are_counted_once(tmp_path, monkeypatch):
     assert len(first) > 1 and missing(0) == demand
     rest = missing(1).groups  # the lamps that have changed
     assert rest and set(rest) < set(first)
-    assert missing(2) is None and missing(3) is None  # as 0 and 1
+    assert missing(2) is None and missing(3) is None  # equal to 0 and 1
     assert missing(4) == demand
     equal.most_s = 0.0
     with pytest.raises(TimeoutError):

@@ -1,4 +1,4 @@
-"""Sequences end to end: the exposures of frames follow what the frames before them have metered."""
+"""Sequences end to end: the exposure of a frame follows what the frames before it have metered."""
 
 import csv
 from itertools import pairwise

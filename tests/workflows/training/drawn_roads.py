@@ -1,4 +1,4 @@
-"""Drawn pictures for detectors: bright and dark squares, one colour for each class."""
+"""Synthetic pictures for detectors: noisy squares on grey, one colour for each class."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def drawn(seed: int, road: str) -> LabelledPicture:
 
 
 def drawn_data(count: int) -> Data:
-    """Return drawn pictures to learn from, and a quarter as many of other roads."""
+    """Return `count` pictures for training, and a quarter as many held-out ones of other roads."""
     training = [drawn(k, f"road-{k}") for k in range(count)]
     held_out = [drawn(10_000 + k, f"held-{k}") for k in range(count // 4)]
     return Data(training, held_out, "drawn squares")

@@ -1,4 +1,4 @@
-"""Settings of a detector's training, its patches and targets: without PyTorch."""
+"""Settings of a detector's training, its patches and its targets, tested without PyTorch."""
 
 from __future__ import annotations
 
@@ -61,11 +61,11 @@ def test_nothing_is_asked_of_hidden_objects_and_of_those_cut_off():
     assert not targets.heat.any() and not targets.inside.any()
     asked = targets.asked[0].astype(bool)
     assert not asked[2:6, 2:6].any() and not asked[10:14, :2].any()
-    assert asked.sum() == 16 * 16 - 4 * 4 - 4 * 2  # places whose middle lies within a box
+    assert asked.sum() == 16 * 16 - 4 * 4 - 4 * 2  # places with their middle in a box
 
 
 def test_patches_show_what_their_targets_state():
-    """Squares are coloured: at the centre of each object the patch has the colour of its class."""
+    """At the centre of each object, the patch has the colour of the object's class."""
     colours = {0: 0, 1: 1, 2: 2}  # classes that are red, green, blue
     random = np.random.default_rng(3)
     seen = 0
@@ -104,7 +104,7 @@ def test_shrinking_keeps_boxes_on_their_objects():
 
 
 def records(count: int, **fields) -> Generated:
-    """Return a dataset of some roads, half of them for training."""
+    """Return a dataset of `count` scenes, about half of them for training."""
     recipe = "families: {f: {overrides: [a=1]}}\nsplits: {train: 1, validation: 1}\n"
     definition = Definition("few", 1, count, "r", recipe, (), {}, "")
     made = {

@@ -72,7 +72,9 @@ def test_squares_are_found_after_a_minute(isethdr_home, tmp_path):
 
 
 def test_a_training_that_was_killed_goes_on_and_ends_alike(isethdr_home, monkeypatch):
-    """Stopped after its half and continued: the same weights as without a stop, bit for bit."""
+    """A training that stops half way and continues has the same weights as one without a stop, bit
+    for bit.
+    """
     whole = trained(Settings(**QUICK, steps=12, checks=4, name="whole", precision="float32"), 8)
     settings = Settings(**QUICK, steps=12, checks=4, name="parts", precision="float32")
     step = training._step
@@ -115,7 +117,7 @@ def test_a_full_disk_keeps_the_state_and_is_named(isethdr_home, monkeypatch):
 
 
 def test_boxes_of_the_exported_graph_are_those_that_the_targets_state():
-    """Targets turned into what the network would say come back as the boxes they were made of."""
+    """A network with outputs equal to the targets gives the boxes of which the targets are made."""
     boxes = np.array([[10.0, 12, 30, 50], [40, 4, 60, 20]])
     targets = targets_of(boxes, np.array([0, 2]), np.array([True, True]), 64)
 
@@ -128,7 +130,7 @@ def test_boxes_of_the_exported_graph_are_those_that_the_targets_state():
     found, scores = Boxes(Says())(torch.zeros(1, 3, 64, 64))
     for box, kind in zip(boxes, (0, 2)):
         best = scores[0, :, kind].argmax()
-        np.testing.assert_allclose(found[0, best].numpy(), box, atol=1e-3)  # float32 of 64 px
+        np.testing.assert_allclose(found[0, best].numpy(), box, atol=1e-3)  # float32, 64 px
 
 
 def test_the_loss_is_least_where_the_network_is_right():

@@ -1,4 +1,4 @@
-"""A training that is killed goes on as if it had not been."""
+"""A training that is killed continues to the same weights as one that is not killed."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def start(home, name):
 
 
 def stamp(path):
-    """Return when a file was replaced; 0 if there is none."""
+    """Return the time at which a file was last replaced, ns; 0 if there is no file."""
     return path.stat().st_mtime_ns if path.exists() else 0
 
 
@@ -48,7 +48,7 @@ def test_a_killed_training_ends_with_the_same_weights(tmp_path):
         end = time.monotonic() + LIMIT_S
         while stamp(state) == before and process.poll() is None and time.monotonic() < end:
             time.sleep(0.01)
-        # somewhere between this state and the next one, or while the next one is written
+        # the kill falls between this state and the next one, or while the next one is written
         time.sleep(0.15 * kills)
         process.send_signal(signal.SIGKILL)
         process.communicate()

@@ -1,4 +1,4 @@
-"""Learned against classical pictures: the search for classical settings, and the table's rows."""
+"""Comparison of learned and classical pictures: search for classical settings, and the table."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ WANTED = {"ssim": (1.4, 20.0), "psnr_db": (0.5, 2.0), "ciede2000": (0.0, math.in
 
 
 def smooth_score(setting: Setting) -> dict[str, float]:
-    """Return scores that are best at a known setting, another one for each score."""
+    """Return scores that are best at the settings `WANTED`, which differ from score to score."""
     scores = {}
     for name, (strength, snr) in WANTED.items():
         snr_distance = math.log(min(setting.design_snr, 100) / min(snr, 100)) ** 2
@@ -43,7 +43,7 @@ def test_the_search_finds_the_best_setting_of_each_score():
     for name, (strength, snr) in WANTED.items():
         found = best[name]
         assert (found.strength, found.design_snr, found.demosaic) == (strength, snr, "guided")
-    # one field after the other: far fewer than the whole grid
+    # the search varies one field after another, so it tries far fewer settings than the grid has
     assert len(search.tried) < math.prod(map(len, GRID.values())) / 2
     again = len(search.tried)
     search.best()

@@ -1,4 +1,4 @@
-"""Model files: what an exporter notes of the machine is removed; the trained files are in order."""
+"""Model files: an exporter's notes about the machine are removed; the trained files are small."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Networks and their training, where PyTorch is installed: tiny ones, for seconds."""
+"""Networks and their training, if PyTorch is installed: tiny trainings that take seconds."""
 
 from __future__ import annotations
 
@@ -35,32 +35,32 @@ SIDE = 48
 
 @pytest.fixture(scope="module")
 def camera():
-    """One photodiode and one reading per pixel."""
+    """Return a camera with one photodiode and one reading per pixel."""
     return camera_of(BAYER)
 
 
 @pytest.fixture
 def own_home(tmp_path, monkeypatch):
-    """A home of the test's own, and a start that is fitted to few sheets."""
+    """Return a home of the test's own, and fit linear starts to few sheets."""
     monkeypatch.setenv("ISETHDR_HOME", str(tmp_path))
     monkeypatch.setattr(linear_fit, "SHEETS", 2)
     return tmp_path
 
 
 class Known(NamedTuple):
-    """Sheets of random levels whose truth is a weighted sum of neighbours."""
+    """Sheets of random levels with weighted sums of neighbours as their truth."""
 
     noise_e: float
 
     def sheet(self, number):
-        """Return X, Y, Z = the sample, twice its left neighbour, the mean of two rows."""
+        """Return patches: X is the sample, Y twice its left neighbour, Z the mean of two rows."""
         rng = np.random.default_rng(number)
         level = np.exp(rng.uniform(np.log(5), np.log(2000), (training.SHEET, 1, 1, 1)))
         light = level * rng.uniform(0.5, 1.5, (training.SHEET, 1, SIDE, SIDE))
         truth = [light, 2 * np.roll(light, 1, -1), (light + np.roll(light, 1, -2)) / 2]
         raw = light + self.noise_e * rng.normal(size=light.shape)
         valid = np.ones_like(raw)
-        valid[..., 0, :] = valid[..., 0] = 0  # their neighbours are beyond the border
+        valid[..., 0, :] = valid[..., 0] = 0  # without neighbours
         planes = (raw, np.full_like(raw, self.noise_e), valid, np.concatenate(truth, 1))
         return Patches(*(values.astype(np.float32) for values in planes))
 
@@ -81,7 +81,7 @@ def test_small_networks_have_at_most_half_a_million_parameters(camera):
 )
 def test_an_output_depends_on_samples_within_the_stated_reach_only(camera, name, start):
     network = choice.network_of(camera, name, "small", start).eval()
-    for parameter in network.parameters():  # no layer is silent
+    for parameter in network.parameters():  # so that every layer has an effect
         torch.nn.init.normal_(parameter, std=0.1)
     if start == "linear":
         torch.nn.init.normal_(network.start.weight, std=0.1)
@@ -105,14 +105,15 @@ def test_before_training_a_picture_is_near_the_light(camera, start, off):
     flat = torch.full(shape, level), torch.ones(shape), masks, torch.ones(shape)
     xyz, variance = network(*flat)
     inner = (..., slice(8, -8), slice(8, -8))
-    # linear: a mean, in float32; learned: random weights of the start, 1e-3 each, 100 taps
+    # linear: the start is a mean, in float32; learned: the start has 100 taps with random weights
+    # of 1e-3 each
     assert torch.allclose(xyz[inner], torch.tensor(level), rtol=off)
     assert (variance > 0).all()
 
 
 def test_the_fitted_start_is_the_linear_estimate_of_least_error(camera, monkeypatch):
-    """Truths that are a linear function of the raw and its neighbours are met exactly; noise in the
-    raw makes the filters smoother.
+    """If the truth is a linear function of the raw and its neighbours, the fit is exact. Noise in
+    the raw makes the filters smoother.
     """
     monkeypatch.setattr(linear_fit, "SHEETS", 4)
     left = Known(noise_e=0.0)
@@ -122,8 +123,8 @@ def test_the_fitted_start_is_the_linear_estimate_of_least_error(camera, monkeypa
     masks = torch.from_numpy(camera.masks(SIDE, SIDE))[None]
     with torch.no_grad():
         xyz, _ = network(raw, noise, masks, valid)
-    inner = (..., slice(6, -6), slice(6, -6))  # beyond the border there are no samples
-    # the ridge is 1e-6 of the mean square of a sample
+    inner = (..., slice(6, -6), slice(6, -6))  # the border lacks samples
+    # 5e-3: the ridge of the fit is 1e-6 of the mean square of a sample
     assert torch.allclose(xyz[inner], truth[inner], rtol=5e-3, atol=0.05)
 
     noisy = choice.network_of(camera, "unet", "small")
@@ -145,7 +146,9 @@ def test_a_batch_holds_patches_of_as_many_sheets_and_is_the_same_after_a_restart
 
 
 def test_the_loss_is_least_at_the_mean_of_all_truths_that_fit():
-    """Half of the pixels are 8 e, half 12 e, and the raw cannot tell: 10 e is the answer."""
+    """Half of the pixels are 8 e and half 12 e, and the raw does not distinguish them: the loss is
+    least at 10 e.
+    """
     shape = 2, 1, 16, 16
     truth = torch.full((2, 3, 16, 16), 8.0)
     truth[..., ::2] = 12.0
@@ -184,7 +187,7 @@ def test_calibration_makes_the_stated_variance_true(camera, own_home):
     network, _ = training.final_network(run)
     held_out.calibrate(network, run.judge)
     for row in held_out.rows_of(network, run.judge):
-        # each level of the light is right by itself; an illuminance mixes levels
+        # the variance is calibrated for each level of light; one illuminance mixes many levels
         assert 0.5 < row["stated_over_true"] < 2.0, row
 
 
@@ -254,7 +257,7 @@ def test_captures_apart_are_joined_by_the_network():
     assert inputs[0].shape == (1, 3, 32, 48)
     xyz, variance = network(*inputs)
     assert xyz.shape == variance.shape == (1, 3, 32, 48)
-    # before training, captures of an even light are that light, beyond the border of the filters
+    # before training, captures of uniform light give that light, except at the border
     flat = [torch.full((1, 3, 32, 48), 400.0), *(torch.ones_like(one) for one in inputs[1:])]
     flat[2] = inputs[2]  # masks
     assert torch.allclose(network(*flat)[0][..., 8:-8, 8:-8], torch.tensor(400.0), rtol=1e-4)
@@ -262,7 +265,9 @@ def test_captures_apart_are_joined_by_the_network():
 
 @pytest.mark.slow
 def test_a_network_that_joins_captures_is_trained_written_and_run(own_home):
-    """From settings to a picture of a shot of all captures; six steps say nothing of quality."""
+    """The test goes from settings to a picture of a shot with all captures. Six steps of training
+    say nothing about quality.
+    """
     typed = ["sensor=split_pixel"]
     run = training.trained(settings(captures="apart"), typed, lambda line: None)
     recipe = training.recipe_text(run.settings, typed)

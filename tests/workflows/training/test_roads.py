@@ -1,4 +1,4 @@
-"""Rendered roads to learn from: parts of a dataset, and what is refused."""
+"""Rendered roads for training: the parts of a dataset, and datasets that are refused."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ SHARES = {"train": 0.7, "validation": 0.15, "test": 0.15}
 
 
 def dataset(home, roads):
-    """Write a dataset whose scenes have these roads, and return its folder."""
+    """Write a dataset with one scene for each of `roads`, and return its folder."""
     folder = home / "datasets" / "few"
     (folder / SCENES).mkdir(parents=True)
     definition = {
@@ -48,7 +48,7 @@ def dataset(home, roads):
 
 
 def named(part, count):
-    """Return names of roads of a part."""
+    """Return names of `count` roads that belong to a part."""
     names = (f"road-{k}" for k in range(1000))
     return [name for name in names if part_of(name, SHARES) == part][:count]
 
@@ -96,7 +96,7 @@ def test_relit_groups_are_about_equally_bright():
     )
     weights = relit_weights(scene, rng)
     assert weights["dark"] == 0
-    # weights differ by what the groups differ, and by a factor drawn with a sigma of 1
+    # weights compensate the difference of the groups, up to a random factor of log sigma 1
     ratio = weights["lamps"] / weights["sky"] * 1e-4
     assert np.exp(-4 * 2**0.5) < ratio < np.exp(4 * 2**0.5)
 

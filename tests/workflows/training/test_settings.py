@@ -1,4 +1,4 @@
-"""Settings of trainings, their length, their files: without PyTorch."""
+"""Settings, length and files of trainings, tested without PyTorch."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Pictures to learn from, as the camera of a run sees them: without PyTorch."""
+"""Pictures for training, as the camera of a run sees them; tested without PyTorch."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ GREY_NM = WAVELENGTH_NM
 
 @pytest.fixture(scope="module")
 def camera():
-    """A sensor with two readings of one charge."""
+    """Return a camera with two readings of one charge."""
     return camera_of(["sensor=typical_bayer"])
 
 
 def grey(camera, lux, side):
-    """Return the planes (plane, y, x) of a grey in the isp's daylight."""
+    """Return the planes (plane, y, x) of a grey of `lux` in the isp's daylight."""
     spectrum = light("daylight", GREY_NM)
     planes = camera.plane_weights(GREY_NM) @ (spectrum / (xyz_weights(GREY_NM)[1] @ spectrum))
     return np.broadcast_to(lux * planes[:, None, None], (len(planes), side, side))
@@ -39,8 +39,9 @@ def test_a_daylight_grey_has_as_many_electrons_of_y_as_its_unit_channel_counts(c
     expected = lux * samples.unit_e_per_lux
     # four standard errors; PRNU of 0.5 % is part of the spread
     assert abs(measured.mean() - expected) < 4 * measured.std() / np.sqrt(measured.size)
-    # the stated noise is that of the samples: Poisson and what is beside it. A sample variance of
-    # n values has a relative standard error of sqrt(2 / n), here 2 %; PRNU adds 0.5 % of the level
+    # The stated noise is that of the samples: Poisson noise and the noise added to it. A sample
+    # variance of n values has a relative standard error of sqrt(2 / n), here 2 %. PRNU adds 0.5 %
+    # of the level.
     stated = expected + np.mean(samples.noise[0][unit] ** 2)
     assert measured.var() == pytest.approx(stated + (0.005 * expected) ** 2, rel=0.1)
     assert samples.valid.all()
@@ -81,7 +82,7 @@ def test_a_bank_is_made_once_and_crops_stay_inside(tmp_path, monkeypatch):
     assert np.array_equal(bank("test", {"of": "this"}, 3, picture), first) and made == [0, 1, 2]
     first = np.array(first)
     file = next((tmp_path / "training" / "banks").iterdir())
-    file.unlink()  # another file: the old one is still mapped
+    file.unlink()  # the old file is still mapped, so the test writes a new one
     file.write_bytes(b"damaged")
     assert np.array_equal(bank("test", {"of": "this"}, 3, picture), first)
     rng = np.random.default_rng(0)
