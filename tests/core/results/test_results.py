@@ -16,8 +16,6 @@ from isethdr_core.storage.store import write_store
 
 from ..sweeps.stored_sweep import attributes
 
-CAMERA = "front<b>"
-
 
 def picture(bright_row: int) -> xr.Dataset:
     """Return a picture of 4 x 6 pixels of 3 um in which one row is bright."""
