@@ -243,6 +243,6 @@ def test_mean_of_many_shots_is_expected(make_light):
     read = np.array([3.05, 0.83, 0.83])[:, None, None]
     free = expected < np.array([20000, 5000, 7000])[:, None, None]
     z = (shots.mean(0) - expected) / np.sqrt((expected + read**2) / 60)
-    assert free.mean() > 0.5 and np.abs(z[free]).max() < 5.5  # 1000 pixels; by chance in 4e-5
+    assert free.mean() > 0.5 and np.abs(z[free]).max() < 5.5  # in 1000 pixels: p = 4e-5
     assert abs(z[free].mean()) < 5 / np.sqrt(free.sum())  # and all of them together
     assert abs(z[free].std() - 1) < 0.1

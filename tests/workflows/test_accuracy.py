@@ -118,7 +118,7 @@ def test_functionals_are_within_the_noise_allowed(monkeypatch):
     (work,) = basis.measured()
     for each in work.points:
         assert each.error < 0.1
-    assert any("functionals" in p.setting for p in work.points)  # else nothing was tried
+    assert any("functionals" in p.setting for p in work.points)  # they were tried
     # 1e-4: float32 light of 1e4 electrons has an error of 6e-8 x 1e4 / 1e2, and sums add to it
     assert next(p for p in work.points if p.mark == "peer").error < 1e-4
 

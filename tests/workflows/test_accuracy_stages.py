@@ -136,7 +136,7 @@ def test_functionals_through_an_aberrated_pupil_are_within_the_noise_allowed(mon
     monkeypatch.setattr(basis, "PIXELS", 20)
     monkeypatch.setattr(basis, "ALLOWED", (0.1,))
     (work,) = aberrated.measured()
-    assert "functionals" in marked(work, "default").setting  # else nothing was tried
+    assert "functionals" in marked(work, "default").setting  # they were tried
     # as in the stage `basis`
     assert marked(work, "default").error < 0.1 and marked(work, "peer").error < 1e-4
 

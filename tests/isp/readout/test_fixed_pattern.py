@@ -220,7 +220,7 @@ def test_in_the_dark_the_sum_stays_above_zero(bench):
     picture = LinearIsp()(bench.make(np.zeros((60, 60)), rng=rng).assign(prnu=("capture", [0.05])))
     fixed = picture["fixed_pattern_variance"].values
     # the estimate of PRNU^2 x signal^2 has no bias: its mean is 0 within 4 standard errors, and
-    # many estimates are negative
+    # about half of the estimates are negative
     assert abs(fixed.mean()) < 4 * 2 * fixed.std() / 60 and fixed.min() < 0
     assert total_variance(picture).values.min() > 0
 

@@ -70,7 +70,7 @@ def test_source_is_the_capture_that_weighs_most(bench, rule):
 def companded(captures, knees):
     """Return captures with raw values companded along `knees` (linear, code) and rounded."""
     linear, code = (np.array(v, float) for v in zip(*knees))
-    pad = np.full(1, np.nan)  # tables of unlike length end in NaN
+    pad = np.full(1, np.nan)  # tables of different length end in NaN
     out = captures.copy()
     out["raw"] = captures["raw"].dims, np.rint(np.interp(captures["raw"].values, linear, code))
     n = captures.sizes["capture"]

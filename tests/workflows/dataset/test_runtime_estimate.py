@@ -100,7 +100,7 @@ def test_objects_are_counted_by_the_illuminance_under_each_lighting():
 
 
 def test_the_cameras_own_car_is_no_object():
-    """Its lamps may be in the picture and in the map of objects, but nobody has to detect them."""
+    """Its lamps may be in the picture and in the map of objects, but are not to be detected."""
     rows = [
         {"category": name, "box": [0, 0, 4, 20], "distance_m": 2.0, "visible_fraction": 1.0}
         for name in ("car", "own vehicle", "road", "deer")

@@ -32,7 +32,7 @@ def test_gains_on_the_axis_are_those_of_the_closed_form():
 
 def test_the_road_has_the_illuminance_of_the_photometric_law():
     """Straight ahead the illuminance is I h / d^3. The dipped beam reaches farther on its own side,
-    the right one. Beams reach farther from row to row of the figure.
+    the right one. Narrower beams reach farther.
     """
     x, y = fig2.road()
     lux = fig2.illuminance(lambda a: np.full_like(a, 100.0), x, y)

@@ -1,4 +1,4 @@
-"""Scatter, ghosts and noise are scored in every combination, apart from the renderer's noise."""
+"""Scatter, ghosts and noise are scored in every combination; the renderer's noise is separated."""
 
 from __future__ import annotations
 

@@ -96,7 +96,8 @@ def test_relit_groups_are_about_equally_bright():
     )
     weights = relit_weights(scene, rng)
     assert weights["dark"] == 0
-    # weights compensate the difference of the groups, up to a random factor of log sigma 1
+    # weights make the groups equally bright, up to a random factor exp(x), where x is normal with a
+    # sigma of 1
     ratio = weights["lamps"] / weights["sky"] * 1e-4
     assert np.exp(-4 * 2**0.5) < ratio < np.exp(4 * 2**0.5)
 
