@@ -54,7 +54,7 @@ def test_no_bias_and_right_variance_across_the_whole_range(bench, level):
 )
 def test_expected_value_is_exact_by_quadrature(mean, dark, top):
     """Without random numbers: the expected value over Poisson counts and normal read noise is the
-    signal, for two captures that differ, but not by much.
+    signal, for two different captures of similar light.
     """
     # the long capture has twice the light and much read noise, so that every term of the rule
     # matters
@@ -78,7 +78,7 @@ def test_expected_value_is_exact_by_quadrature(mean, dark, top):
 
 
 def test_weighting_by_inverse_variance_without_correction_is_biased(bench):
-    """Shows that the correction is necessary: without it, the mean is more than 10 % too low."""
+    """The correction is necessary: without it, the mean is more than 10 % too low."""
     rng = np.random.default_rng(9)
     n = rng.poisson(1.0, 400_000)
     read = 0.6

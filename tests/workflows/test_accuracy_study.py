@@ -132,8 +132,8 @@ def test_the_command_measures_a_knob_of_an_outside_plugin(tmp_path):
     assert [int(row["value"]) for row in rows] == [4, 16, 64]
     assert [row["now"] for row in rows] == ["False", "True", "False"]
     for row in rows:
-        # image and veil are uniform, so the light is 1 + s (1 + 1 / rays) of the image; the error
-        # is relative to the light of the reference
+        # image and veil are uniform, so their light is 1 + s (1 + 1 / rays) times that of the
+        # image; the error is relative to the light of the reference
         light, right = (1 + 0.5 * (1 + 1 / n) for n in (int(row["value"]), 1024))
         assert row["compared"] == "irradiance"
         # 1e-4: float32 rounds each light of 1.5 by 6e-8

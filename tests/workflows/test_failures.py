@@ -79,7 +79,7 @@ def test_a_plugin_that_raises(isethdr_home, tmp_path):
     ]
     assert "Traceback" in failed.read_text() and "acme_trouble.py" in failed.read_text()
 
-    # other jobs of a sweep are not affected; if the run succeeds later, its file in `failed` goes
+    # other jobs of a sweep are not affected; the file in `failed` goes once the run succeeds
     assert beside == 1 and len(stores(isethdr_home)) == 1 and leftovers(isethdr_home) == []
     assert (
         "error: job " in said_beside

@@ -62,7 +62,7 @@ NEGATIVE = UnitError("light is negative; expected light, which never is")
         (fails(NEGATIVE), ConfigError, "WRONG"),  # another error than expected
         (fails(NEGATIVE), None, "WRONG"),  # it should have been right
         (lambda: Measured(0.0, 1.0, ""), UnitError, "WRONG"),  # it should have been refused
-        (fails(UnitError("no")), UnitError, "WRONG"),  # the message is empty of content
+        (fails(UnitError("no")), UnitError, "WRONG"),  # the message explains nothing
         (fails(ValueError("a plain error of 25 characters or more")), UnitError, "WRONG"),
         (fails(ValueError("a plain error of 25 characters or more")), None, "WRONG"),
         (fails(ZeroDivisionError("division by zero, a long message")), None, "WRONG"),

@@ -175,7 +175,7 @@ def test_a_lofic_pixel_keeps_all_charge_in_its_capacitor_whenever_it_comes(flat)
     assert mean.values.min() > 2 * sensor.knee_e
     np.testing.assert_allclose(shot.raw.sel(capture="LCG"), mean.sel(capture="LCG"), rtol=1e-6)
     alone = shot.raw.sel(capture="HCG").values
-    assert np.ptp(alone, axis=0).min() > 0.1 * alone.mean()  # rows see other pulses
+    assert np.ptp(alone, axis=0).min() > 0.1 * alone.mean()  # rows have other pulses
     assert shot.saturated.sel(capture="HCG").values.mean() > 0.3
 
 
