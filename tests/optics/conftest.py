@@ -9,7 +9,7 @@ from .lamp_ghosts import SINGLET
 
 @pytest.fixture(autouse=True)
 def small_frames_go_the_way_of_large_ones(monkeypatch):
-    """Photocurrent is tried whatever the size of the frame."""
+    """Let lenses try the photocurrent path on frames of any size, also very small ones."""
     monkeypatch.setattr(planning, "WORTH", 0)
 
 

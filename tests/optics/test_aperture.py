@@ -29,7 +29,7 @@ WIPER = dict(
 
 
 def pattern(flare, samples, size=129):
-    """Return the point spread function at 1 um from a pupil of `samples` cells across."""
+    """Return a point spread function with samples of 1 um, from `samples` pupil cells per mm."""
     pitch = 1.0 / samples
     axis = axis_mm(LENS, pitch)
     cells = amplitude(LENS, [flare], axis, axis, 550.0)
@@ -51,15 +51,17 @@ def pattern(flare, samples, size=129):
 def test_halving_the_grid_spacing_converges(flare):
     fine = pattern(flare, 1536)
     errors = [np.abs(pattern(flare, n) - fine).sum() / fine.sum() for n in (192, 384, 768)]
-    # first order at least: edges cross cells
+    # at least first order, since edges cross cells
     assert errors[0] > 1.7 * errors[1] > 1.7**2 * errors[2]
     assert errors[2] < 2e-3
 
 
 @pytest.mark.parametrize("blades", [4, 5, 6, 8])
 def test_spikes_per_blade(blades):
-    """A blade's edge makes a spike both ways: as many as blades where even, twice as many where
-    odd.
+    """Each blade makes spikes in two opposite directions.
+
+    An even number of blades makes as many spikes, since spikes of opposite blades coincide. An odd
+    number makes twice as many.
     """
     psf = LENS.psf(
         [550], 1.0, 301, [ApertureFlare(blades=blades, rotation_deg=7.0, **CLEAN)]
@@ -71,7 +73,8 @@ def test_spikes_per_blade(blades):
     harmonic = {k: abs(np.sum(psf[ring] * np.exp(1j * k * angle))) for k in range(1, 25)}
     assert max(harmonic, key=harmonic.get) % spikes == 0
     phase = np.angle(np.sum(psf[ring] * np.exp(1j * spikes * angle))) / spikes
-    # Spikes stand across the edges: half a corner's angle on from the corner at 7 degrees.
+    # Spikes are perpendicular to the edges, half the angle between two corners from the corner at 7
+    # degrees.
     want = np.radians(7.0 + 180.0 / blades)
     assert (
         np.degrees(abs((phase - want + np.pi / spikes) % (2 * np.pi / spikes) - np.pi / spikes))
@@ -129,7 +132,7 @@ def test_dirt_is_all_of_one_loss_where_asked():
     ] == pytest.approx(9e-3)
 
 
-@pytest.mark.slow  # the kit sees the flare itself among all components
+@pytest.mark.slow  # the test of all components checks the flare with default fields
 @pytest.mark.parametrize("preset", ["clean", "dusty", "wiper", "water", "fingerprint"])
 def test_presets(preset):
     from importlib.resources import files

@@ -1,5 +1,5 @@
-"""Point spread functions against prysm and GalSim: the extra `compare` installs them; tests skip,
-saying so, without it.
+"""Point spread functions against prysm and GalSim. The extra `compare` installs both; without it,
+the tests are skipped with a message.
 """
 
 import numpy as np
@@ -15,7 +15,8 @@ WHY = "install it with: pip install isethdr[compare]"
 
 
 def circle(samples, obscured=0.0):
-    """Return a grey round pupil of 1 mm, and its axis."""
+    """Return the area-weighted cells of a round pupil of 1 mm, and their positions along an axis,
+    mm."""
     axis = (np.arange(samples + 2) - (samples + 1) / 2) / samples
     losses = [(disc(0, 0, obscured / 2), 1.0)] if obscured else []
     return raster(opening(disc(0, 0, 0.5), losses), axis, axis).astype(float), axis
@@ -25,7 +26,8 @@ def circle(samples, obscured=0.0):
     "zernike_um, obscured", [({}, 0.0), ({}, 0.4), (ABERRATED, 0.0), (ABERRATED, 0.4)]
 )
 def test_prysm_of_the_same_pupil(zernike_um, obscured):
-    """Both transform the same samples; the wavefront is prysm's own, from its polynomials."""
+    """Both transform the same samples of the pupil; prysm's wavefront is from its own
+    polynomials."""
     polynomials = pytest.importorskip("prysm.polynomials", reason=WHY)
     from prysm.propagation import focus_fixed_sampling
 
@@ -55,17 +57,18 @@ def test_prysm_of_the_same_pupil(zernike_um, obscured):
         cells * np.exp(-2j * np.pi / 0.55 * opd), axis[1] - axis[0], 4.0, 0.55, pitch_um, size
     )
     theirs = np.abs(field) ** 2
-    # their phase has the other sign: the image is turned about the axis
+    # prysm's phase has the opposite sign, which turns the image by 180 degrees about the axis
     theirs = np.roll(theirs[::-1, ::-1], 1, axis=(0, 1))
-    # The border row and column have no partner after the turn. Both are sums of the same products:
-    # rounding alone.
+    # After the turn, the border row and column have no counterpart. 1e-9: both are sums of the same
+    # products and differ by rounding only.
     ours, theirs = (p[1:, 1:] / p[1:, 1:].sum() for p in (ours, theirs))
     assert np.abs(ours - theirs).sum() < 1e-9
 
 
 def test_prysm_from_its_own_mask():
-    """A lens end to end against prysm's own circle and polynomials: black and white cells of 1 /
-    2000 of the stop at the rim.
+    """Compare a whole lens with prysm's own circle and polynomials.
+
+    prysm's pupil has cells of 1/2000 of the stop, each either open or closed.
     """
     geometry = pytest.importorskip("prysm.geometry", reason=WHY)
     from prysm.polynomials import zernike_nm
@@ -86,22 +89,22 @@ def test_prysm_from_its_own_mask():
         0.5,
         65,
     )
-    theirs = np.abs(field[::-1]) ** 2  # the standard's y points up, our rows down
+    theirs = np.abs(field[::-1]) ** 2  # y points up in the standard, down in rows of a kernel
     ours = WavefrontLens(zernike_um=ABERRATED).psf(550.0, 0.5, 65, integrated=False).values[0]
     forms = [np.abs(ours / ours.sum() - p / p.sum()).sum() for p in (theirs, theirs[::-1, ::-1])]
-    assert min(forms) < 1e-4  # theirs: rims of a hard mask, 2000^-1.5; ours: 768 grey cells, 4e-5
+    assert min(forms) < 1e-4  # hard mask 2000^-1.5; area-weighted cells 4e-5
 
 
 @pytest.mark.parametrize("obscured", [0.0, 0.3])
 @pytest.mark.filterwarnings(
     "ignore:Input pupil_plane_scale"
-)  # 4 times the stop in the pupil plane is the sampling of its transform
+)  # a pupil plane 4 times as wide as the stop sets the sampling of the image
 def test_galsim_of_the_same_pupil(obscured):
-    """GalSim's OpticalPSF, its own annulus of black and white cells, its own Zernike polynomials
-    and transform.
+    """Compare with GalSim's OpticalPSF, which has its own Zernike polynomials and transform, and
+    an annulus of cells that are either open or closed.
     """
     galsim = pytest.importorskip("galsim", reason=WHY)
-    noll = {4: 4, 5: 6, 8: 8, 12: 11}  # OSA index: Noll index, which GalSim counts by
+    noll = {4: 4, 5: 6, 8: 8, 12: 11}  # OSA index: Noll index, which GalSim uses
     waves = np.zeros(12)
     for j, c in ABERRATED.items():
         waves[noll[j]] = c / 0.55
@@ -110,8 +113,9 @@ def test_galsim_of_the_same_pupil(obscured):
     )
     pitch_um = 0.5
     size = 65
-    # Its stop is 1 m wide: 550e-9 of its radians are 2.2 um here. Its image is interpolated between
-    # samples of wavelength x f-number / 4: Lanczos of 31 keeps that below the tolerance.
+    # GalSim's stop is 1 m wide, so 550e-9 rad there are 2.2 um here. GalSim interpolates its image
+    # between samples of wavelength x f-number / 4; a Lanczos kernel of order 31 keeps the error of
+    # that below the tolerance.
     profile = galsim.OpticalPSF(
         lam=550.0,
         diam=1.0,
@@ -136,7 +140,7 @@ def test_galsim_of_the_same_pupil(obscured):
         np.rint((aperture.u_illuminated - low) / step).astype(int),
     ] = 1.0
     opd = wavefront_um(ABERRATED, whole / 0.5, whole / 0.5)
-    # Their axis lies on a sample, ours between two: a tilt of half a sample moves no light, phases
-    # of the whole field apart.
+    # GalSim's axis lies on a sample, the axis here between two samples. A shift of the pupil by
+    # half a sample only changes the phase of the field, not the light.
     ours = psf_from_pupil(cells, opd, 550.0, step, 4.0, pitch_um, size)
     assert np.abs(ours / ours.sum() - theirs / theirs.sum()).sum() < 1e-4

@@ -1,5 +1,5 @@
-"""Twenty waves of defocus, f/1.4 to f/22: kernels and their stated errors against a radial
-quadrature.
+"""Twenty waves of defocus at f/1.4 to f/22: kernels and their stated errors against a quadrature
+over the radius of the pupil.
 """
 
 import numpy as np
@@ -13,12 +13,13 @@ from scipy.special import j0
 CENTRE = 550.0
 WIDTH = 10.0
 WAVES = 20.0
-BEYOND = 20  # tiles outside the exact core
+BEYOND = 20  # number of tiles from the border of the exact core to that of the kernel
 
 
 def radial(radius_um, f_number, wavelength_nm):
-    """Return the point spread per um2 of a round defocused pupil at `radius_um` (Born and Wolf
-    1999, section 8.8): one integral over it.
+    """Return the point spread per um2 of a round defocused pupil at `radius_um`.
+
+    It is one integral over the radius of the pupil (Born and Wolf 1999, section 8.8).
     """
     blur = wavelength_nm * 1e-3 * f_number
     turns = 2 * WAVES + radius_um.max() / blur
@@ -34,8 +35,9 @@ def radial(radius_um, f_number, wavelength_nm):
 
 
 def quadrant(f_number, pitch_um, reach, bands=5):
-    """Return tile-to-tile means for tiles from the axis to the border, x and y positive, averaged
-    over the band.
+    """Return shares of a point's light (y, x) from tile to tile, averaged over the band.
+
+    The tiles are those of one quadrant, from the axis to the border.
     """
     points = max(4, int(np.ceil(4 * pitch_um / (CENTRE * 1e-3 * f_number))))
     at = (np.arange((reach + 2) * points) + 0.5) / points - 1
@@ -50,8 +52,10 @@ def quadrant(f_number, pitch_um, reach, bands=5):
 
 
 def errors(f_number, pitch_um):
-    """Return (stated, measured) relative L1 errors per octave of radius beyond the core, and that
-    of the core. Where the exact core covers the frame no octave states an error.
+    """Return the stated and the measured relative L1 errors per octave of radius beyond the core,
+    and the measured error of the core.
+
+    Where the exact core covers the frame, no octave states an error.
     """
     half = max(
         3, int(CORE_SAMPLES / np.ceil(2 * pitch_um / (1e-3 * (CENTRE - WIDTH / 2) * f_number)))
@@ -90,7 +94,7 @@ def errors(f_number, pitch_um):
 def test_twenty_waves_of_defocus_are_as_wrong_as_the_ledger_says(f_number, pitch_um):
     stated, measured, core = errors(f_number, pitch_um)
     assert (stated <= 0.03).all()
-    # the ledger's two rows: speckle, and what the period leaves
+    # the ledger has two rows: kernel sampling error, and light wrapped by the transform's period
     assert (measured <= stated + wings.WRAP).all()
-    assert (measured < 0.01).all()  # what it is: 0.6 % at most
+    assert (measured < 0.01).all()  # the largest measured value is 0.6 %
     assert core < 5e-3

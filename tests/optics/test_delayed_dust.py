@@ -29,7 +29,7 @@ CLEAN = ApertureFlare(blades=0, dust_per_mm2=0.0, scratches_per_mm2=0.0)
 
 @dataclass(frozen=True)
 class OneGrain:
-    """A grain at one place, of one loss and delay."""
+    """One grain with given position, loss and delay."""
 
     delay_um: float
     loss: float = 0.0
@@ -72,8 +72,8 @@ def test_clear_dust_a_wave_thick_is_not_seen_at_that_wavelength_alone():
 
 @pytest.mark.parametrize("turns", [0.1, 0.25, 0.5, 0.8])
 def test_babinet_on_the_axis(turns):
-    """Clear glass on a share f of the pupil leaves |1 + f (exp(i phase) - 1)|^2 of the light on the
-    axis.
+    """Compare with Babinet's closed form: clear glass on a share f of the pupil leaves
+    |1 + f (exp(i phase) - 1)|^2 of the light on the axis.
     """
     got = float(LENS.psf([550], 1.0, 2, [OneGrain(turns * 0.55)]).values[0, 1, 1])
     share = 0.15**2 / 0.5**2
@@ -90,16 +90,16 @@ def test_delay_takes_no_light_away():
         for d in (0.0, 0.2, 3.0)
     ]
     assert energies[0] == energies[1] == energies[2]
-    # chords of discs
+    # error of the area of discs, summed by chords
     assert open_energy_mm2(LENS, [GLASS], 450.0) == pytest.approx(np.pi / 4, rel=1e-6)
-    # The point spread holds it all: within 64 um lie all but the skirts of the grains, a few
-    # percent.
+    # The point spread keeps all light: only the wings of the grains, a few percent, lie outside of
+    # these samples.
     assert 0.9 < LENS.psf([500], 2.0, 64, [GLASS]).values.sum() < 1.0
 
 
 @pytest.mark.slow
 def test_amplitudes_are_those_of_the_points():
-    # grains overlap
+    # dense enough for grains to overlap
     flare = ApertureFlare(
         dust_per_mm2=300.0, dust_radius_um=20.0, dust_delay_um=0.7, scratches_per_mm2=10.0
     )
@@ -111,19 +111,20 @@ def test_amplitudes_are_those_of_the_points():
     )
     mean = points.reshape(len(axis), 8, len(axis), 8).mean((1, 3))
     assert cells.dtype == np.complex64 and np.abs(points).max() <= 1 + 1e-12
-    # 64 points a cell: at edges, in at most a third of the cells, one in sixteen of them falls on
-    # the wrong side
+    # 64 points per cell: in cells with an edge, at most a third of all cells, one point in sixteen
+    # falls on the wrong side
     assert np.abs(cells - mean).mean() < 0.02
     assert abs((cells - mean).mean()) < 1e-3
 
 
 def test_the_mirror_image_is_lost_and_kernels_know():
-    """A clear grain beside the axis bends light to one side less than to the other; reversed delay
-    is the mirror image.
+    """A clear grain off the axis sends more light to one side than to the other.
+
+    The opposite delay makes the mirror image.
     """
     one, other = (LENS.psf([550], 1.5, 65, [OneGrain(d)]).values[0] for d in (0.15, -0.15))
     assert np.abs(one - one[::-1, ::-1]).sum() > 0.02
-    # float32; the stop itself is symmetric
+    # float32 rounding; the stop itself is symmetric
     np.testing.assert_allclose(one, other[::-1, ::-1], atol=1e-6 * one.max())
     [band] = computed(
         KernelRequest(LENS, [OneGrain(0.15)], np.array([550.0]), (3.0, 3.0), (20, 20))
@@ -146,7 +147,7 @@ BANDS = np.arange(400.0, 701.0, 10.0)
 
 
 def largest_um(wave=400.0, width=10.0):
-    """Return the delay whose phase changes by 16 x 0.3 rad within a band."""
+    """Return the delay, um, with a change of phase of 16 x 0.3 rad within a band."""
     return 4.8 / (2e3 * np.pi * (1 / (wave - width / 2) - 1 / (wave + width / 2)))
 
 

@@ -1,4 +1,4 @@
-"""The error that a lens is allowed: kept by both ways through it, and none means exact."""
+"""The allowed error of a lens: irradiance and photocurrent keep it, and 0 means exact."""
 
 from dataclasses import replace
 
@@ -19,7 +19,7 @@ LENS = DiffractionLimitedLens(focal_length_mm=6.0)
 
 
 def night():
-    """A dark road of random light with lamps 1e9 times as bright."""
+    """Return mixed radiance of a dark road with random light and lamps 1e9 times as bright."""
     cube = np.random.default_rng(0).uniform(1, 2, (len(BANDS), *SHAPE)) * 4e-6
     cube[:, 5, 6] = cube[:, 18, 25] = 4e3
     y, x = (quantities.centres(n, FIELD * n / SHAPE[1]) for n in SHAPE)
@@ -31,7 +31,7 @@ def test_irradiance_is_within_what_is_allowed(allowed):
     exact = LENS(night()).values
     light = LENS(night(), error_allowed=allowed).values
     assert (light >= 0).all()
-    assert np.abs(light / exact - 1).max() <= allowed + 2e-7  # float32 of both
+    assert np.abs(light / exact - 1).max() <= allowed + 2e-7  # both are rounded to float32
 
 
 @pytest.mark.slow
@@ -53,7 +53,7 @@ def test_a_lens_that_varies_over_the_field_is_told_too(monkeypatch):
     assert (light >= 0).all() and np.abs(light / exact - 1).max() <= 1e-3
     sensor = build("sensor", "bayer", pitch_um=3.0)
     response = replace(sensor.narrow(Demand()).response, noise_fraction_allowed=0.5)
-    lens.photocurrent(scene, (), response)  # irradiance, here
+    lens.photocurrent(scene, (), response)  # two bands only, so it returns irradiance
     assert 0 < told[-1] <= response.error_allowed
 
 

@@ -18,13 +18,13 @@ from isethdr_core.physics.diffraction import energy_of
 
 from .traced_rays import chief_mm, direct_sum, exit_sphere_mm, traced
 
-CLOSE = 0.02  # of any width and of the peak
+CLOSE = 0.02  # largest relative error of the widths and of the peak
 FOCAL_MM = 6.0
 REFERENCE_NM = 587.56
 
 
 class Figures(NamedTuple):
-    """What a point spread is compared by, within a square window, in um."""
+    """Figures of a point spread within a square window; lengths in um."""
 
     rms_x: float
     rms_y: float
@@ -53,8 +53,9 @@ def place_at(name, f_number, angle_deg, azimuth_rad=0.0):
 
 
 def both(name, f_number, angle_deg, wavelength_nm=REFERENCE_NM, count=110, size=43):
-    """Return the point spread (y, x) of the lens, that of the direct sum, and the samples'
-    positions, um; light along +x.
+    """Return the point spread (y, x) of the lens, that of the direct sum, and the positions of
+    their
+    samples, um. The field point lies on +x.
     """
     lens, place = place_at(name, f_number, angle_deg)
     tangent = float(np.tan(np.radians(angle_deg)))
@@ -91,7 +92,7 @@ def slow(*case):
         slow("cooke_triplet", 5.6, 20.0, 450.0, CLOSE),
         slow("singlet", 8.0, 0.0, REFERENCE_NM, CLOSE),
         slow("singlet", 8.0, 7.0, REFERENCE_NM, CLOSE),
-        slow("singlet", 8.0, 14.0, REFERENCE_NM, 0.045),  # fringes in a blur 50 um wide
+        slow("singlet", 8.0, 14.0, REFERENCE_NM, 0.045),  # fringes of a blur 50 um wide
         slow("singlet", 8.0, 14.0, 650.0, 0.045),
     ],
 )
@@ -99,13 +100,13 @@ def test_the_point_spread_is_the_direct_sum_over_traced_rays(
     name, f_number, angle_deg, wavelength_nm, cut
 ):
     found, wanted, at_um = both(name, f_number, angle_deg, wavelength_nm)
-    # 85 rays across the pupil know a width to 0.6 %; the ellipse for the exit pupil's border leaves
-    # 0.5 %
+    # 85 rays across the pupil determine a width to 0.6 %; the ellipse as border of the exit pupil
+    # errs by 0.5 %
     np.testing.assert_allclose(figures(found, at_um), figures(wanted, at_um), rtol=CLOSE)
     middle = len(at_um) // 2
     for line in (np.s_[middle], np.s_[:, middle]):
         assert np.abs(found - wanted)[line].sum() < cut * wanted[line].sum()
-    assert np.abs(found - wanted).sum() < CLOSE  # of the point's light
+    assert np.abs(found - wanted).sum() < CLOSE  # share of the point's light
 
 
 def test_the_point_spread_turns_with_the_azimuth():
@@ -123,10 +124,10 @@ def test_the_point_spread_turns_with_the_azimuth():
         ]
 
     right, skew, up = (moments(azimuth_rad) for azimuth_rad in (0.0, 0.7, np.pi / 2))
-    # samples of 0.4 um within a circle of 12 um
+    # 1 %: samples of 0.4 um within a circle of 12 um
     np.testing.assert_allclose(skew, right, rtol=0.01, atol=0.01 * right[0])
     np.testing.assert_allclose(up, right, rtol=0.01, atol=0.01 * right[0])
-    assert right[0] > 1.1 * right[1]  # wide along the radius: the exit pupil is narrow there
+    assert right[0] > 1.1 * right[1]  # wide where the pupil is narrow
 
 
 @pytest.mark.slow
@@ -138,7 +139,7 @@ def test_with_many_waves_of_aberration_the_width_is_that_of_the_ray_spot():
     spot = spot - spot.mean(axis=1)[:, None]
     density = place.psf(REFERENCE_NM, 2.5, 145).values[0]
     half = figures(density, 2.5 * (np.arange(145) - 72.0)).half_light_radius
-    # diffraction: 588 nm x 4 = 2.4 um beside a spot of 48 um, and its wings
+    # 3 %: diffraction of 588 nm x 4 = 2.4 um, with its wings, widens a spot of 48 um
     assert half == pytest.approx(float(np.median(np.hypot(*spot))), rel=0.03)
 
 
@@ -154,7 +155,7 @@ def test_on_the_axis_the_exit_pupil_is_round_and_as_wide_as_the_f_number_says(na
     lens, place = place_at(name, f_number, 0.0)
     meridional, sagittal = lens.exit_pupil_at(0.0)
     assert meridional == pytest.approx(sagittal, abs=1e-6)
-    # the f-number is paraxial, the rays at the border are not
+    # 0.004: the f-number is paraxial, the rays at the border of the pupil are not
     assert meridional == pytest.approx(1.0, abs=0.004)
     assert exit_pupil(lens.real(), 0.0, REFERENCE_NM).off_ellipse < 1e-6
     plain = replace(place, pupil_matrix=None, f_number=f_number / meridional)
@@ -186,23 +187,24 @@ def test_flares_in_the_stop_are_seen_through_the_exit_pupil():
     )
     dirty = [ApertureFlare(blades=6, dust_per_mm2=40.0)]
     axis = pupil_grid.axis_mm(place, 0.004)
-    for flares in ((), dirty):  # energy from areas, and of the drawn cells
+    for flares in ((), dirty):  # compare the energy from areas with that of the sampled cells
         drawn = energy_of(
             pupil_cells.amplitude(place, flares, axis, axis, 550.0), 0.004, cell_means=True
         )
         even = replace(place, uneven=())
-        # cells on the border
+        # 2e-3: cells on the border
         assert drawn == pytest.approx(pupil_energy.open_energy_mm2(even, flares, 550.0), rel=2e-3)
 
 
 def test_a_point_keeps_its_light_whatever_the_shape_of_its_pupil():
-    """Bessel's integral: of a round pupil's light a window holds all but some of the rings; so does
-    an ellipse's.
+    """Compare the light in a window for an elliptical and a round pupil.
+
+    In both cases the window holds all light but the outer rings.
     """
     _, place = place_at("double_gauss", 4.0, 14.0)
     light = float(place.psf(550.0, 2.0, 65).sum())
     round_one = float(replace(place, pupil_matrix=None).psf(550.0, 2.0, 65).sum())
-    # a pupil 6 % narrower: 6 % more of 2 % outside
+    # the pupil is 6 % narrower, so 6 % more of the 2 % of light lies outside the window
     assert light == pytest.approx(round_one, abs=1.5e-3) and 0.97 < light < 1
 
 

@@ -114,7 +114,7 @@ def test_other_hopeless_requests_are_refused_before_any_work(monkeypatch):
     )
     with pytest.raises(ConfigError, match="no light"):
         lens.psf(550.0, 1.0, 16, [covered])
-    # the real limit takes seconds
+    # a lower limit, since to reach the real one takes seconds
     monkeypatch.setattr("isethdr_core.physics.optics.pupil.shape_sum.MOST_TERMS", 300)
     with pytest.raises(ConfigError, match="overlaps"):
         lens.psf(

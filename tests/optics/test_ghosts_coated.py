@@ -20,8 +20,9 @@ from .lamp_ghosts import flux, lamp
 def airy_reflectance(
     cosine, n_from, n_to, layer=1.38233, thickness_nm=550.0 / 4 / 1.37851, wavelength_nm=430.0
 ):
-    """Return the unpolarised reflectance of one layer by Airy's sum over its two borders, at
-    incidence of `cosine`.
+    """Return the unpolarised reflectance of one layer by Airy's sum over its two borders.
+
+    `cosine` is that of the angle of incidence.
     """
     sine = n_from * np.sqrt(1 - cosine**2)  # n sin is the same everywhere
     c1, c2, c3 = (np.sqrt(1 - (sine / n) ** 2) for n in (n_from, layer, n_to))
@@ -42,8 +43,10 @@ def airy_reflectance(
 
 
 def weighted_monte_carlo(lens, tangent, count, seed=2):
-    """Trace photons along the one ghost of a singlet, weighted by Airy's reflectances; return (x,
-    y), weights, start area.
+    """Trace photons along the only ghost of a singlet, weighted by Airy's reflectances.
+
+    Return their positions (x, y) on the sensor, mm, their weights, and the area from which they
+    start, mm2.
     """
     rng = np.random.default_rng(seed)
     stop, first, second, sensor = lens.surfaces
@@ -85,12 +88,14 @@ def weighted_monte_carlo(lens, tangent, count, seed=2):
 @pytest.mark.parametrize("column", [100, 130])
 @pytest.mark.slow
 def test_coated_surfaces_against_an_independent_monte_carlo_trace(bare, column):
-    """Stacks by matrices, angle by angle, in the product; Airy's sum and spheres by their centres
-    here.
+    """Compare ghosts by transfer matrices of layers with those by Airy's sum.
+
+    The trace here is independent: it intersects spheres by their centres.
     """
     lens = IdealLens(f_number=5.0, focal_length_mm=100.0)
     flare = GhostFlare(bare, coating="mgf2", error_allowed=0.0, sensor_reflectance_percent=0.0)
-    # at 430 nm: at 550 a quarter wave of MgF2 leaves next to nothing on glass of 1.9
+    # at 430 nm, since a quarter wave of MgF2 at 550 nm reflects almost nothing on glass of index
+    # 1.9
     scene = lamp(201, 0.008, 100, column, bands=(430.0,))
     light = flare.irradiance(lens, scene)
     tangent = float(scene.x[column])
@@ -98,13 +103,14 @@ def test_coated_surfaces_against_an_independent_monte_carlo_trace(bare, column):
     spots, weight, area_mm2 = weighted_monte_carlo(flare.of_lens(lens), tangent, count)
     power = 1e3 * 0.008**2 * (1 + tangent**2) ** -2 * area_mm2 * 1e-6
     spread = weight.std() / weight.mean() / np.sqrt(count)
-    # 0.4 %: borders of the pupil grid, as for the bare lens; MgF2's index is rounded here
+    # 0.006: 0.4 % for the borders of the pupil grid, as for the uncoated lens, and the rounded
+    # index of MgF2 here
     assert flux(light)[0] / (power * weight.mean()) == pytest.approx(1.0, abs=3 * spread + 0.006)
     share = light.values[0] / light.values[0].sum()
     x_mm = light.x.values * 1e3
     mean = weight @ spots[:, 0] / weight.sum()
     size = np.sqrt(weight @ (spots[:, 0] - mean) ** 2 / weight.sum())
-    # rays go linearly over a radial bin of the field
+    # 0.025: rays are interpolated linearly over a radial bin of the field
     assert share.sum(0) @ x_mm == pytest.approx(mean, abs=0.025 * size)
     assert (
         flux(light)[0]
@@ -118,19 +124,20 @@ def test_coated_surfaces_against_an_independent_monte_carlo_trace(bare, column):
 
 
 VISIBLE = np.arange(400.0, 701.0, 10.0)
-SENSOR = 0.02  # of the light that it reflects, mirror-like
+SENSOR = 0.02  # share of the light that the sensor reflects specularly
 LENSES = [("double_gauss", 4.0, 14.0), ("cooke_triplet", 5.6, 20.0)]
 
 
 def pairs(name, f_number, half_field_deg, coating):
-    """Return every pair's share of the light in each visible band, pairs with the sensor among
-    them.
+    """Return the share of the light of every ghost pair in each visible band.
+
+    Pairs of a surface and the sensor are included.
     """
     powers = Powers(load(name).stopped(f_number).with_coating(coating), VISIBLE, SENSOR)
     found = []
     for pair in rank(powers, float(np.tan(np.radians(half_field_deg)))):
         product = powers.at_normal(pair.front) * powers.at_normal(pair.back)
-        # the rank takes each surface at its worst
+        # the rank uses the largest reflectance of each surface over all bands
         largest = powers.at_normal(pair.front).max() * powers.at_normal(pair.back).max()
         found.append(pair.share * product / largest)
     return found
@@ -147,7 +154,7 @@ def test_three_layers_keep_a_headlamp_s_flux_in_any_pair_below_a_ten_thousandth(
     }
     assert shares["multilayer"] < 1e-4 and shares["broadband"] < 5e-5
     assert shares["none"] > 3e-3 and shares["mgf2"] > 3 * shares["multilayer"]
-    # not so at 400 nm, where a headlamp has next to no light
+    # this does not hold at 400 nm, where a headlamp emits almost no light
     assert max(p.max() for p in pairs(*lens, "multilayer")) > 1e-4
 
 
@@ -156,7 +163,7 @@ def test_the_broadband_coating_keeps_every_pair_below_a_ten_thousandth_in_every_
     found = pairs(*lens, "broadband")
     assert len(found) > 10 and max(p.max() for p in found) < 1e-4
     ranked = rank(Powers(load(lens[0]).stopped(lens[1]), VISIBLE), 0.2)
-    assert any(p.magnification < 0 for p in ranked[:10])  # on the other side of the axis
+    assert any(p.magnification < 0 for p in ranked[:10])  # a ghost on the other side of the axis
 
 
 @pytest.mark.parametrize("index", [1.5, 1.52, 1.58, 1.63])
@@ -173,13 +180,13 @@ class StrongestPair(GhostFlare):
     """The ghost of the one pair that reflects most."""
 
     def pairs(self, lens, wavelength_nm, largest_tangent):
-        """Return that pair alone."""
+        """Return only the strongest pair as traced."""
         traced, left = super().pairs(lens, wavelength_nm, largest_tangent)
         return traced[:1], traced[1:] + left
 
 
 def test_rays_agree_that_the_strongest_pair_takes_less_than_a_ten_thousandth():
-    """All light of the ghost, wherever it lands: a frame far wider than the camera's field."""
+    """Sum all light of the ghost on a frame that is much wider than the camera's field."""
     lens = IdealLens(f_number=4.0, falloff="none", focal_length_mm=4.0)
     wave = np.arange(400.0, 701.0, 25.0)
     light = spectrum_of("led_white").at(wave)

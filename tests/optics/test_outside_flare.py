@@ -1,5 +1,5 @@
-"""A flare of an outside package with a light part of its own: its error reaches the electrons of
-that part only.
+"""A flare of a third-party package that declares its own light part: its error reaches the
+electrons of that part only.
 """
 
 from __future__ import annotations
@@ -15,9 +15,9 @@ from isethdr_core.uncertainty import ledger, propagation
 from isethdr_core.uncertainty.error_terms import Quantity, Source
 from isethdr_core.uncertainty.propagation import AFTER_RENDERER, UNIT
 
-PART = "milky light"  # a word that neither the core nor the lens knows
-SHARE = 0.2  # of the light, that the flare adds
-WRONG = 0.3  # relative, of what it adds
+PART = "milky light"  # a name that neither the core nor the lens knows
+SHARE = 0.2  # light that the flare adds, as a share of the mean light
+WRONG = 0.3  # relative error of the added light
 
 
 @dataclass(frozen=True)
@@ -84,7 +84,8 @@ def test_it_is_the_figure_of_the_picture_and_its_cause():
         return figure, row.errors[0].label
 
     figure, label = stated(shot, rows)
-    # 99 % of the pixels: the veil's error in the half that it covers, beside the lens's rounding
+    # 99 % of the pixels have at most this error: that of the veil in the half that it covers; 1e-3
+    # is for the rounding of the lens
     most = np.quantile(WRONG * shot.parts[PART] / shot.sigma, propagation.SHARE)
     assert figure == pytest.approx(most, rel=1e-3) and label.count("by: the veil") == 1
     assert stated(without, plain)[0] < 1e-3 * figure
@@ -95,4 +96,4 @@ def test_two_of_it_add_up():
     [two], rows = shots_of([AcmeVeil(), AcmeVeil()])
     np.testing.assert_allclose(two.parts[PART], 2 * one.parts[PART], rtol=1e-6)  # float32
     kept, _ = propagation.terms_after(rows)
-    assert [term.value for term in kept if term.part == PART] == [WRONG]  # of both together
+    assert [term.value for term in kept if term.part == PART] == [WRONG]  # one term for both

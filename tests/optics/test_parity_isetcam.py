@@ -1,4 +1,4 @@
-"""Comparison with numbers computed by ISETCam (data beside the project, never copied into it)."""
+"""Comparison with numbers computed by ISETCam. The data are not part of the project."""
 
 import os
 from pathlib import Path
@@ -36,7 +36,7 @@ def test_irradiance_of_a_uniform_scene(largest_difference):
             falloff="none",
         )
         light = lens(uniform(d["radiance_photons"], d["wave"]))
-        # stored from float32
+        # 1e-6: the reference was computed in float32
         found = light.values[:, 2, 2]
         np.testing.assert_allclose(found, d["irr_before_otf"][:, case], rtol=1e-6)
         largest_difference("irradiance of a uniform scene", found, d["irr_before_otf"][:, case])
@@ -53,7 +53,7 @@ def test_cos4(largest_difference):
     lens = IdealLens(focal_length_mm=f, object_distance_m=far)
     light = lens(quantities.plane(np.ones((1, n, n)), [550.0], x, x, quantities.RADIANCE))
     got = light.values[0] / lens.throughput_sr()
-    np.testing.assert_allclose(got, want, rtol=3e-3)  # their near-field formula and sample grid
+    np.testing.assert_allclose(got, want, rtol=3e-3)  # ISETCam: near-field formula, sample grid
     largest_difference("cos4 falloff", got, want)
 
 
@@ -73,9 +73,9 @@ def test_diffraction_psf_to_transfer_function():
     lens = DiffractionLimitedLens()
     for i, wave in enumerate(d["wavelength_nm"]):
         psf = lens.psf([float(wave)], pitch_um=pitch, size=1024).values[0]
-        # 1024 samples: every eighth frequency is one of theirs
+        # of 1024 samples, every eighth frequency is one of ISETCam's
         got = np.abs(np.fft.fft2(psf))[::8, ::8]
-        # light beyond 128 um: 0.3 % to 0.5 %
+        # 0.3 % to 0.5 % of the light lies beyond 128 um
         assert np.abs(got - d["otf_dc_at_11"][..., i]).max() < 6e-3
 
 
@@ -87,7 +87,8 @@ def test_zernike_point_spread(domain, largest_difference):
             amplitude = d[f"pupil_amp_{domain}"][:, :, w, z]
             opd = d[f"wavefront_um_{domain}"][:, :, w, z]
             plane_mm = float(d[f"pupil_plane_mm_{domain}"][w, z])
-            # Their transform has 201 samples: the pitch is wavelength f / plane.
+            # ISETCam's transform has 201 samples, so the pitch is wavelength x focal length /
+            # plane.
             pitch_um = float(wave) * 1e-3 * 8.0 / plane_mm
             got = psf_from_pupil(
                 amplitude.astype(float), opd, float(wave), plane_mm / 201, 8.0, pitch_um, 129
@@ -110,10 +111,10 @@ def test_zernike_wavefront(domain, largest_difference):
                 / 201
                 / (float(d["pupil_diameter_mm"]) / 2)
             )
-            # OSA's y points up
+            # y points up in the OSA standard
             got = wavefront_um({j: c for j, c in enumerate(d["zcoeffs"][:, z]) if c}, axis, -axis)
             want = d[f"wavefront_um_{domain}"][:, :, w, z]
-            # float32; their pi of 3.1416 in one domain
+            # 2e-6: float32, and ISETCam's pi of 3.1416 in one domain
             assert largest_difference("wavefront", got[inside], want[inside]) < 2e-6
 
 
@@ -132,9 +133,9 @@ def test_optical_image_of_points(largest_difference):
     got = optical_image(
         lens, radiance, wave, float(d["oi_hfov_deg"]), 1e6 * float(d["dist_per_deg_m"])
     )
-    assert largest_difference("image of points", got, want) < 3e-7  # float32 in and out
-    # Ours is linear and averages over tiles twice; theirs with that averaging is the same but for
-    # light from round the border.
+    assert largest_difference("image of points", got, want) < 3e-7  # float32 input and output
+    # The lens here convolves without wrapping and averages over source and receiving tiles.
+    # ISETCam's image with the same averaging differs only by light that wraps around the border.
     pitch_um = float(d["oi_sample_um"][0])
     x = quantities.centres(64, 64 * pitch_um * 1e-3 / lens.focal_length_mm)
     ours = lens(quantities.plane(radiance, wave, x, x, quantities.RADIANCE)).values
@@ -142,5 +143,5 @@ def test_optical_image_of_points(largest_difference):
     theirs = np.fft.ifft2(np.fft.fft2(want) * tile[:, None] * tile).real[:, 8:-8, 8:-8]
     inside = (slice(None), slice(16, -16), slice(16, -16))
     difference = np.abs(ours - theirs)[inside]
-    # measured 8e-4, 0.011
+    # measured: 8e-4 and 0.011
     assert difference.max() < 2e-3 * theirs.max() and difference.sum() < 0.02 * theirs[inside].sum()

@@ -48,14 +48,14 @@ def test_exact_core_alone_serves_patterns_wider_than_tiles(f_number, pitch_um, r
     refuse_lattices(monkeypatch)
     lens = build("lens", "diffraction_limited", f_number=f_number)
     made = kernels.computed(KernelRequest(lens, (), GREEN, (pitch_um, pitch_um), reach))
-    # of the peak; a tile's width moves the peak by (pi pitch / (wavelength N))^2 / 12: 4e-3 for the
-    # widest tile here
+    # 5e-3 of the peak: averaging over a tile lowers the peak by (pi pitch / (wavelength N))^2 / 12,
+    # which is 4e-3 for the widest tile here
     np.testing.assert_allclose(
         made.bands[0] / made.bands[0].max(),
         airy(f_number, pitch_um, reach) / made.bands[0].max(),
         atol=5e-3,
     )
-    # the wavelengths of a band alone leave an error
+    # the only error is that of a core from one pattern
     assert made.speckle.max() == exact_core.PATTERN_ERROR and made.wrap == 0
 
 
@@ -70,7 +70,7 @@ def test_wavefront_of_a_slow_lens_needs_no_lattice_either(monkeypatch):
             (15, 15),
         )
     ).bands[0]
-    # at 50 times the scale in f-number and tiles the pattern is the same (Fraunhofer)
+    # with f-number and tiles both scaled by 50, the pattern is the same (Fraunhofer diffraction)
     same = kernels.computed(
         KernelRequest(
             build("lens", "wavefront", f_number=4.0, zernike_um={4: 0.1}),
@@ -147,5 +147,5 @@ def test_small_frames_take_little_time_and_memory(f_number, tiles, pitch_um):
             [sys.executable, "-c", code], capture_output=True, text=True, check=True
         ).stdout.split(),
     )
-    # 0.3 s and 0.13 GB beside the imports at the start; lattices took 24 s and 4.3 GB
+    # 0.3 s and 0.13 GB in addition to the imports; with lattices it would be 24 s and 4.3 GB
     assert seconds < 5 and peak < 2**30

@@ -73,8 +73,9 @@ def found(of: Stated, electrons) -> float:
 
 
 def magnified_exactly(make, mixed, captures):
-    """Return electrons of a lens whose bands each have a focal length of their own: nothing is
-    retiled, no point spread is drawn out.
+    """Return the electrons of a lens that images each band with its own focal length.
+
+    So no light is moved to other tiles, and no point spread is stretched.
     """
     one = captures.isel(capture=0)
     filters = captures["filter"].values
@@ -124,17 +125,21 @@ def test_ghosts(monkeypatch, bare):
         monkeypatch.setattr(module, name, finer * getattr(module, name))
     monkeypatch.setattr(ghost_flare, "_beams", type(ghost_flare._beams)(ghost_flare.MOST_BEAMS))
     error = found(of, stated(lens, (flare,), mixed, 2e-4).shot.total)
-    # 11: the figure is a bound for all ghosts, 10.4 times what twice as many rays find here
+    # 11: the figure is a bound for all ghosts; here it is 10.4 times the error found with twice as
+    # many rays
     assert error <= of.figure <= 11 * error and error > 1e-3, (error, of.figure)
     light = of.shot.parts[ghost_flare.PART]
     without = stated(lens, (), mixed, 2e-4).shot.total
-    # float32 light
+    # light is stored in float32
     np.testing.assert_allclose(light, of.shot.total - without, atol=1e-5 * without.max())
 
 
 @pytest.mark.slow
 def test_labels_decide_nothing(monkeypatch):
-    """Lateral colour, dust and light of two components: every label replaced by random text."""
+    """Errors keep their values when every label is replaced by random text.
+
+    The case has lateral colour, dust, and light of two components.
+    """
     lens = DiffractionLimitedLens(focal_length_mm=F_MM, lateral_colour_percent=MAGNIFIED_PERCENT)
     dusty = (build("flare", "aperture", seed=1),)
     steady = scene((24, 32), 3e-3 / F_MM, (450.0, 550.0, 650.0), 2.0, 0.5)

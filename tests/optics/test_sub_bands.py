@@ -1,4 +1,4 @@
-"""Wavelengths of a band: as many as its exact core needs, so that averaging leaves no error."""
+"""Wavelengths of a band: enough of them for an exact core that averages the band without error."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ LENS = build("lens", "diffraction_limited", f_number=4.0, focal_length_mm=4.0)
 COMA = WavefrontLens(f_number=4.0, focal_length_mm=4.0, zernike_um={8: 0.05})
 HEXAGON = (ApertureFlare(blades=6),)
 DELAYED = (ApertureFlare(blades=6, dust_per_mm2=40.0, dust_delay_um=1.0),)
-# one band from 525 to 575 nm, and the ten that it is made of
+# wavelengths of bands with one from 525 to 575 nm, and the ten narrow bands that it consists of
 BAND = [500.0, 550.0, 600.0]
 PARTS = np.arange(527.5, 573.0, 5.0)
 
@@ -27,7 +27,7 @@ def tiles(wavelength_nm, reach):
 
 
 def errors_of_a_band(lens, flares, band_nm, pitch_um=3.0, tiles=12, many=1.5):
-    """Return the errors per octave of a core and its wavelengths, against `many` times these."""
+    """Return the errors per octave of a core, against `many` times its wavelengths, and these."""
     plan = BandPlan(lens, flares, band_nm, wings.Grid(1, (pitch_um,) * 2, (tiles, tiles)))
     centre, width = band_nm
     few = plan.wavelengths(centre, width)
@@ -42,8 +42,8 @@ def errors_of_a_band(lens, flares, band_nm, pitch_um=3.0, tiles=12, many=1.5):
 def test_a_band_is_the_mean_of_its_parts(reach):
     few = tiles(BAND, reach)[1]
     parts = np.mean(tiles(PARTS, reach), axis=0)
-    # of a point's light, in all tiles together: what float32 leaves of it. As many midpoints of
-    # equal parts leave 5e-4 and 1.1e-3
+    # 2e-6 of a point's light, summed over all tiles, is rounding to float32. The same number of
+    # midpoints of equal parts would err by 5e-4 and 1.1e-3
     assert np.abs(few - parts).sum() < 2e-6 and few.sum() == pytest.approx(parts.sum(), rel=1e-6)
 
 
@@ -60,17 +60,21 @@ def test_a_band_is_the_mean_of_its_parts(reach):
     ],
 )
 def test_wavelengths_of_any_exact_core_leave_no_error(lens, flares, band_nm, tiles):
-    """With a wavefront, with dust that delays light, and in small frames. As many midpoints of
-    equal parts leave 2e-3 to 5e-3 in the outermost octave.
+    """Compare with more wavelengths, for wavefronts, for dust with a delay, and in small frames.
+
+    The same number of midpoints of equal parts would err by 2e-3 to 5e-3 in the outermost octave.
     """
     left, _ = errors_of_a_band(lens, flares, band_nm, tiles=tiles)
     assert 0 < left.max() < 3e-4
 
 
 def test_there_are_as_many_as_the_pattern_moves_by_speckles():
-    """At 120 um along both axes it moves by 170 um x 50 / 550 over the band: seven times f-number x
-    wavelength. A band of 1 nm needs the two that are always added, and one for a part of a speckle.
-    Tiles finer than speckles do not wash out the finest rings.
+    """The number of wavelengths follows from the shift of the pattern over the band, in speckles.
+
+    At 120 um along both axes, the pattern moves by 170 um x 50 / 550 over the band, which is seven
+    times f-number x wavelength. A band of 1 nm needs one wavelength for a part of a speckle and the
+    two that are always added. Tiles finer than speckles do not average the finest rings, so they
+    need more wavelengths.
     """
     for wave, width in ((500.0, 50.0), (550.0, 50.0), (550.0, 1.0)):
         moved = np.hypot(120, 120) * width / wave / (4e-3 * wave)
@@ -93,7 +97,11 @@ def test_there_are_as_many_as_the_pattern_moves_by_speckles():
     ],
 )
 def test_cells_of_the_pupil_leave_at_most_what_is_stated(lens, flares, tiles):
-    """Against cells half as wide, whose own error is a quarter."""
+    """Compare with cells of half the width.
+
+    Their own error is a quarter of that of the usual cells, so the difference is at least 0.7 of
+    the error.
+    """
     centre = 450.0
     width = 10.0
     plan = BandPlan(lens, flares, (centre, width), wings.Grid(1, (3.0, 3.0), (tiles, tiles)))

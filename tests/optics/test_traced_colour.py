@@ -1,5 +1,5 @@
-"""Colour of a traced lens: focus of every wavelength on and off the axis, and where its images lie,
-against other rays.
+"""Colour of a traced lens: focus of every wavelength on and off the axis, and positions of its
+images, against independent rays.
 """
 
 import numpy as np
@@ -20,7 +20,10 @@ SINGLET = dict(prescription="singlet", f_number=16.0, focal_length_mm=20.0)
 
 
 def test_the_traced_focus_of_a_wavelength_is_that_of_the_matrices():
-    """A focus dz beyond the sensor is a defocus of dz / (16 sqrt(3) N^2), um rms."""
+    """Compare the traced defocus with paraxial matrices.
+
+    A focus dz beyond the sensor is a defocus of dz / (16 sqrt(3) N^2), um rms.
+    """
     lens = PrescribedLens(**SINGLET)
     real = lens.real()
     for wave in (440.0, 467.0, 560.0, 655.0):
@@ -28,11 +31,11 @@ def test_the_traced_focus_of_a_wavelength_is_that_of_the_matrices():
             back_focus_mm(real.surfaces[:-1], real.indices(wave))
             - back_focus_mm(real.surfaces[:-1], real.indices(real.reference_nm))
         )
-        # of this colour: its focal length is another
+        # f-number at this wavelength, which has its own focal length
         f_number = 16.0 / lens.pupil_scale_at(0.0, wave)
         shift = lens.colour_at(0.0, wave)[4] * 16 * 3**0.5 * f_number**2
-        # a shift is a parabola to its own share of the focal length, here up to 2.6 %; blue light
-        # focuses in front
+        # the parabola for a shift has a relative error of shift / focal length, here up to 2.6 %;
+        # blue light focuses in front of the sensor
         assert shift == pytest.approx(focus, rel=0.01 + abs(focus) / 20e3, abs=0.5) and (
             shift < 0
         ) == (wave < real.reference_nm)
@@ -52,7 +55,7 @@ def test_every_wavelength_has_its_own_wavefront_off_the_axis_too():
         own = wavefronts.coefficients_um(place, wave)
         exact = zernike_um(lens.real(), float(np.tan(angle)), wave)[0]
         off = sum((own.get(j, 0.0) - exact.get(j, 0.0)) ** 2 for j in {*own, *exact}) ** 0.5
-        assert off < 1e-3  # um rms, half way between traced wavelengths: a five hundredth of a wave
+        assert off < 1e-3  # um rms between traced wavelengths; 1/500 of a wave
     reference = wavefronts.coefficients_um(place, 587.56)
     lost = [wavefronts.coefficients_um(place, w)[4] - reference[4] for w in (430.0, 650.0)]
     axis = node_lens(lens, lens.wavefront_at(0.0), 0.0, 0.0)
@@ -60,7 +63,7 @@ def test_every_wavelength_has_its_own_wavefront_off_the_axis_too():
         wavefronts.coefficients_um(axis, w)[4] - wavefronts.coefficients_um(axis, 587.56)[4]
         for w in (430.0, 650.0)
     ]
-    # there is colour, and not that of the axis
+    # the focus changes with wavelength, and not in the same way as on the axis
     assert min(map(abs, lost)) > 5e-3 and max(abs(a - b) for a, b in zip(lost, kept)) > 1e-3
 
 
@@ -71,13 +74,14 @@ def test_colour_turns_with_the_place():
         node_lens(lens, lens.wavefront_at(angle), turn, angle).psf(450.0, 1.0, 65).values[0]
         for turn in (0.0, np.pi / 2)
     )
-    # cells of the pupil are the same turned by a quarter
+    # the cells of the pupil are symmetric under a quarter turn
     np.testing.assert_allclose(np.rot90(right), up, atol=1e-5 * up.max())
 
 
 def scene(tangent, pitch, bands, rows=8, more=24):
-    """Return a field that ends `more` tiles beyond `tangent`, with a lamp of 2 tiles there,
-    symmetric about y = 0.
+    """Return mixed radiance with a lamp of 2 tiles at `tangent` along +x, symmetric about y = 0.
+
+    The field ends `more` tiles beyond the lamp.
     """
     half = int(np.ceil(tangent / pitch)) + more
     values = np.zeros((len(bands), rows, 2 * half))
@@ -88,8 +92,10 @@ def scene(tangent, pitch, bands, rows=8, more=24):
 
 
 def own_ray_um(real, tangent, wavelength_nm):
-    """Return the height of the chief ray on the sensor, um: spheres by their centres, Snell by
-    angles, the stop's middle by halving.
+    """Return the height of the chief ray on the sensor, um, by independent formulas.
+
+    Rays meet spheres by their centres and are refracted by angles. Bisection finds the ray through
+    the middle of the stop.
     """
 
     def through(y, target):
@@ -103,8 +109,8 @@ def own_ray_um(real, tangent, wavelength_nm):
             else:
                 radius = 1 / s.curvature_per_mm
                 centre = s.z_mm + 1 / s.curvature_per_mm
-                # distance of the centre from the ray, then the angle at which the ray meets the
-                # sphere
+                # distance of the centre from the ray, over the radius; then the direction of the
+                # normal where the ray meets the sphere
                 height = (y * np.cos(slope) - (z - centre) * np.sin(slope)) / radius
                 normal = slope - np.arcsin(height)
                 y = -radius * np.sin(normal)
@@ -157,10 +163,10 @@ def test_blue_and_red_images_at_70_percent_of_the_field_lie_where_their_rays_do(
     found = centroids_um(plane, light.values)
     want = [own_ray_um(real, tangent, w) for w in bands]
     assert abs(want[0] - want[2]) > (0.005 if name == "cooke_triplet" else 0.2)
-    # a tile of 1.6 um, drawn out by up to 2 % and shared by area, has its centroid off by 1 % of
-    # itself
+    # a tile of 1.6 um that is stretched by up to 2 % and shared by area has its centroid off by 1 %
+    # of its width
     np.testing.assert_allclose(found, want, atol=0.02)
-    # its stretch hardly differs between bands
+    # the stretch is almost the same in all bands, so differences are more exact
     np.testing.assert_allclose(np.diff(found), np.diff(want), atol=2e-3)
     kept = plane.move(light.values).sum(axis=(1, 2))
     np.testing.assert_allclose(kept, light.values.sum(axis=(1, 2)), rtol=1e-9)
@@ -181,7 +187,7 @@ def test_the_whole_lens_moves_its_bands():
     want = (blue - red) / reference * 4e3 * tangent
     assert (at[0] - before[0]) - (at[1] - before[1]) == pytest.approx(want, rel=0.05) and want > 0.1
     assert image.values.min() >= 0
-    # the skirt's border
+    # 1e-3: light in the PSF wings that leaves the frame
     np.testing.assert_allclose(
         image.values.sum(axis=(1, 2)), plain.values.sum(axis=(1, 2)), rtol=1e-3
     )
@@ -205,7 +211,9 @@ def test_a_course_without_course_is_a_magnification_and_light_is_kept():
 
 
 def test_uniform_light_thins_by_the_area_ratio_of_a_bent_course():
-    """r -> r (1 + k r^2): area by (1 + k r^2) (1 + 3 k r^2)."""
+    """Compare with the closed form: r -> r (1 + k r^2) magnifies the area by
+    (1 + k r^2) (1 + 3 k r^2).
+    """
     k = 0.004
     radius = np.linspace(0, 3, 2000)
     out = displaced(np.ones((31, 45)), Course(radius, 1 + k * radius**2, (0.1, 0.1)), (29, 43))
@@ -220,8 +228,7 @@ def test_uniform_light_thins_by_the_area_ratio_of_a_bent_course():
         out,
         want,
         rtol=2e-4,
-        # a tile's light is even between its borders, where the course thins by 0.8 % from tile to
-        # tile
+        # the light of a tile is uniform, while the exact density changes by 0.8 % per tile
     )
 
 
@@ -230,7 +237,7 @@ def test_dark_tiles_beside_a_lamp_keep_their_digits():
     values[4, 15] = 1.0
     course = Course(np.array([0.0, 9.0]), np.array([1.0, 1.0004]), (0.1, 0.1))
     out = displaced(values, course, (9, 31))
-    # the border's own dilution; a lamp of 1e12 leaves no rounding
+    # 2e-3: the magnification dilutes the light; a lamp of 1e12 leaves no rounding
     np.testing.assert_allclose(out[:, :12], 1e-12, rtol=2e-3)
 
 

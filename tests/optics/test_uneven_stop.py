@@ -1,5 +1,5 @@
-"""Light uneven over the pupil of a traced lens: against rays counted by direction, the sine
-condition, the even limit, energy.
+"""Pupil apodization of a traced lens: against rays counted by direction, the sine condition, the
+limit of a uniform pupil, energy.
 """
 
 from dataclasses import replace
@@ -21,8 +21,10 @@ from .traced_rays import chief_mm, exit_sphere_mm
 
 
 def counted(name, f_number, angle_deg, count=800):
-    """Return the lens, and where rays of an even beam, one at random in each of count x count
-    squares, cross the stop (radii) and the exit sphere (cosines).
+    """Trace a uniform beam: one ray at a random point in each of count x count squares.
+
+    Return the lens, the field tangent, and the points where rays cross the stop (in radii of the
+    stop) and the exit sphere (in direction cosines).
     """
     lens = load(name).stopped(f_number).scaled(8.0)
     tangent = float(np.tan(np.radians(angle_deg)))
@@ -52,8 +54,8 @@ def counted(name, f_number, angle_deg, count=800):
 
 
 def seen_from_image(lens, tangent, position, direction):
-    """Return the direction cosines (x, y) from where rays cross the exit sphere to the chief ray's
-    image.
+    """Return the direction cosines (x, y) from the points where rays cross the exit sphere to the
+    image of the chief ray.
     """
     chief = chief_mm(lens, tangent, lens.reference_nm)
     radius = exit_sphere_mm(lens, chief, lens.reference_nm)
@@ -75,7 +77,7 @@ def test_the_power_is_that_of_rays_counted_by_direction(name, f_number, angle_de
     pupil = exit_pupil(lens, tangent, lens.reference_nm)
     places = np.stack([(leaves[0] - pupil.centre) / pupil.meridional, leaves[1] / pupil.sagittal])
     cell = np.minimum(np.floor((leaves - low[:, None]) / (high - low)[:, None] * 9).astype(int), 8)
-    # whole cells, off the rim
+    # only cells that lie wholly within the rim
     inner = [(i, j) for i in range(9) for j in range(9) if np.hypot(i - 4, j - 4) < 3.3]
     count = []
     modelled = []
@@ -84,8 +86,8 @@ def test_the_power_is_that_of_rays_counted_by_direction(name, f_number, angle_de
         count.append(seen.sum())
         modelled.append(np.mean(sum(c * zernike(k, *places[:, seen]) for k, c in terms) ** 2))
     count, modelled = (np.array(a) / np.mean(a) for a in (count, modelled))
-    # some 4000 squares in a cell, 240 of them across its border, whose rays fall to either side:
-    # 0.2 %; surfaces take 0.2 % more at the rim
+    # 0.2 %: a cell has about 4000 squares, and the rays of the 240 on its border fall on either
+    # side. Surfaces absorb 0.2 % more at the rim
     np.testing.assert_allclose(modelled, count, atol=6e-3)
     assert (
         np.ptp(count) > 0.015 and np.corrcoef(count, modelled)[0, 1] > 0.95 and 0.003 < rms < 0.012
@@ -95,7 +97,7 @@ def test_the_power_is_that_of_rays_counted_by_direction(name, f_number, angle_de
 def test_a_lens_that_keeps_the_sine_condition_is_even_however_its_stop_is_filled():
     lens, tangent, stop, _ = counted("double_gauss", 4.0, 14.0, 400)
     right = (stop[0] > 0).mean()
-    assert abs(right - 0.5) > 0.01  # its beam is squeezed to one side of the stop
+    assert abs(right - 0.5) > 0.01  # more rays cross one side of the stop
     assert amplitude(lens, tangent, lens.reference_nm)[1] < 0.0015
     whole = PrescribedLens(f_number=4.0, focal_length_mm=8.0)
     assert (
@@ -116,8 +118,8 @@ def test_even_light_changes_nothing_and_uneven_light_keeps_its_energy():
     )
     for flares in ((), [ApertureFlare(blades=6, dust_per_mm2=300.0)]):
         sums = [float(one.psf(550.0, 1.0, 128, flares).sum()) for one in (place, even)]
-        # the same light, and the same skirt but for the rim, a hundredth of which is brighter here
-        # and darker there
+        # the total light is the same, and so are the wings, except for the rim of the pupil: it is
+        # brighter by 1 % on one side and darker on the other
         assert sums[0] == pytest.approx(sums[1], abs=3e-4) and sums[0] < 1
     whole = pupil_shapes.opening_and_dirt(replace(even, rims=()), ())[0]
     share = apodization.share(place.uneven, whole, (), pupil_size.radius_mm(place))

@@ -1,5 +1,5 @@
-"""Uniform light through a prescription, against rays traced back from the sensor by other formulas,
-and its ledger.
+"""Uniform light through a prescription, against rays traced back from the sensor by independent
+formulas, and the errors stated in the ledger.
 """
 
 import numpy as np
@@ -12,7 +12,8 @@ from isethdr_core.data import quantities
 from isethdr_core.data.camera_geometry import distortion_map, table_values
 from isethdr_core.error_terms import ErrorTerm
 
-# relative: an entrance pupil grows with colour a little differently off the axis
+# (prescription, f-number, relative error): the size of an entrance pupil changes with wavelength a
+# little differently off the axis
 LENSES = [
     pytest.param("double_gauss", 4.0, 1.5e-3, marks=pytest.mark.slow),
     ("cooke_triplet", 8.0, 4e-3),
@@ -20,11 +21,11 @@ LENSES = [
 
 
 def counted_sr(real, height_mm, wavelength_nm, side=200, times=5):
-    """Return (irradiance / radiance, its standard error) at a place of the sensor by random rays,
-    back through spheres met by their centres.
+    """Return irradiance / radiance, sr, and its standard error at a point of the sensor.
 
-    Every time one ray in each cell of a square around the last surface; it counts where it gets out
-    in front.
+    Random rays go backwards through spheres, which they meet by their centres. Each of the `times`
+    repeats has one ray in each cell of a square around the last surface. A ray counts if it leaves
+    the front of the lens.
     """
     found = [
         _once(real, height_mm, wavelength_nm, side, np.random.default_rng(k)) for k in range(times)
@@ -57,7 +58,8 @@ def _once(real, height_mm, wavelength_nm, side, draw):
                 centre = np.array([[0.0], [0.0], [surface.z_mm + radius]])
                 foot = ((centre - at) * way).sum(0)
                 chord = np.sqrt(radius**2 - ((centre - at) ** 2).sum(0) + foot**2)
-                # backwards, the vertex of R > 0 is where a ray leaves the sphere
+                # a ray that travels backwards meets the vertex side of a surface with R > 0 where
+                # it leaves the sphere
                 at = at + way * (foot + np.sign(radius) * chord)
                 normal = (centre - at) / radius  # towards the sensor
             alive &= np.hypot(at[0], at[1]) <= surface.semi_diameter_mm
@@ -74,8 +76,10 @@ def _once(real, height_mm, wavelength_nm, side, draw):
 @pytest.mark.slow
 @pytest.mark.parametrize(("name", "f_number", "close"), LENSES)
 def test_uniform_light_is_what_rays_counted_from_the_sensor_say(name, f_number, close):
-    """On the axis, half way and at 0.9 of the field: throughput, relative illumination, distortion,
-    lateral colour and pupils of two bands.
+    """Compare irradiance of uniform light with that of independent rays, in two bands.
+
+    The points are on the axis, half way and at 0.9 of the field. The comparison covers throughput,
+    relative illumination, distortion, lateral colour and the pupils of the bands.
     """
     lens = PrescribedLens(prescription=name, f_number=f_number, wavefront="none")
     waves = (450.0, 650.0)
@@ -99,7 +103,7 @@ def test_uniform_light_is_what_rays_counted_from_the_sensor_say(name, f_number, 
             height = 4.0 * plane.x[at]
             want, off = counted_sr(real, height, wave)
             assert off < 1.2e-3 * want
-            # 160 cells across the beam
+            # 3e-4: 160 cells across the beam
             assert seen_sr(real, height, wave) == pytest.approx(want, abs=4 * off + 3e-4 * want)
             assert found[band, 2, at] == pytest.approx(want, abs=4 * off + close * want)
             attributes = lens.throughput_sr() * table_values(

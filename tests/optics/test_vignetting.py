@@ -23,8 +23,8 @@ from isethdr_core.physics.optics import paraxial
 from isethdr_core.physics.optics.pupil import disc, energy
 from isethdr_core.physics.optics.ray_trace import collimated, follow, sequential
 
-# of the light: the border of the exit pupil is up to 0.009 of its radius off an ellipse, over a
-# part of the border; 320 cells
+# Error of the light as a share of it: the border of the exit pupil deviates from an ellipse by up
+# to 0.009 of its radius over a part of the border; beams are counted on 320 cells.
 SHAPE = 3e-3
 
 TUBE = {
@@ -39,7 +39,7 @@ TUBE = {
 
 
 def light(lens, tangent, discs):
-    """Return the part of the light through the exit pupil that discs (x, radius) leave."""
+    """Return the share of the light through the exit pupil that discs (x, radius) transmit."""
     opening = disc(0.0, 0.0, 1.0)
     for x, radius in discs:
         opening = opening & disc(x, 0.0, radius)
@@ -48,13 +48,13 @@ def light(lens, tangent, discs):
 
 
 def test_a_rim_behind_a_stop_is_a_disc_moved_against_the_light():
-    """Two apertures of radius r, d apart: at tangent t the second cuts the first as a disc moved by
-    -d t / r.
+    """Compare with a closed form: of two apertures of radius r at a distance d, the second one
+    limits the first, at tangent t, as a disc shifted by -d t / r.
     """
     for t in (0.05, 0.1, 0.2):
         [(x, radius)], off = rims(parse(TUBE), t)
-        # 1 %: the lens bulges by r^2 / 2R = 0.2 mm towards the stop, where rays meet it; the rest:
-        # its coma shifts the exit pupil
+        # 3.5 %: 1 % since the sag r^2 / 2R = 0.2 mm brings the rim closer to the stop; the rest
+        # since coma of the lens shifts the exit pupil
         assert (
             x == pytest.approx(-20 * t / 5, rel=0.035)
             and radius == pytest.approx(1.0, rel=0.02)
@@ -63,14 +63,16 @@ def test_a_rim_behind_a_stop_is_a_disc_moved_against_the_light():
     assert rims(parse(TUBE), 0.0) == ((), 0.0)
     counted = pupil_area_mm2(parse(TUBE), [0.47], grid=320)[0] / (25 * np.pi)
     found = light(parse(TUBE), 0.47, rims(parse(TUBE), 0.47)[0])
-    # a sliver at the border, where the exit pupil is not quite an ellipse
+    # the open part is a narrow strip at the border, where the exit pupil deviates from an ellipse
     assert found == pytest.approx(counted, abs=SHAPE) and counted < 0.02
-    assert rims(parse(TUBE), 0.6) == ((), 0.0)  # no light: nothing to know
+    assert rims(parse(TUBE), 0.6) == ((), 0.0)  # no light passes, so no rim is needed
 
 
 def test_the_pupil_s_area_is_the_relative_illumination_without_cos4():
-    """With the stop in front the beam before the lens is the stop itself: rays counted in it are
-    rays counted in the stop.
+    """Compare the light through the rims with rays counted in front of the lens.
+
+    With the stop in front, the beam in front of the lens is the stop itself, so both count the same
+    rays.
     """
     lens = parse(TUBE)
     for t in (0.05, 0.1, 0.2):
@@ -81,7 +83,7 @@ def test_the_pupil_s_area_is_the_relative_illumination_without_cos4():
 @pytest.mark.slow
 @pytest.mark.parametrize(("name", "f_number"), [("double_gauss", 3.0), ("cooke_triplet", 5.0)])
 def test_the_pupil_s_area_is_what_rims_leave_of_the_beam(name, f_number):
-    """Against rays counted in front of the lens, with rims over without."""
+    """Compare with rays counted in front of the lens: the number with rims over that without."""
     lens = load(name).stopped(f_number)
     bare = replace(
         lens,
@@ -97,15 +99,16 @@ def test_the_pupil_s_area_is_what_rims_leave_of_the_beam(name, f_number):
 
 
 def test_a_place_s_pupil_is_open_where_its_rays_get_through():
-    """Skew rays towards a place beside both axes, each followed to the sensor: the cells of their
-    directions are open or not.
+    """Compare the open cells of a field point's pupil with skew rays traced to the sensor.
+
+    The field point is off both axes. The direction of a ray behind the lens selects its cell.
     """
     lens = PrescribedLens(prescription="cooke_triplet", f_number=5.0, focal_length_mm=50.0)
     real = lens.real()
     angle = np.radians(19.0)
     azimuth = 0.8
     place = node_lens(lens, lens.wavefront_at(angle), azimuth, angle)
-    # y down
+    # y points down
     indices = real.indices(real.reference_nm)
     tx = np.tan(angle) * np.cos(azimuth)
     ty = -np.tan(angle) * np.sin(azimuth)
@@ -135,10 +138,10 @@ def test_a_place_s_pupil_is_open_where_its_rays_get_through():
     seen = cells[at[1], at[0]]
     assert 0.1 < np.mean(~lit) < 0.4
     clear = (seen < 1e-3) | (seen > 1 - 1e-3)
-    # cells of a hundredth of the stop beside the rim
+    # cells have a width of a hundredth of the stop; those on the rim are excluded
     assert clear.mean() > 0.9 and np.mean((seen > 0.5)[clear] != lit[clear]) < 5e-3
     mirrored = cells[::-1]
-    # the test sees on which side the rims are
+    # the mirrored pupil disagrees, so the test is sensitive to the side of the rims
     assert np.mean((mirrored[at[1], at[0]] > 0.5) != lit) > 0.02
 
 
@@ -149,7 +152,7 @@ def test_energy_of_a_cut_pupil_is_its_area_and_its_point_spread_keeps_it():
         np.pi * 0.25 * energy(disc(0, 0, 1.0) & disc(-0.5, 1.0, 1.0), []) / np.pi
     )
     sharp, wide = (lens.psf(550.0, 2.0, 129).values[0] for lens in (whole, cut))
-    # a smaller pupil, more of it far away
+    # a smaller pupil spreads more light beyond the samples
     assert wide.sum() == pytest.approx(sharp.sum(), abs=6e-3) and wide.max() < 0.6 * sharp.max()
     # the narrow direction of the pupil is the wide one of its point spread
     y, x = np.indices(wide.shape) - 64
@@ -174,8 +177,10 @@ def test_a_stop_that_nothing_cuts_is_unchanged_to_the_bit(monkeypatch):
 
 @pytest.mark.slow
 def test_a_vignetted_kernel_keeps_its_light_and_the_ledger_says_how_well_rims_are_known():
-    """At f/3 the double Gauss is cut beyond 10 degrees; relative illumination takes the light, the
-    point spread keeps what is left.
+    """A vignetted kernel is normalised to the light that passes.
+
+    At f/3 the double Gauss vignettes beyond 10 degrees. Relative illumination accounts for the lost
+    light.
     """
     lens = PrescribedLens(f_number=3.0)
     cut = node_lens(lens, lens.wavefront_at(0.24), 0.4, 0.24)

@@ -1,5 +1,5 @@
-"""Wavefronts of high Zernike orders: light is kept, the pupil is that of an independent quadrature,
-the rest is refused.
+"""Wavefronts of high Zernike orders: light is conserved, the pupil agrees with an independent
+quadrature, and invalid terms are refused.
 """
 
 from time import process_time
@@ -25,8 +25,10 @@ def lens(j: int, rms_um: float):
 
 
 def pupil_mean(j: int, rms_um: float) -> float:
-    """Return the mean of the pupil function: over the angle a Bessel function, over the squared
-    radius Gauss and Legendre's rule.
+    """Return the mean of the pupil function by an independent quadrature.
+
+    The integral over the angle is a Bessel function; that over the squared radius uses the
+    Gauss-Legendre rule.
     """
     n, m = order(j)
     node, weight = np.polynomial.legendre.leggauss(600)
@@ -45,7 +47,7 @@ def mean_of_cells(j: int, rms_um: float) -> complex:
     return cells.sum(dtype=complex) * pitch**2 / (np.pi * pupil_size.radius_mm(given) ** 2)
 
 
-# cells hold their part of the integral to 1.1e-4 of the open pupil, measured over all orders
+# 2e-4: the sum over cells errs by up to 1.1e-4 of the open pupil, measured over all orders
 @pytest.mark.parametrize(
     ("j", "rms_um"), [(71, 0.05), (84, 0.02), (600, 0.002), (820, 0.02), (840, 0.001)]
 )
@@ -62,15 +64,15 @@ def test_pupil_mean_of_every_index():
 @pytest.mark.parametrize("j", [84, pytest.param(600, marks=pytest.mark.slow)])
 def test_light_of_high_orders_is_kept(j):
     rms_um = 0.03 if order(j)[0] < 20 else 0.003
-    # where the steepest part of the wavefront sends light
+    # distance to which the steepest part of the wavefront sends light
     steepest_um = 2 * 4.0 * wavefronts.steepest_um(lens(j, rms_um), WAVE_NM)
     count = int(steepest_um / 2) + 40
     light = float(lens(j, rms_um).psf(WAVE_NM, 4.0, count, integrated=True).sum())
     clean = float(
         build("lens", "diffraction_limited").psf(WAVE_NM, 4.0, count, integrated=True).sum()
     )
-    # beyond twice that lies what the stop's rim diffracts, as of a clean one, and as much again
-    # where the phase there is not even
+    # Beyond twice that distance only the rim of the stop diffracts light: as much as without a
+    # wavefront, within half, since the phase along the rim varies
     assert light <= 1 + 1e-4
     assert 1 - light == pytest.approx(1 - clean, rel=0.5, abs=1e-4)
 
@@ -92,7 +94,7 @@ def test_terms_that_cannot_be_are_refused_at_once(terms):
         build("lens", "wavefront", zernike_um=terms)
     with pytest.raises(ConfigError, match="type for example"):
         build("lens", "wavefront", field_zernike_um={0.0: {}, 20.0: terms})
-    # of CPU: milliseconds, and seconds where modules are imported for the first time
+    # CPU time: milliseconds, and seconds if modules are imported for the first time
     assert process_time() - start_s < 10
 
 
@@ -107,7 +109,7 @@ def test_interpolation_wavelengths_see_every_angle_of_a_wavefront():
         lens = build("lens", "wavefront", zernike_um={528: 0.1})
         flares = ()
 
-    # sin(32 theta) is 0 at 32 evenly spaced angles; the change of phase is that of the largest
-    # value, at the rim
+    # sin(32 theta) is 0 at 32 equally spaced angles, which must not hide it. The change of phase is
+    # that of the largest value, at the rim
     want = 2e3 * np.pi * 0.1 * 66**0.5 * (1 / 540 - 1 / 560)
     assert _change(Plan, 540.0, 560.0) == pytest.approx(want, rel=0.08)

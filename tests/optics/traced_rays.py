@@ -1,10 +1,9 @@
 """Point spreads of a prescription by a direct sum over traced rays: the independent check of the
 lens `prescription`.
 
-Nothing here uses the pupil, the Zernike fits or the transforms of the package. Spheres are met in
-closed form, rays are
-refracted by the vector form of Snell's law, and complex amplitudes of rays are added at every image
-position.
+Nothing here uses the pupil, the Zernike fits or the transforms of the package. Rays meet spheres in
+closed form and are refracted by the vector form of Snell's law. Complex amplitudes of rays are
+added at every image position.
 """
 
 from __future__ import annotations
@@ -15,9 +14,7 @@ import numpy as np
 
 
 class Fan(NamedTuple):
-    """Rays of one field point on their way from the last surface to the sensor; arrays of one
-    shape, lengths in mm.
-    """
+    """Rays of one field point behind the last surface; all arrays have the same shape."""
 
     direction: np.ndarray  # (3, n, n), unit vectors in image space
     position: np.ndarray  # (3, n, n), on the sensor plane
@@ -27,9 +24,8 @@ class Fan(NamedTuple):
 
 
 class Spread(NamedTuple):
-    """Samples of a point spread function: fraction of the light per area, 1/um2, over (y, x), and
-    their positions in um.
-    """
+    """Samples (y, x) of a point spread function, share of the light per um2, and their
+    positions."""
 
     density: np.ndarray
     x_um: np.ndarray
@@ -37,8 +33,7 @@ class Spread(NamedTuple):
 
 
 def traced(lens, tangent: float, wavelength_nm: float, count: int, half_mm: float) -> Fan:
-    """Trace a square grid of `count` x `count` rays, `2 half_mm` wide, of light from a field
-    tangent along +x.
+    """Trace a square grid of `count` x `count` rays, `2 half_mm` wide, from a field point on +x.
 
     The grid is centred on the ray through the middle of the stop.
     """
@@ -53,8 +48,9 @@ def traced(lens, tangent: float, wavelength_nm: float, count: int, half_mm: floa
 
 
 def _chief_mm(lens, tangent, wavelength_nm):
-    """Return where the ray through the middle of the stop enters: a search over the front plane,
-    refined.
+    """Return x, mm, in the plane of the first vertex of the ray through the middle of the stop.
+
+    A search over the plane is refined in steps.
     """
     reach = lens.focal_length_mm() * (0.2 + abs(tangent))
     trial = np.linspace(-reach, reach, 4001)
@@ -67,9 +63,7 @@ def _chief_mm(lens, tangent, wavelength_nm):
 
 
 def _stop_height_mm(lens, tangent, wavelength_nm, x):
-    """Return the heights in the stop of meridional rays; NaN for those that pass outside a surface
-    before it.
-    """
+    """Return the heights, mm, of meridional rays in the stop; NaN for rays that miss a surface."""
     state = _launched(lens, tangent, x, 0 * x)
     passed = np.full(x.shape, True)
     for surface, before, behind in list(_steps(lens, wavelength_nm))[: lens.stop + 1]:
@@ -79,8 +73,8 @@ def _stop_height_mm(lens, tangent, wavelength_nm, x):
 
 
 def _launched(lens, tangent, x, y):
-    """Return position, direction and optical path so far of parallel light that crosses the plane
-    of the first vertex at (x, y).
+    """Return position, direction and optical path of collimated light in the plane of the first
+    vertex, where it crosses at (x, y), mm.
     """
     length = np.sqrt(1 + tangent**2)
     direction = np.stack([np.full(x.shape, tangent / length), 0 * x, np.full(x.shape, 1 / length)])
@@ -102,7 +96,7 @@ def _through(surface, before, behind, position, direction, path):
     pz = position[2] - surface.z_mm
     dx, dy, dz = direction
     c = surface.curvature_per_mm
-    # c (p + s d)^2 - 2 (p + s d)_z = 0: the root of the vertex side, in the form without
+    # c (p + s d)^2 - 2 (p + s d)_z = 0: the root on the vertex side, in the form without
     # cancellation
     b = dz - c * (px * dx + py * dy + pz * dz)
     k = c * (px**2 + py**2 + pz**2) - 2 * pz
@@ -130,17 +124,17 @@ def _followed(lens, tangent, wavelength_nm, x, y):
 
 
 def chief_mm(lens, tangent: float, wavelength_nm: float) -> float:
-    """Return where the ray through the middle of the stop meets the sensor, along x."""
+    """Return x, mm, on the sensor of the ray through the middle of the stop."""
     x = np.array([_chief_mm(lens, tangent, wavelength_nm)])
     return float(_followed(lens, tangent, wavelength_nm, x, 0 * x)[1][0, 0])
 
 
 def exit_sphere_mm(lens, chief: float, wavelength_nm: float) -> float:
-    """Return the radius of the sphere around an image point that passes through the middle of the
-    exit pupil.
+    """Return the radius, mm, of the sphere about an image point, through the centre of the exit
+    pupil.
 
-    A ray close to the axis through the middle of the stop crosses the axis there, continued
-    backwards.
+    A ray through the middle of the stop, close to the axis and continued backwards, crosses the
+    axis in the centre of the exit pupil.
     """
     near = 1e-4
     x = np.array([_chief_mm(lens, near, wavelength_nm)])
@@ -151,13 +145,12 @@ def exit_sphere_mm(lens, chief: float, wavelength_nm: float) -> float:
 def direct_sum(
     fan: Fan, chief: float, radius_mm: float, wavelength_nm: float, x_um, y_um
 ) -> Spread:
-    """Add one spherical wave per ray, from where it crosses a sphere of `radius_mm` around the
-    chief ray's image (Huygens).
+    """Add one spherical wave per ray (Huygens).
 
-    The intensity at (x, y) is the square of the sum. Each amplitude is the root of the ray's power
-    times the area of its cell on
-    the sphere, seen along the axis. The integral of the intensity over the sensor is wavelength^2 x
-    the power (Parseval).
+    Each wave starts where the ray crosses a sphere of `radius_mm` about the image of the chief ray.
+    The intensity at (x, y) is the squared modulus of the sum. Each amplitude is the square root of
+    the ray's power times the area of its cell on the sphere, seen along the axis. The integral of
+    the intensity over the sensor is wavelength^2 x the power (Parseval).
     """
     away = fan.position - np.array([chief, 0.0, 0.0])[:, None, None]
     away[2] = 0.0

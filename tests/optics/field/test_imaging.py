@@ -1,5 +1,5 @@
-"""Field imaging: weights, turned wavefronts, the field-constant limit, places of the grid, energy,
-symmetry, the stated error.
+"""Imaging with a field-dependent PSF: weights, rotated wavefronts, the limit of a constant PSF,
+field points of the grid, energy, symmetry, the stated error.
 """
 
 import numpy as np
@@ -16,7 +16,7 @@ from isethdr_core.errors import ConfigError
 from isethdr_core.physics.optics.zernike import rotated, zernike
 from isethdr_core.uncertainty import ledger
 
-PITCH = 0.0015  # tangents: 6 um of a 4 mm lens
+PITCH = 0.0015  # tangent of the field angle per tile: 6 um behind a 4 mm lens
 COMA = {0: {}, 8: {8: 0.06, 5: 0.03}}
 KEEP = {"falloff": "none", "f_number": 4.0}
 
@@ -71,7 +71,7 @@ def test_shares_are_a_partition_of_unity(symmetric):
 
 @pytest.mark.slow
 def test_a_wavefront_that_does_not_vary_gives_the_one_point_spread(monkeypatch):
-    # small cores are sampled as the frame's is
+    # sample small cores as finely as the core of the whole frame
     monkeypatch.setattr(pupil_grid, "FEWEST_SAMPLES", pupil_grid.CORE_SAMPLES)
     scene = field([(5, 90), (36, 48), (60, 10)])
     one, row = noted(lambda: WavefrontLens(zernike_um={4: 0.05, 12: 0.02}, **KEEP)(scene))
@@ -82,10 +82,10 @@ def test_a_wavefront_that_does_not_vary_gives_the_one_point_spread(monkeypatch):
     np.testing.assert_array_equal(same.values, one.values)
     for left in (row, row_of_constant):
         [bound] = [o.bound for o in left.left_out if "over the field" in o.what]
-    monkeypatch.setattr(point_choice, "RINGS", (1,))  # force what was left out
+    monkeypatch.setattr(point_choice, "RINGS", (1,))  # force the field variation in
     forced, varied = noted(lambda: constant(scene))
-    # of any tile: 1e-7 for float32 shares and results, 2e-6 where a tile is seen across the cores'
-    # border
+    # relative error of any tile: 1e-7 for weights and results in float32, 2e-6 for light that
+    # crosses the border of the cores
     np.testing.assert_allclose(forced.values, one.values, rtol=bound)
     assert bound == pytest.approx(3e-6)
     assert grid_error(varied) == 0.0
@@ -105,13 +105,16 @@ def test_point_spreads_that_hardly_vary_are_left_out_within_their_bound(monkeypa
 
 @pytest.mark.slow
 def test_a_lamp_at_a_place_has_the_point_spread_of_that_place():
-    """At the corner of the field, on a ring: but for its share between two azimuths."""
-    scene = field([(36, 95)], (73, 96))  # on +x, the outermost tile: azimuth 0, between rings
+    """Image a lamp on the outermost ring with the PSF computed for its own field point.
+
+    The remaining difference comes from the interpolation between two azimuths.
+    """
+    scene = field([(36, 95)], (73, 96))  # outermost tile on the +x axis: azimuth 0
     lens = WavefrontLens(field_zernike_um=COMA, error_allowed=0.02, **KEEP)
     light, row = noted(lambda: lens(scene))
     angle = float(np.arctan(scene.x[95]))
     own = node_lens(lens, lens.wavefront_at(angle), 0.0)(scene)
-    # the middle band's; L1
+    # the ledger states the error of the middle band, as an L1 norm
     assert np.abs(light.values - own.values).sum() < 1.5 * grid_error(row) * own.values.sum()
     wrong = node_lens(lens, lens.wavefront_at(0.0), 0.0)(scene)
     assert np.abs(light.values - wrong.values).sum() > 5 * np.abs(light.values - own.values).sum()
@@ -130,14 +133,14 @@ def test_the_error_between_places_is_what_the_ledger_says_and_finer_grids_are_be
             lens, lens.wavefront_at(np.arctan(np.hypot(u, v))), float(np.arctan2(-v, u))
         )(scene)
         errors.append(np.abs(light.values - own.values).sum() / own.values.sum())
-        # half way in radius and around at once: the sum of both
+        # the lamp lies between two rings and between two azimuths: both errors add
         assert errors[-1] < 2 * grid_error(row) <= 2 * allowed
     assert errors[1] < 0.5 * errors[0]
 
 
 @pytest.mark.slow
 def test_the_stated_error_is_that_of_the_worst_band():
-    """A wavefront is more waves of blue light."""
+    """The same wavefront error in um is more wavelengths in blue light, so blue is the worst."""
     lens = WavefrontLens(field_zernike_um=COMA, error_allowed=0.9, **KEEP)
     stated = {}
     with pytest.MonkeyPatch.context() as patch:
@@ -157,7 +160,7 @@ def test_light_is_kept_never_negative_and_linear():
     lamps = [(36, 48), (30, 66)]
     images = [lens(field([lamp])).values for lamp in lamps]
     sums = [i.sum() for i in images]
-    # what leaves the frame differs from place to place by a few 1e-4
+    # the share of light that leaves the frame differs between field points by a few 1e-4
     np.testing.assert_allclose(
         sums, WavefrontLens(**KEEP)(field(lamps[:1])).values.sum(), rtol=1e-3
     )
@@ -170,7 +173,7 @@ def test_turning_the_field_turns_the_image():
     lens = WavefrontLens(field_zernike_um=COMA, **KEEP)
     right, up = (lens(field([at], (81, 81))).values[0] for at in ((40, 70), (10, 40)))
     np.testing.assert_allclose(np.rot90(right), up, rtol=1e-4, atol=1e-5 * up.max())
-    # coma of light from +x points along x: the image is its own mirror image in y, but not in x
+    # the coma of a lamp on +x points along x: its image is symmetric in y, but not in x
     np.testing.assert_allclose(right, right[::-1], rtol=1e-4, atol=1e-5 * right.max())
     part = right[:, 60:81]
     assert np.abs(part - part[:, ::-1]).sum() > 0.05 * part.sum()
@@ -195,8 +198,9 @@ def test_bad_fields_are_refused():
 
 
 def gradients(coefficients, count=20000):
-    """Return the slopes (x, y) of a wavefront, um per radius, at even points of the stop, by
-    differences.
+    """Return the slopes (x, y) of a wavefront, um per pupil radius, by finite differences.
+
+    The points are uniformly distributed over the stop.
     """
     rng = np.random.default_rng(0)
     h = 1e-5
@@ -215,8 +219,9 @@ def gradients(coefficients, count=20000):
     [("singlet", 8.0, 450.0), ("double_gauss", 4.0, 587.56), ("cooke_triplet", 5.6, 587.56)],
 )
 def test_slopes_of_a_traced_wavefront_land_where_the_rays_do(name, f_number, nm):
-    """Transverse aberration = dW / d(direction cosine): spot and centroid of rays that the
-    wavefront never saw.
+    """Compare spot and centroid of independent rays with the slopes of the fitted wavefront.
+
+    The law: transverse aberration = dW / d(direction cosine).
     """
     from isethdr_optics.prescription.exit_pupil import exit_pupil
     from isethdr_optics.prescription.figures import chief_mm
@@ -247,7 +252,8 @@ def test_slopes_of_a_traced_wavefront_land_where_the_rays_do(name, f_number, nm)
             -g / (scale * radius)
             for g, radius in zip(gradients(found), (pupil.meridional, pupil.sagittal))
         )
-        # 2 %: points even over the exit pupil here, over the entrance pupil there
+        # 2 %: the slopes are at points uniform over the exit pupil, the rays are uniform over the
+        # entrance pupil
         assert np.hypot(sx.std(), sy.std()) == pytest.approx(np.hypot(*spot.std(axis=1)), rel=0.02)
         centroid = float(spot[0].mean() - 1e3 * chief_mm(lens, tangent, nm)[0])
         assert sx.mean() == pytest.approx(centroid, abs=0.02 * spot.std() + 0.2 * abs(centroid))
@@ -264,10 +270,10 @@ def test_the_lens_of_a_prescription_images_with_its_own_wavefronts():
     scene = field([(36, 48)], (73, 97))
     own, row = noted(lambda: lens(scene))
     perfect = flat(scene)
-    assert own.values.max() < perfect.values.max()  # aberrations take light from the peak
-    assert own.values.sum() == pytest.approx(perfect.values.sum(), rel=2e-3)  # and put it beside
+    assert own.values.max() < perfect.values.max()  # aberrations lower the peak
+    assert own.values.sum() == pytest.approx(perfect.values.sum(), rel=2e-3)  # but keep the sum
     axis = node_lens(lens, lens.wavefront_at(0.0), 0.0, 0.0)(scene)
-    ratio = lens.gains_sr([550.0])[0] / axis.throughput_sr  # the traced beam
+    ratio = lens.gains_sr([550.0])[0] / axis.throughput_sr  # gain of the traced beam
     np.testing.assert_allclose(own.values, axis.values * ratio, rtol=1e-4)
     assert any("between traced wavelengths" in e.label for e in row.errors)
     traced_f_number = 4.0 / lens.exit_pupil_at(0.0)[0]
@@ -275,7 +281,7 @@ def test_the_lens_of_a_prescription_images_with_its_own_wavefronts():
         f_number=traced_f_number, focal_length_mm=8.0, zernike_um=lens.wavefront_at(0.0)
     )
     sharp, want = (one.psf(587.56, size=32).values for one in (lens, reference))
-    np.testing.assert_allclose(sharp, want, atol=1e-3 * want.max())  # lines between wavelengths
+    np.testing.assert_allclose(sharp, want, atol=1e-3 * want.max())  # interpolated wavelengths
 
 
 def test_a_stop_that_off_axis_rays_cannot_fill_is_refused():

@@ -40,7 +40,7 @@ def test_a_lamp_moves_by_its_height_times_the_magnification_and_keeps_its_light(
     light = lens(scene)
     plain = IdealLens(falloff="none", distortion=distortion)(scene)
     sums, known = (a.values.sum(axis=(1, 2), dtype=float) for a in (light, plain))
-    np.testing.assert_allclose(sums, known, rtol=1e-6)  # float32
+    np.testing.assert_allclose(sums, known, rtol=1e-6)  # rounding to float32
     assert light.values.min() >= 0
     centre = {
         d: float(plain.values[0].sum(axis=a, dtype=float) @ plain[d].values) / known[0]
@@ -49,25 +49,26 @@ def test_a_lamp_moves_by_its_height_times_the_magnification_and_keeps_its_light(
     for b, scale in enumerate(SCALES):
         for d, a in (("x", 0), ("y", 1)):
             at = float(light.values[b].sum(axis=a, dtype=float) @ light[d].values) / sums[b]
-            # Constant tiles shared by area: a tile's light that falls on two has its centroid off
-            # by an eighth of a tile at most, and on the barrel's three tiles by a quarter.
+            # Light of a tile is uniform and shared by area. Shared by two tiles, its centroid is
+            # off by at most an eighth of a tile; shared by three tiles (barrel distortion), by a
+            # quarter.
             allowed = (0.13 if distortion == "none" else 0.26) * PITCH * 4e-3
             assert abs(at - scale * centre[d]) < allowed, (b, d)
     moved = [abs(s - 1) * abs(centre["x"]) for s in SCALES]
-    assert max(moved) > 0.3 * PITCH * 4e-3  # the shift is there to be seen
+    assert max(moved) > 0.3 * PITCH * 4e-3  # the shift is large enough to be measured
 
 
 def test_uniform_light_thins_out_as_the_image_grows():
     light = IdealLens(lateral_colour_percent=TABLE, falloff="none")(field(np.full((96, 128), 2.0)))
-    # the largest image needs a tile more on either side, the smallest ends half a tile within
+    # the largest image needs one more tile on each side, the smallest ends half a tile earlier
     inner = light.values[:, 2:-2, 2:-2]
     want = 2.0 * light.attrs["throughput_sr"] / np.square(SCALES)
-    # float32
+    # rounding to float32
     np.testing.assert_allclose(inner, np.broadcast_to(want[:, None, None], inner.shape), rtol=1e-6)
 
 
 def test_magnified_is_exact_for_any_scale():
-    """Against areas shared tile by tile, in plain loops over one axis."""
+    """Compare with the overlap of each pair of tiles, summed in plain loops over one axis."""
     values = np.random.default_rng(3).random(41)
     for scale, count in ((0.953, 39), (0.999, 39), (1.0, 41), (1.0004, 41), (1.049, 41)):
         want = np.zeros(count)
@@ -84,11 +85,11 @@ def test_nothing_is_resampled_without_and_labels_follow_the_reference(monkeypatc
     scene = lamp()
     light = IdealLens(lateral_colour_percent=TABLE)(scene)
     assert camera_geometry.map_of(light) == camera_geometry.Identity()
-    # no finer grid, the same tiles
+    # the grid is not finer; the tiles are the same
     np.testing.assert_allclose(light.x.values[1:-1] / 4e-3, scene.x.values, rtol=1e-9)
-    # 0.6 % larger: less than a tile on either side
+    # the largest image is 0.6 % larger: less than one tile on each side
     assert light.sizes["x"] == 130 and light.sizes["y"] == 98
-    # what all bands cover, to less than a tile
+    # the field that all bands cover, to less than a tile
     assert light.attrs["field_width"] == pytest.approx(0.992 * 128 * PITCH * 4e-3)
     np.testing.assert_allclose(light.values[2, 1:-1, 1:-1], IdealLens()(scene).values[2], rtol=1e-6)
     # calling it would fail
@@ -111,8 +112,9 @@ def test_nothing_is_resampled_without_and_labels_follow_the_reference(monkeypatc
     ids=["table", "traced"],
 )
 def test_no_light_leaves_at_the_border(make):
-    """Light up to the border and lamps in its corners: every band keeps all of it, on the tiles
-    that a larger image takes.
+    """Energy conservation with light up to the border and lamps in a corner and at an edge.
+
+    A band that is magnified gets more tiles, so that none of its light leaves the image.
     """
     values = np.random.default_rng(7).uniform(0.5, 1.5, (30, 40))
     values[0, 0] = values[-1, 17] = 1e5
@@ -125,7 +127,7 @@ def test_no_light_leaves_at_the_border(make):
     )
     assert not np.array_equal(moved.values[0], moved.values[-1])
     before, after = (i.values.sum(axis=(1, 2), dtype=float) for i in (still, moved))
-    # float32; what diffraction carries out of the frame is gone before
+    # rounding to float32; both images lose the same light by diffraction beyond the frame
     np.testing.assert_allclose(after, before, rtol=2e-7)
 
 
@@ -133,8 +135,9 @@ def test_no_light_leaves_at_the_border(make):
     "distortion", ["none", {"model": "brown_conrady", "k1": -0.2}], ids=["straight", "barrel"]
 )
 def test_tiles_that_the_sensor_plane_has_more_are_like_the_border_s(distortion):
-    """What asks how light of the field comes to the whole sensor plane (`scene_noise`) gets an
-    answer there too.
+    """Map a field to the whole sensor plane, as `scene_noise` does.
+
+    Tiles beyond the image without lateral colour take the value of the border tile.
     """
     values = np.random.default_rng(2).uniform(0.5, 1.5, (96, 128))
     mixed = field(values)
@@ -147,10 +150,10 @@ def test_tiles_that_the_sensor_plane_has_more_are_like_the_border_s(distortion):
     more = [(light.sizes[d] - still.sizes[d]) // 2 for d in ("y", "x")]
     inner = seen[more[0] : -more[0] or None, more[1] : -more[1] or None]
     np.testing.assert_allclose(inner, known, rtol=1e-9)  # rounding of borders
-    # means of tiles, the border's among them
+    # each value is a mean of tiles, border tiles included
     assert values.min() <= seen.min() and seen.max() <= values.max()
     if distortion == "none":
-        # the tile beyond is like its neighbour
+        # the additional tile equals its neighbour
         np.testing.assert_allclose(seen[:, 0], seen[:, 1], rtol=1e-9)
     share = direct_share(light, mixed)
     assert (0 <= share).all() and (share <= 1).all() and np.median(share) > 0.9
@@ -179,7 +182,7 @@ def test_other_lenses_too_and_the_ledger_says_so(make):
         light = make(lateral_colour_percent=TABLE)(field(values))
     assert np.isfinite(light.values).all() and light.attrs["field_width"] < 32 * PITCH * 4e-3
     [within] = [o for o in rows[0].left_out if "within a band" in o.what]
-    # corner at 20 tiles, bands of some 75 nm
+    # the corner is 20 tiles from the centre; bands are about 75 nm wide
     assert within.bound == pytest.approx(20 * 0.0045 / 50 * 75, rel=0.5)
 
 
@@ -192,10 +195,10 @@ def test_what_border_tiles_lack_is_an_error_of_those_tiles_alone():
     [note] = [e for e in rows[0].errors if e.part == retiling.BORDER]
     declared = rows[0].light_parts[retiling.BORDER].light
     off = np.abs(light.values / still(values).values - 1)
-    # of a corner tile, along both axes
+    # the error of a corner tile, summed over both axes
     assert note.value == pytest.approx((32 + 24) * 1e-5, rel=1e-3)
     assert off.max() == pytest.approx(note.value, rel=0.1)
-    # uniform light that is 1e-5 smaller is 2e-5 brighter; float32
+    # an image that is 1e-5 smaller is 2e-5 brighter; the rest is rounding to float32
     assert np.all(off <= note.value * (declared.values > 0) + 2.1e-5)
     assert np.mean(declared.values > 0) < 0.2
 

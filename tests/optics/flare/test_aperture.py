@@ -1,4 +1,4 @@
-"""Flares: the aperture's energy and spikes, third-party pupils, scatter, added light."""
+"""Flares: energy and spikes of the aperture, third-party pupils, scatter, added light."""
 
 from dataclasses import dataclass
 
@@ -78,7 +78,7 @@ def test_ideal_flare_changes_nothing():
 
 def test_round_clean_aperture_is_the_bare_lens():
     flare = ApertureFlare(blades=0, dust_per_mm2=0.0, scratches_per_mm2=0.0)
-    # extrapolated energy
+    # 2e-5: the energy of the kernel is extrapolated
     np.testing.assert_allclose(
         LENS.psf([550], 1.0, 64, [flare]), LENS.psf([550], 1.0, 64), rtol=2e-5
     )
@@ -117,7 +117,7 @@ def test_dust_and_seed():
     np.testing.assert_array_equal(a, b)
     assert np.abs(a - c).max() > 1e-5
     clean = LENS.psf([550], 1.0, 128, [ApertureFlare(dust_per_mm2=0, scratches_per_mm2=0)]).values
-    assert a.sum() < clean.sum()  # dirt throws light further out
+    assert a.sum() < clean.sum()  # dirt scatters light beyond the samples
     assert a.min() >= 0
 
 
@@ -136,12 +136,12 @@ def test_order_of_flares_does_not_matter_and_dictionaries_do():
 def test_third_party_pupils():
     grey = LENS(scene(), [HalfTone()])
     assert grey.attrs["throughput_sr"] == pytest.approx(0.64 * LENS.throughput_sr(), rel=1e-4)
-    # cells of a pupil against the closed form of the clean stop: 2e-3
+    # the cells of a pupil differ from the closed form of the clean stop by 2e-3
     np.testing.assert_allclose(grey, 0.64 * LENS(scene()), rtol=3e-3)
     psf = LENS.psf([550], 1.0, 65, [Wedge()]).values[0]
-    assert np.unravel_index(psf.argmax(), psf.shape) == (32, 40)  # complex: no mirror image
+    assert np.unravel_index(psf.argmax(), psf.shape) == (32, 40)  # complex pupil: not symmetric
     tilted = WavefrontLens(zernike_um={2: 0.5}).psf([550], 1.0, 65).values[0]
-    # 4 N c = 8 um; phase averaged over a cell
+    # shift of the tilt: 4 N c = 8 um; the tolerance is for the phase averaged over a cell
     np.testing.assert_allclose(psf, tilted, atol=2e-4 * psf.max())
 
 
@@ -156,7 +156,7 @@ def test_scatter_conserves_energy():
     assert float(hazy.values[0, 200, 200]) == pytest.approx(
         0.95 * float(clean.values[0, 200, 200]), rel=1e-3
     )
-    # Within 400 um = 0.1 rad, ten times the decay angle, nearly all of the haze.
+    # nearly all of the haze lies within 400 um = 0.1 rad, which is ten times its decay angle
     assert float(hazy.sum()) == pytest.approx(0.95 * float(clean.sum()) + 0.05, abs=5e-5)
     light = IdealLens(falloff="none")(scene(101, 4.0, 1e6), [Haze()])
     direct = IdealLens(falloff="none")(scene(101, 4.0, 1e6))

@@ -1,4 +1,4 @@
-"""Drops: images of lamps by closed forms, a street of rays by chance, and limits."""
+"""Drops: images of lamps by closed forms, a textured scene by random rays, and limits."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from isethdr_core.data import quantities
 from isethdr_core.errors import ConfigError
 
 LENS = IdealLens(focal_length_mm=4.0, f_number=4.0)  # a pupil of 1 mm
-PITCH = 2e-3  # of the tiles
+PITCH = 2e-3  # tangent of the field angle per tile
 
 
 def field(values):
@@ -44,7 +44,10 @@ def test_without_drops_the_light_is_the_same():
 
 
 def test_even_light_stays_even_and_a_lens_images_what_drops_leave():
-    """1e-12: sums of tiles, in double precision."""
+    """Uniform light stays uniform behind drops, and a lens images the radiance behind them.
+
+    1e-12: rounding of sums of tiles in double precision.
+    """
     flare = DropsFlare(drops_per_mm2=0.2, seed=3)
     even = flare.redirected(LENS, field(np.full((1, 40, 60), 7.0)))
     np.testing.assert_allclose(even.values, 7.0, rtol=1e-12)
@@ -70,8 +73,11 @@ def test_a_complete_plan_images_what_drops_leave_and_states_their_notes():
 
 
 def test_light_from_beyond_the_tiles_is_stated(monkeypatch):
-    """A wide field that is lit on the tiles of a narrow one shows what these tiles give: the rest
-    of their light is from beyond them. 1e-9: sums of tiles, in double precision.
+    """State the share of light that drops bring from beyond the tiles of the scene.
+
+    The expected share comes from a wide field lit only on the tiles of a narrow one: it shows how
+    much light these tiles give, and the rest comes from beyond them. 1e-9: rounding of sums of
+    tiles in double precision.
     """
     flare = only(monkeypatch, Drop(1.0, -0.5, 1.2), Drop(-1.5, 1.0, 0.6))
 
@@ -85,18 +91,22 @@ def test_light_from_beyond_the_tiles_is_stated(monkeypatch):
     lit[narrow] = 1.0
     expected = 1 - flare.redirected(LENS, field(lit)).values[narrow].mean()
     assert shares(field(lit[narrow])) == pytest.approx([expected], rel=1e-9)
-    # the drops, within 3 mm of the axis, look at most 0.17 beyond 0.05: here there are tiles
+    # drops within 3 mm of the axis deflect by at most 0.17, from directions up to 0.05: the wide
+    # field has tiles there
     assert shares(field(lit)) == []
 
 
 def test_a_lamp_through_a_drop_is_a_disc_of_the_pupil_in_its_place(monkeypatch):
-    """A lamp of the direction t is seen through the point p of the drop in the direction t + p / f,
-    and meets the pupil where |z (t + p / f) - p| < D / 2. That is a disc about p = -z t / (z / f -
-    1) of the radius (D / 2) / (z / f - 1): the light is that disc over the pupil, and the image has
-    the diameter D / (z - f), about D / z as a point of the glass has it.
+    """Compare light, position and size of the image of a lamp with the closed form of a thin lens.
 
-    Tolerances: the pupil is drawn with six cells along its diameter, 2 % of the light; the middle
-    is that of cells, a tenth of a tile; tiles and cells blur the disc, by less than 10 %.
+    Light of a lamp in the direction t leaves the point p of the drop in the direction t + p / f. It
+    meets the pupil where |z (t + p / f) - p| < D / 2. These points p are a disc about p = -z t / (z
+    / f - 1) of radius (D / 2) / (z / f - 1). The share of light is the area of that disc over the
+    area of the pupil. The image has the diameter D / (z - f), about D / z as a point of the glass
+    has it.
+
+    Tolerances: 2 % of the light, since the pupil is drawn with six cells along its diameter; a
+    tenth of a tile for the centroid of the cells; less than 10 % for the blur by tiles and cells.
     """
     flare = replace(only(monkeypatch, Drop(0.0, 0.0, 2.0)), distance_mm=30.0)
     values = np.zeros((1, 61, 61))
@@ -111,13 +121,15 @@ def test_a_lamp_through_a_drop_is_a_disc_of_the_pupil_in_its_place(monkeypatch):
     assert across == pytest.approx(-lamp / ratio, abs=0.1 * PITCH)
     spread = np.sqrt((light.sum(0) @ (seen.x.values - across) ** 2) / light.sum())
     diameter = 1.0 / (30.0 - focal_mm)
-    # a uniform disc has a quarter of its diameter as rms along an axis
+    # the rms width of a uniform disc along one axis is a quarter of its diameter
     assert diameter / 4 < spread < 1.1 * diameter / 4
 
 
 def test_many_rays_through_drops_bring_the_same_light(monkeypatch):
-    """40 000 rays per tile: their standard error is 0.4 % of the light's spread; the rims of drops
-    are drawn with quarters of the pupil, 1.5 % of the light.
+    """Compare with a Monte Carlo trace of 40 000 rays per tile.
+
+    The standard error of the rays is 0.4 % of the spread of the light. The rims of drops are drawn
+    with quarters of the pupil, which errs by 1.5 % of the light.
     """
     drops = [Drop(0.0, 0.0, 0.8), Drop(1.5, 0.4, 0.5)]
     flare = only(monkeypatch, *drops)

@@ -27,9 +27,10 @@ def lamp(ny=41, nx=121):
 
 
 def test_the_streak_has_its_share_within_its_half_width_and_loses_what_leaves_the_field():
-    """A stroke straight down streaks along x. Lorentz: 2/pi atan(a / w) lies within a.
+    """A vertical stroke makes a streak along x with the profile of a Lorentz curve.
 
-    1e-6: the convolution's. The middle tiles share their light with neighbours: 1e-3 of w.
+    Closed form: a share of 2/pi atan(a / w) lies within the distance a, where w is the half width.
+    1e-6 is the error of the convolution. 1e-3: the middle tiles share light with their neighbours.
     """
     flare = FilmFlare(scattered=0.2, half_width_deg=float(np.degrees(np.arctan(10.5e-3))))
     flare = FilmFlare(0.2, flare.half_width_deg, 90.0)
@@ -43,7 +44,10 @@ def test_the_streak_has_its_share_within_its_half_width_and_loses_what_leaves_th
 
 @pytest.mark.parametrize("stroke", [0.0, 30.0, 110.0])
 def test_streaks_are_across_the_stroke(stroke):
-    """Half a degree: the streak is cut by a square field, which is not even about its direction."""
+    """Find the direction of a streak by its second moments.
+
+    Half a degree: the tiles that hold the streak are not symmetric about its direction.
+    """
     light = FilmFlare(0.5, 0.2, stroke).kernel((PITCH, PITCH), (40, 40))
     y, x = np.mgrid[-40:41, -40:41]
     light[40, 40] = 0.0

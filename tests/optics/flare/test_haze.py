@@ -23,7 +23,7 @@ def test_the_hemisphere_holds_the_stated_share(form, shoulder_deg, slope):
     from scipy.integrate import quad
 
     flare = HazeFlare(form, 0.1, shoulder_deg, slope)
-    # Adaptive, over decades of angle: independent of the nodes that scale the function.
+    # adaptive quadrature over decades of angle: independent of the nodes that scale the function
     found = quad(
         lambda u: flare.scatter(550.0, np.exp(u)) * 2 * np.pi * np.sin(np.exp(u)) * np.exp(u),
         np.log(1e-9),
@@ -33,7 +33,7 @@ def test_the_hemisphere_holds_the_stated_share(form, shoulder_deg, slope):
         limit=400,
     )[0]
     assert found == pytest.approx(0.1, abs=1e-6)
-    # as the kernel takes it from the sharp image
+    # the share that the kernel removes from the sharp image
     assert total(flare, 550.0) == pytest.approx(0.1, abs=1e-6)
     assert flare.scatter(550.0, np.linspace(0, np.pi / 2, 999)).min() >= 0
 
@@ -46,12 +46,12 @@ def test_closed_form_of_harvey_shack(shoulder, slope):
         * shoulder**2
         * (np.log1p(t) if slope == 2 else ((1 + t) ** (1 - slope / 2) - 1) / (1 - slope / 2))
     )
-    # 1600 Gauss nodes
+    # error of 1600 Gauss nodes
     assert _hemisphere("harvey_shack", shoulder, slope) == pytest.approx(want, rel=1e-9)
 
 
 def test_closed_form_of_abg():
-    want = np.pi * 0.02**2 * np.log1p(1 / 0.02**2)  # slope 2: both forms are one
+    want = np.pi * 0.02**2 * np.log1p(1 / 0.02**2)  # both forms are equal at slope 2
     assert _hemisphere("abg", 0.02, 2.0) == pytest.approx(want, rel=1e-9)
     assert _hemisphere("abg", 0.02, 1.0) == pytest.approx(
         2 * np.pi * 0.02 * (1 - 0.02 * np.log1p(1 / 0.02)), rel=1e-9
@@ -63,11 +63,11 @@ def test_shoulder_and_slope(form):
     flare = HazeFlare(form, shoulder_deg=0.5, slope=2.4)
     at = np.radians(0.5)
     half = 0.5 if form == "abg" else 2**-1.2
-    # cosine of half a degree
+    # the cosine of half a degree is 1 - 4e-5
     assert flare.scatter(550.0, at) / flare.scatter(550.0, 0.0) == pytest.approx(half, rel=1e-4)
     far = np.radians([15.0, 20.0])
     btdf = flare.scatter(550.0, far) / np.cos(far)
-    # (shoulder / b)^2
+    # error of the power law at large angles: (shoulder / sin(angle))^2
     assert np.diff(np.log(btdf))[0] / np.diff(np.log(np.sin(far)))[0] == pytest.approx(
         -2.4, abs=5e-3
     )
@@ -75,17 +75,17 @@ def test_shoulder_and_slope(form):
 
 def test_wavelength_laws():
     flare = HazeFlare(scattered=0.3)
-    # Exactly a power in the exponent, and of light for weak scatter.
+    # the optical depth is exactly a power of wavelength; so is the scattered light where it is weak
     assert np.log1p(-flare.total(440.0)) / np.log1p(-flare.total(880.0)) == pytest.approx(
         4.0, rel=1e-12
     )
     weak = HazeFlare(scattered=1e-5)
-    # 1 - exp(-x) = x to x / 2
+    # 1 - exp(-x) = x to a relative error of x / 2
     assert weak.total(440.0) / weak.total(880.0) == pytest.approx(4.0, rel=1e-4)
-    # Roughness, weak: the function of sin(angle) / wavelength, its peak as wavelength^-4
-    # (Rayleigh-Rice), slope above 2.
+    # Weak scatter of a rough surface is a function of sin(angle) / wavelength, and its peak goes as
+    # wavelength^-4 (Rayleigh-Rice), for slopes above 2.
     steep = HazeFlare(scattered=1e-5, slope=4.0, shoulder_deg=0.1)
-    # what 90 degrees cuts off
+    # 1e-3: the share of the function beyond 90 degrees
     assert steep.scatter(440.0, 0.0) / steep.scatter(880.0, 0.0) == pytest.approx(16.0, rel=1e-3)
     grey = HazeFlare(wavelength_exponent=0.0, shoulder_exponent=0.0)
     angle = np.linspace(0, 1, 50)
@@ -105,8 +105,8 @@ def test_nothing_scattered_changes_nothing():
 
 
 def test_a_picture_keeps_its_energy():
-    # Slope 4 and a shoulder of 0.5 degrees: beyond the frame, 10 degrees away, 0.3 % of the haze by
-    # the closed form of a disc.
+    # With slope 4 and a shoulder of 0.5 degrees, 0.3 % of the haze lies beyond the frame, 10
+    # degrees away (closed form of a disc).
     lens = IdealLens(falloff="none")
     flare = HazeFlare(scattered=0.1, shoulder_deg=0.5, slope=4.0)
     clean = lens(scene())
@@ -114,7 +114,8 @@ def test_a_picture_keeps_its_energy():
     assert hazy.values.min() >= 0
     assert float(hazy.sum()) == pytest.approx(float(clean.sum()), rel=5e-4)
     ratio = float(hazy[0, 60, 60]) / float(clean[0, 60, 60])
-    # The lamp keeps 0.9 and what scatters within half a tile: 1.5 mrad of a shoulder of 8.7 mrad.
+    # The lamp's tile keeps 0.9 and the haze within half a tile: 1.5 mrad, with a shoulder of 8.7
+    # mrad.
     within = 1 - 1 / (1 + (4 / np.pi) * (1.5 / 8.7) ** 2)
     assert ratio == pytest.approx(0.9 + 0.1 * within, abs=5e-4)
 
@@ -128,7 +129,7 @@ def test_two_hazes_take_turns():
     assert float(out.sum()) <= float(lens(scene()).sum()) * (1 + 1e-6)
 
 
-@pytest.mark.slow  # the kit sees the other form among all components
+@pytest.mark.slow  # the test of all components checks the other form
 def test_promises():
     check("flare", "haze", form="abg", scattered=0.2, slope=1.5)
 

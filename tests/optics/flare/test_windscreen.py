@@ -14,7 +14,7 @@ N = 1.52
 
 
 def refracted(way, normal, ratio):
-    """Refract a unit vector by the law in vectors; `normal` points against it."""
+    """Refract a unit vector by Snell's law in vector form; `normal` points against it."""
     cosine = -way @ normal
     return ratio * way + (ratio * cosine - np.sqrt(1 - ratio**2 * (1 - cosine**2))) * normal
 
@@ -24,7 +24,7 @@ def mirrored(way, normal):
 
 
 def circle_hit(point, way, centre, radius, far):
-    """The place where a ray meets a circle: the further one or the nearer one ahead."""
+    """Return the point ahead where a ray meets a circle: the further or the nearer one."""
     rel = point - centre
     b = rel @ way
     root = np.sqrt(b**2 - rel @ rel + radius**2)
@@ -35,8 +35,10 @@ def circle_hit(point, way, centre, radius, far):
 def left(  # noqa: PLR0913 - a helper of tests
     point, way, incidence, thickness, radius, wedge, bounces
 ):
-    """Trace a ray from outside through a pane: two circles about one centre behind it, or two
-    planes with an angle between them. Return its direction behind the pane.
+    """Trace a ray from outside through a pane and return its direction behind the pane.
+
+    The surfaces are two circles about one centre behind the pane, or two planes with an angle
+    between them.
     """
     outer = np.array([-1.0, 0.0])  # normal of the front surface at the origin
     turn = np.array([[np.cos(wedge), -np.sin(wedge)], [np.sin(wedge), np.cos(wedge)]])
@@ -68,7 +70,10 @@ def left(  # noqa: PLR0913 - a helper of tests
 @pytest.mark.parametrize("incidence", [20.0, 60.0, 70.0])
 @pytest.mark.parametrize("radius_m, wedge_mrad", [(5.0, 0.0), (np.inf, 0.3), (np.inf, -0.2)])
 def test_the_separation_is_that_of_traced_rays(incidence, radius_m, wedge_mrad):
-    """1 %: the formulas are of first order in thickness over radius, and in the wedge."""
+    """Compare the separation of both images with independently traced rays.
+
+    1 %: the formulas are of first order in thickness over radius, and in the wedge.
+    """
     angle = np.radians(incidence)
     way = np.array([np.cos(angle), np.sin(angle)])
     pane = (incidence, 4.8e-3, radius_m, 1e-3 * wedge_mrad)
@@ -86,7 +91,8 @@ def test_the_share_follows_fresnel():
     assert flare.share(np.array(1.0)) == pytest.approx((0.9 * normal) ** 2, rel=1e-12)
     # at Brewster's angle one polarisation has no second image
     brewster = np.arctan(N)
-    # Fresnel's sine form, for s: sin^2(i - r) / sin^2(i + r), with i + r a right angle
+    # Fresnel's equation for s polarisation: sin^2(i - r) / sin^2(i + r), where i + r is a right
+    # angle
     reflected = np.sin(brewster - np.arcsin(np.sin(brewster) / N)) ** 2
     want = 0.81 * ((1 - reflected) * reflected) ** 2 / ((1 - reflected) ** 2 + 1)
     assert flare.share(np.cos(brewster)) == pytest.approx(want, rel=1e-9)
@@ -114,7 +120,7 @@ def test_a_lamp_gets_a_second_image_above_it():
     column = added.values[0, :, 2]
     share = float(flare.share(flare.cosine(np.array(0.0), np.array(0.0))))
     light = 1e6 * share * lens.throughput_sr()
-    # the share falls by 0.6 % within the milliradian between both images
+    # 1 %: the share falls by 0.6 % over the milliradian between both images
     assert column.sum() == pytest.approx(light, rel=0.01)
     apart = -float(column @ mixed.y.values) / column.sum()
     assert apart == pytest.approx(float(flare.separation_rad(np.cos(np.radians(60)))), rel=0.01)

@@ -47,7 +47,7 @@ def test_kernels_are_sent_once(library):
         return put(a)
 
     library.setattr(array_backend, "device_transfer", lambda: counting)
-    # of whole kernels; the transforms of half kernels are kept here
+    # count transfers of whole kernels only; the transforms of half kernels stay in host memory
     made = _kernels(KernelRequest(LENS, (), np.array([540.0, 560.0]), (4.0, 4.0), (29, 39)))
     largest = max(k.spectrum.size for k in made.spectra.kernels)
     library.setattr("isethdr_optics.imaging.field_optics._kernels", lambda *how: made)

@@ -1,5 +1,5 @@
-"""Overlaid: sums of convolved parts against the exact convolution of each, beside lamps of 1e14
-times the rest.
+"""Overlap-add: sums of convolved parts against the exact convolution of each part, with lamps
+up to 1e14 times as bright as the rest.
 """
 
 import numpy as np
@@ -32,14 +32,16 @@ def test_every_pixel_of_the_sum_is_right(shape, kernel, lamp):
     total, bound = overlaid(parts, shape)
     exact = convolve(share * light, k) + convolve((1 - share) * light, parts[1][2])
     assert total.min() >= 0 and bound.pixels == 0
-    # the exact way is right to 3e-8 itself
+    # the exact convolution itself has an error of 3e-8
     np.testing.assert_allclose(total, exact, rtol=bound.relative + 3e-8)
 
 
 @pytest.mark.parametrize("allowed", [1e-2, 1e-4])
 def test_an_error_allowed_is_kept_and_spares_work(allowed, monkeypatch):
-    """Beside a lamp of 1e13 a kernel that falls fast leaves pixels that the transform alone would
-    get wrong by percents.
+    """Keep the allowed error without exact sums where the transform is good enough.
+
+    Next to a lamp of 1e10 times the rest, a kernel that falls fast leaves pixels for which the
+    transform alone would err by percents.
     """
     calls = []
     monkeypatch.setattr(
@@ -57,7 +59,7 @@ def test_an_error_allowed_is_kept_and_spares_work(allowed, monkeypatch):
     np.testing.assert_allclose(total, exact, rtol=allowed)
     assert bound.relative <= allowed * (1 + 1e-6) and bound.pixels == 0
     overlaid(parts, light.shape)
-    # nothing was done again; without an error allowed something is
+    # with an allowed error no convolution was repeated; without one, some are
     assert len(calls) - spared > spared == 0
 
 
@@ -77,7 +79,7 @@ def test_parts_stay_in_their_windows_and_fade_without_trouble():
 
 
 def test_a_part_without_any_light_adds_nothing():
-    """A place of the field from which no light passes the lens."""
+    """Add a part without light, as of a field point from which no light passes the lens."""
     rng = np.random.default_rng(4)
     light = rng.uniform(0.5, 1.5, (20, 24))
     kernel = np.full((5, 5), 0.04)

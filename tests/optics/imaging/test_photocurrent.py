@@ -1,5 +1,5 @@
-"""Photocurrent, compared with irradiance that the sensor integrates, in units of the sensor's
-noise.
+"""Photocurrent against irradiance that the sensor integrates over wavelength, in units of the
+sensor's noise.
 """
 
 import dataclasses
@@ -93,10 +93,10 @@ def test_far_below_the_noise_for_every_sensor(name):
     share, electrons, row = compare(sensor, night())
     dark = electrons < 1e5
     assert dark.any() and not dark.all()
-    # what is promised: a tenth below full well, a fifth above it
+    # the promise: a tenth of the noise below full well, a fifth above it
     assert share[dark].max() < 0.1 and share.max() < 0.2
     (note,) = [e for e in row.errors if "functionals" in e.label]
-    # the ledger's figure is of a sample: the worst of all may lie above it
+    # the ledger states the worst of a sample of tiles: the worst of all tiles may lie above it
     assert share[dark].max() < 1.5 * note.value + 1e-3
 
 
@@ -130,8 +130,9 @@ def test_every_lens_that_can(lens):
 
 
 def large(monkeypatch, mirrored=True, shape=(150, 180)):
-    """Replace all kernels by some whose wings and streaks change with wavelength, and return them.
-    They are divided at 48 tiles, to save time.
+    """Replace all kernels by kernels with wings and streaks that change with wavelength.
+
+    Return these kernels. To save time, they are divided into a near and a far part at 48 tiles.
     """
     for module in (kernel_spectra, spectral_fit):
         monkeypatch.setattr(module, "NEAR", 48)
@@ -170,7 +171,7 @@ def test_kernels_divided_into_near_and_far(monkeypatch, mirrored, level):
     assert share[electrons < 1e5].max() < 0.1 and share.max() < 0.2
     assert any("far from a lamp" in e.label for e in row.errors)
     rounding = next(e for e in row.errors if "rounding of the transforms" in e.label).value
-    assert 0 < rounding < 0.1  # electrons: single precision beside a lamp of 1e8
+    assert 0 < rounding < 0.1  # in electrons; single precision with a lamp of 1e8
 
 
 def test_near_and_far_are_the_kernel(monkeypatch):
@@ -186,7 +187,7 @@ def test_near_and_far_are_the_kernel(monkeypatch):
             transform.convolved(image, part.blocks[band], part.size)[0] * peak
             for part, peak in ((divided.near, near), (divided.far, far))
         ]
-        # single precision of the far part, a few per cent
+        # the far part has single precision; it is a few per cent of the whole
         np.testing.assert_allclose(seen[0] + seen[1], convolve(image, kernel), rtol=1e-6)
     np.testing.assert_array_equal(divided.profiles[1][0], whole.profiles[1][0])
 
@@ -194,8 +195,8 @@ def test_near_and_far_are_the_kernel(monkeypatch):
 def test_bad_functionals_are_seen_to_be_bad(monkeypatch):
     best = spectral_fit.directions
     found = []
-    monkeypatch.setattr(spectral_fit, "TOLERATED", 1e9)  # the first number tried is taken
-    # what is missing around lamps reaches over so small a frame
+    monkeypatch.setattr(spectral_fit, "TOLERATED", 1e9)  # accept the first number of functionals
+    # no correction around lamps: it would cover the whole of so small a frame
     monkeypatch.setattr(bright_tiles, "correct", lambda *a: None)
     for order in (range(len(BANDS)), [0, 1, 2, *range(len(BANDS) - 1, 2, -1)]):
         monkeypatch.setattr(
@@ -212,7 +213,7 @@ def test_light_that_no_few_functionals_tell_goes_band_by_band(monkeypatch):
     monkeypatch.setattr(spectral_fit, "MOST", 4)
     rng = np.random.default_rng(1)
     mixed = night()
-    # every tile a spectrum of its own
+    # give every tile a different spectrum
     mixed.values[:, 20:28, 20:28] = rng.uniform(0, 1, (len(BANDS), 8, 8)) * 1e3
     sensor = build("sensor", "bayer", pitch_um=3.0)
     light = LENS.photocurrent(mixed, FLARES, response(sensor))
@@ -263,7 +264,7 @@ def test_light_that_flares_add_is_counted(monkeypatch):
                 quantities.IRRADIANCE,
             )
 
-    # made before: saves time
+    # use the kernels of other tests, to save time
     monkeypatch.setattr(
         kernels, "kernels", lambda request: made(dataclasses.replace(request, flares=FLARES))
     )
@@ -279,7 +280,7 @@ def test_photocurrent_of_another_sensor_is_refused():
     with pytest.raises(UnitError, match="another sensor"):
         second.expected(light)
     both = LENS.photocurrent(night(), FLARES, response(first) + response(second))
-    # float32
+    # rounding to float32
     np.testing.assert_allclose(
         first.expected(both).values / second.expected(both).values, 0.65 / 0.3, rtol=1e-6
     )

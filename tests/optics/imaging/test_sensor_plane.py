@@ -1,5 +1,5 @@
-"""Sensor plane: light moved along a distortion, relative illumination, wide fields; truth and
-labels on the same map.
+"""Sensor plane: distortion, relative illumination, wide fields; reference picture and labels with
+the same distortion.
 """
 
 import numpy as np
@@ -61,11 +61,11 @@ def test_without_distortion_nothing_is_resampled(zero, monkeypatch):
     np.testing.assert_array_equal(light.values, plain.values)
     assert light.attrs == plain.attrs and "distortion" not in light.attrs
     [left] = [o for o in row.left_out if "distortion" in o.what]
-    assert 0 < left.bound < 1e-6  # rounding of what would be the same light
+    assert 0 < left.bound < 1e-6  # the bound is the rounding of a resampling that changes nothing
 
 
 def test_forcing_the_resampling_in_changes_nothing_beyond_its_bound(monkeypatch):
-    """The identity by way of a polynomial that is as good as zero."""
+    """Resample with a distortion polynomial that is the identity in double precision."""
     plain = IdealLens()(noise())
     forced = IdealLens(distortion={"model": "brown_conrady", "k1": 1e-15})(noise())
     assert forced.attrs["distortion"]["k1"] == 1e-15
@@ -81,13 +81,13 @@ def test_the_light_of_a_lamp_is_kept_and_lands_on_its_image(distortion):
     lens = IdealLens(distortion=distortion, falloff="none")
     light = lens(field(values))
     scene = field(values)
-    # float32
+    # rounding to float32
     np.testing.assert_allclose(flux(light), flux(IdealLens(falloff="none")(scene)), rtol=1e-6)
     assert light.values.min() >= 0
     x, y = camera_geometry.map_of(light).forward(float(scene.x[45]), float(scene.y[33]))
     f_m = 4e-3
     total = light.values[0].sum()
-    # a quarter of a tile: the centroid of a tile spread over at most four
+    # a quarter of a tile: light of the tile is spread over at most four tiles
     assert abs(light.values[0].sum(axis=0) @ light.x.values / total / f_m - x) < 0.25 * 0.015
     assert abs(light.values[0].sum(axis=1) @ light.y.values / total / f_m - y) < 0.25 * 0.015
 
@@ -95,7 +95,8 @@ def test_the_light_of_a_lamp_is_kept_and_lands_on_its_image(distortion):
 UNEVEN = {0: 1.0, 20: 0.8, 45: 0.4}
 
 
-# every model with one falloff, and every falloff; the other pairs are slow
+# the quick tests cover every model with one falloff and every falloff with one model; the other
+# pairs are marked slow
 @pytest.mark.parametrize(
     ("distortion", "falloff"),
     [
@@ -111,10 +112,11 @@ def test_uniform_light_follows_the_relative_illumination_that_is_stated(distorti
     stated = camera_geometry.relative_illumination(light.attrs, x[None, :], y[:, None])
     measured = light.values[0] / (2.0 * light.attrs["throughput_sr"])
     error = next(e.value for e in row.errors if "uniform" in e.label)
-    # float32; the error itself: at most a quarter of what cos4 changes over a tile of 0.015
+    # the 1e-6 is for rounding to float32; the stated error is at most a quarter of the change of
+    # cos4 over a tile of 0.015
     np.testing.assert_allclose(measured, stated, atol=(error + 1e-6) * stated.max())
     assert error < 3e-3
-    if isinstance(falloff, dict):  # the table is what is on the sensor, distortion or not
+    if isinstance(falloff, dict):  # the table holds on the sensor, also under distortion
         u, v = camera_geometry.map_of(light).inverse(*np.meshgrid(x, y))
         wanted = camera_geometry.table_values(
             light.attrs["falloff_table"], np.degrees(np.arctan(np.hypot(u, v)))
@@ -127,7 +129,7 @@ def test_a_tables_values_are_those_typed():
     at = np.degrees(np.arctan(np.hypot(light.x.values[None], light.y.values[:, None]) / 4e-3))
     near = np.abs(at - 10) < 0.2
     assert near.any()
-    # slope 0.015 per degree
+    # the table falls by 0.013 to 0.015 per degree, times 0.2 degrees
     np.testing.assert_allclose(
         (light.values[0] / light.attrs["throughput_sr"])[near], 0.9, atol=0.005
     )
@@ -143,7 +145,7 @@ def test_only_known_light_is_looked_at():
         x, y = (np.abs(light[d].values).max() / 4e-3 + 0.0075 for d in ("x", "y"))
         u, v = lens.inverse(np.array([x, x, 0.0]), np.array([y, 0.0, y]))
         assert np.abs(u).max() <= half_x * (1 + 1e-9) and np.abs(v).max() <= half_y * (1 + 1e-9)
-        # and no smaller than needed
+        # and the image is no smaller than needed
         assert np.abs(u).max() > half_x - 3 * 0.015 or np.abs(v).max() > half_y - 3 * 0.015
         w = light.attrs["field_width"] / 4e-3 / 2
         h = light.attrs["field_height"] / 4e-3 / 2
@@ -212,14 +214,15 @@ def test_truth_and_labels_lie_where_the_light_is(distortion, projection):
         and found.dtype == np.uint32
         and set(np.unique(found)) == {0, 1, 2}
     )
-    # truth is radiance: inside the objects and the ground it is theirs, whatever the distortion
+    # the reference picture is radiance: inside each object and the ground it equals that of the
+    # scene, under any distortion
     y_of = quantities.tristimulus(mixed)["xyz"].values[..., 1]
     for number in (0, 1, 2):
         inside = binary_erosion(found == number, np.ones((3, 3)))
         want = y_of[ids == number][0]
         np.testing.assert_allclose(true["xyz"].values[inside][:, 1], want, rtol=1e-6)
-    # the picture that a noiseless camera takes, freed of the stated relative illumination, is the
-    # truth
+    # the picture of a noiseless camera over the stated relative illumination is the reference
+    # picture
     f_m = 4e-3
     seen = resample_mean(
         light.values[:1],
@@ -235,7 +238,7 @@ def test_truth_and_labels_lie_where_the_light_is(distortion, projection):
     )
     radiance = seen / (flat * light.attrs["throughput_sr"])
     share = true["xyz"].values[..., 1] / y_of[ids == 1][0] * 3.0
-    # tiles and pixels blur borders
+    # 5 % of the pixels may differ: tiles and pixels blur the borders of objects
     assert (
         np.median(np.abs(radiance - share)) < 1e-4
         and np.mean(np.abs(radiance - share) > 0.3) < 0.05
@@ -243,8 +246,8 @@ def test_truth_and_labels_lie_where_the_light_is(distortion, projection):
     for number in (
         1,
         2,
-        # a quarter of a pixel: centroids of 1000 pixels, of which those on the border may go either
-        # way
+        # a quarter of a pixel: the centroid of about 1000 pixels, where each pixel on the border
+        # may belong to either side
     ):
         lit = binary_dilation(found == number, iterations=8) & (radiance > (0.5 + 3.0 * number) / 2)
         there, said = (np.mean(np.nonzero(mask), axis=1) for mask in (lit, found == number))
@@ -287,7 +290,7 @@ def test_tangents_and_angles_give_the_same_picture():
     a, b = (v.values[0][v.sizes["y"] // 2] for v in (by_tangent, by_angle))
     n = min(len(a), len(b))
     a, b = (v[(len(v) - n) // 2 : (len(v) - n) // 2 + n] for v in (a, b))
-    # cos4 and the map are taken in the middles of tiles of 0.01
+    # 2.5e-3: cos4 and the map are evaluated at the centres of tiles of 0.01
     np.testing.assert_allclose(a, b, rtol=2.5e-3)
 
 
@@ -301,16 +304,16 @@ def test_the_prescriptions_distortion_and_illumination_are_those_of_its_rays():
     tangent = np.linspace(0.005, 0.245, 40)
     bent = camera_geometry.distortion_map(plane.attrs["distortion"])
     real = lens.real()
-    # 1e-7: cubic spline over 33 points of a smooth curve
+    # a cubic spline over 33 points of a smooth curve errs by 1e-7
     np.testing.assert_allclose(
         bent.forward(tangent, 0.0)[0], chief_mm(real, tangent, real.reference_nm) / 4.0, rtol=1e-5
     )
     angle = np.degrees(np.arctan(tangent))
     stated = camera_geometry.table_values(plane.attrs["falloff_table"], angle)
-    # 160 cells across the beam
+    # 2e-3: 160 cells across the beam
     np.testing.assert_allclose(stated, relative_illumination(real, tangent), rtol=2e-3)
     light = IdealLens(falloff="none")(scene)
-    # before bands are magnified
+    # the plane as it is before lateral colour magnifies the bands
     assert plane.attrs["falloff"] == "table" and plane.unmagnified_shape[1] < light.sizes["x"]
 
 

@@ -1,5 +1,5 @@
-"""Errors of kernels carried to light: against repeats with kernels that are wrong as stated, and
-against finer kernels.
+"""Errors of the light that follow from errors of kernels: against repeats with kernels that have
+the stated error, and against finer kernels.
 """
 
 from dataclasses import replace
@@ -20,7 +20,7 @@ from isethdr_core.physics.convolution import convolve
 from isethdr_core.plugins.registry import build
 
 DIRT = (ApertureFlare(),)
-HALF = {1.0: 1.0, 0.5: 0.33, 0.25: 0.3}  # of the errors, for that of the lens
+HALF = {1.0: 1.0, 0.5: 0.33, 0.25: 0.3}  # speckle error, share of the lens's -> share of deviation
 BANDS = np.array([550.0, 570.0])
 
 
@@ -36,8 +36,9 @@ def street(shape=(34, 50), pitch_um=10.0, lamp=1e6):
 
 
 def test_the_deviation_of_light_is_that_of_a_repeat():
-    """Kernels wrong by independent noise of a known size, and by noise that neighbours share: light
-    of a road and of a lamp goes wrong as stated.
+    """Compare the stated error of the light of a road and a lamp with repeats of noisy kernels.
+
+    The kernels have noise of a known size, either independent or equal in neighbouring tiles.
     """
     rng = np.random.default_rng(0)
     shape = (121, 161)
@@ -62,8 +63,9 @@ def test_the_deviation_of_light_is_that_of_a_repeat():
         variance = convolve(light**2, (kernel * stated[octave]) ** 2)
         found = np.mean([convolve(light, w) ** 2 for w in (wrong() for _ in range(40))], axis=0)
         ratio = np.sqrt(variance / found)
-        # 40 repeats: 11 % each pixel, less for their median; blocks of the stated error meet those
-        # of the noise at random, so that more is stated
+        # 40 repeats: a standard error of 11 % per pixel, less for their median. Where neighbours
+        # share noise, blocks of the stated error overlap those of the noise at random, so the
+        # stated error is too large.
         assert 0.9 < np.median(ratio) < (1.25 if alike == 1 else 2.2)
         assert np.quantile(ratio, 0.01) > 0.65
 
@@ -76,13 +78,14 @@ def test_kernels_differ_from_finer_ones_as_stated():
     weights = np.eye(2)
     deviation, bound = spread_errors.spread_errors(mixed, given, weights)
     light = lens(mixed, DIRT).values
-    # both have the same exact core, whose own error is stated, too
+    # both kernels have the same exact core, so its own stated error does not appear in the
+    # difference
     beyond = 2 * exact_core.PATTERN_ERROR
     wrong = np.abs(light - finer(mixed, DIRT).values)
     lit = deviation > beyond * light
     share = (wrong / (deviation + bound))[lit]
-    # of normal deviates half are below 0.67, 1 in 100 beyond 2.6; more is stated, as neighbours are
-    # taken to err alike
+    # half of all normal deviates are below 0.67, and 1 in 100 is beyond 2.6; the stated error is
+    # larger, since it assumes that the errors of neighbours are fully correlated
     assert lit.mean() > 0.2 and 0.1 < np.median(share) < 0.8 and np.quantile(share, 0.99) < 3.0
 
 
@@ -94,7 +97,7 @@ def test_blocks_state_what_tiles_do(monkeypatch):
     coarse = spread_errors.spread_errors(mixed, given, np.eye(2))[0]
     assert coarse.shape == fine.shape
     far = np.broadcast_to(np.abs(np.arange(50) - 13) > given.kernels.core[0] + 3, (34, 50))
-    # blocks of 3 tiles widen the narrow spikes of a hexagon; the light in them is kept
+    # blocks of 3 tiles widen the narrow spikes of a hexagon, but keep the light in them
     assert np.median(coarse[:, far] / fine[:, far]) == pytest.approx(1.0, abs=0.25)
     assert (coarse[:, far] ** 2).sum() == pytest.approx((fine[:, far] ** 2).sum(), rel=0.25)
     assert np.quantile(coarse, 0.99) == pytest.approx(np.quantile(fine, 0.99), rel=0.5)
@@ -117,7 +120,7 @@ def test_an_ideal_lens_leaves_no_error():
     ids=["cells", "pattern", "closed form"],
 )
 def test_an_exact_core_states_its_error_tile_by_tile(zernike_um, flares, at_border):
-    """It grows with the distance from a lamp."""
+    """The error of an exact core grows with the distance from a lamp, up to its border value."""
     _, mixed = street(shape=(9, 10), pitch_um=2.0)
     lens = WavefrontLens(focal_length_mm=6.0, zernike_um=zernike_um)
     deviation, bound, *_ = lens.light_errors(mixed, flares, np.ones((1, 2)))
@@ -128,7 +131,7 @@ def test_an_exact_core_states_its_error_tile_by_tile(zernike_um, flares, at_bord
 
 @pytest.mark.slow
 def test_kernels_that_err_nowhere_have_no_share_of_the_noise():
-    """As the widest of exact cores leaves them; their deviation is 0 tile by tile."""
+    """Kernels without error, as the widest exact core gives them, have a deviation of 0."""
     response = build("sensor", "bayer").narrow(Demand()).response
     lens, mixed = street()
     usual = made_kernels(KernelRequest(lens, DIRT, BANDS, (10.0, 10.0), (33, 49)))
@@ -157,7 +160,7 @@ def test_under_a_wider_core_the_error_of_the_first_one_does_not_count():
 def test_a_scene_that_needs_finer_kernels_gets_them():
     response = build("sensor", "bayer").narrow(Demand()).response
     request = KernelRequest(street()[0], DIRT, BANDS, (10.0, 10.0), (33, 49))
-    usual = replace(made_kernels(request), core_deviation=0.0)  # rings alone can be made finer
+    usual = replace(made_kernels(request), core_deviation=0.0)  # only rings can be made finer
 
     def asked_for(lamp, response):
         asked = []
@@ -167,7 +170,7 @@ def test_a_scene_that_needs_finer_kernels_gets_them():
             asked.append(one.speckle_error / lens.speckle_error)
             return replace(
                 usual,
-                scaled=None,  # as kernels of lattices are
+                scaled=None,  # as for kernels from lattices
                 speckle=asked[-1] * usual.speckle,
                 deviation=HALF[asked[-1]] * usual.deviation,
             )
@@ -187,16 +190,17 @@ def test_a_scene_that_needs_finer_kernels_gets_them():
         )
         / accuracy_shares.KERNELS
     )
-    # half is enough; a quarter at once, where half is not; no kernel that can be made is fine
-    # enough, and none is made in vain
+    # half of the error is enough; a quarter is taken at once where half is not enough; no possible
+    # kernel is fine enough, so none is computed in vain
     for allowed, asked in ((share / 2, [1.0, 0.5]), (share / 5, [1.0, 0.25]), (share / 30, [1.0])):
         assert asked_for(1e9, replace(response, noise_fraction_allowed=allowed)) == asked
-    assert asked_for(1e9, None) == [1.0]  # no sensor says what it can tell
+    assert asked_for(1e9, None) == [1.0]  # no sensor states its noise
 
 
 def test_rings_are_made_finer_where_a_wider_core_takes_longer(monkeypatch):
-    """Half of the error is asked for where it is enough, else a quarter. A quick core comes
-    first.
+    """Rings get half of the error where that is enough, else a quarter of it.
+
+    An exact core that is computed quickly is preferred to finer rings.
     """
     response = build("sensor", "bayer").narrow(Demand()).response
     lens, mixed = street(lamp=1e9)
@@ -223,7 +227,7 @@ def test_rings_are_made_finer_where_a_wider_core_takes_longer(monkeypatch):
     # rings are expected to leave four fifths of the error allowed
     assert asked_for(0.7 * before) == [1.0, 0.5]
     assert asked_for(0.35 * before) == [1.0, 0.25]
-    monkeypatch.setattr(core_sizes, "USUAL_SUMS", 1e9)  # every core is
+    monkeypatch.setattr(core_sizes, "USUAL_SUMS", 1e9)  # every core is quick
     limited = replace(response, noise_fraction_allowed=0.9 * before / accuracy_shares.KERNELS)
     sizes = kernels.wider_cores(usual)
     assert spread_errors._finer_rings(usual, before, seen, limited, sizes) is None
@@ -231,7 +235,7 @@ def test_rings_are_made_finer_where_a_wider_core_takes_longer(monkeypatch):
 
 @pytest.mark.slow
 def test_kernels_from_one_pattern_get_a_wider_exact_core(monkeypatch):
-    """The smallest that is enough; where none is, one that is quickly made, or none."""
+    """Choose the smallest core that is enough; where none is, a core that is quick, or none."""
     response = build("sensor", "bayer").narrow(Demand()).response
     lens, mixed = street(lamp=1e9)
     usual = made_kernels(KernelRequest(lens, DIRT, BANDS, (10.0, 10.0), (33, 49)))
@@ -257,11 +261,11 @@ def test_kernels_from_one_pattern_get_a_wider_exact_core(monkeypatch):
 
 @pytest.mark.slow
 def test_fine_rings_are_made_where_no_core_is_enough(monkeypatch):
-    """Not where they would miss what is allowed by far, nor where memory does not hold them."""
+    """Compute finer rings, unless they would exceed the allowed error by far or the memory."""
     response = build("sensor", "bayer").narrow(Demand()).response
     lens, mixed = street(lamp=1e9)
     request = KernelRequest(lens, DIRT, BANDS, (10.0, 10.0), (33, 49))
-    usual = replace(made_kernels(request), core_deviation=0.0)  # rings alone can be made finer
+    usual = replace(made_kernels(request), core_deviation=0.0)  # only rings can be made finer
     seen = photoelectron_map.map_photoelectrons(lens, mixed, 1.0, response)
     monkeypatch.setattr(core_sizes, "MOST_SUMS", 2e8)
     size = kernels.wider_cores(usual)[-1].tiles
@@ -277,7 +281,7 @@ def test_fine_rings_are_made_where_no_core_is_enough(monkeypatch):
     assert share < 0.3 * coarse and fine.wide.tiles <= size
     assert (fine.deviation[0] <= 0.25 * usual.deviation[0]).all()
     rest = np.abs(np.asarray(fine.bands[0]) / np.asarray(usual.bands[0]) - 1)
-    assert 0 < np.median(rest[:, :8]) < 0.05  # beyond every core
+    assert 0 < np.median(rest[:, :8]) < 0.05  # columns beyond every core
     assert best(1e-4 * coarse)[0].deviation is usual.deviation
     monkeypatch.setattr(wider, "machine_bytes", lambda: 1.0)
     assert best(0.3 * coarse)[0].deviation is usual.deviation

@@ -1,5 +1,5 @@
-"""Blocks of work on several threads: the result of `map`, each item once, and linear algebra on one
-thread meanwhile.
+"""Blocks of work on several threads: the result equals that of `map`, each item is computed once,
+and linear algebra uses one thread meanwhile.
 """
 
 import threading

@@ -62,7 +62,10 @@ def needed(mixed, flares=(), allowed=0.1):
     [pytest.param((), BANDS, marks=pytest.mark.slow), ((HEXAGON,), BANDS[::12])],
 )
 def test_forced_in_it_changes_nothing_beyond_the_bound(flares, bands):
-    """13 bands go the short way, 2 that of irradiance."""
+    """Compare light of truncated kernels with light of whole kernels.
+
+    13 bands are imaged as photocurrent, 2 bands as irradiance.
+    """
     mixed = scene(bands=bands)
     book = ledger.Ledger()
     with ledger.stage(book, "lens"):
@@ -109,7 +112,11 @@ def test_dark_tiles_beside_bright_ones_bring_the_tail_back():
 
 @pytest.mark.slow
 def test_the_bound_holds_for_the_worst_light_there_is():
-    """A dark tile amid light, and one amid darkness: all of the tail or nothing falls on it."""
+    """Compare the light that replaces the wings with the extremes of what may fall on a tile.
+
+    These are all of the light of the wings, for a dark tile in a bright field, and none of it, for
+    a tile in a dark field.
+    """
     made = needed(scene())
     whole = kernels.kernels(
         KernelRequest(without_geometry(LENS), (), BANDS, PITCH_UM, tuple(n - 1 for n in SHAPE))
@@ -121,7 +128,7 @@ def test_the_bound_holds_for_the_worst_light_there_is():
             slice((n - k) // 2, (n + k) // 2) for n, k in zip(far.shape, made.bands[band].shape)
         )
         near[cut] = made.bands[band]
-        # the same kernel, cut
+        # within its reach, the truncated kernel equals the whole one
         np.testing.assert_allclose(near[cut], far[cut], atol=2e-4 * far.max())
         most = float(scene().values[band].max())
         assert (
@@ -132,16 +139,18 @@ def test_the_bound_holds_for_the_worst_light_there_is():
 
 
 def test_what_lies_beyond_a_kernel_is_known_in_closed_form():
-    """Round stop: J0^2 + J1^2 of the light lies beyond a radius; around a square, its mean over
-    directions.
+    """Compare the light beyond a kernel with the closed form of a round stop.
+
+    A share J0^2 + J1^2 of the light lies beyond a radius. The share beyond a square is the mean
+    over the directions to its border.
     """
     wave = np.array([500.0, 600.0])
     reach = (15, 15)
     made = kernels.kernels(KernelRequest(without_geometry(LENS), (), wave, PITCH_UM, reach))
     angle = np.linspace(-np.pi / 4, np.pi / 4, 4001)
     for outside, nm in zip(made.outside, wave, strict=True):
-        # tiles receive what constant tiles send: from between half and one and a half tiles beyond
-        # the middle of the last one
+        # source and receiver are whole tiles, so the border of the kernel is blurred: it lies
+        # between half a tile before and half a tile beyond the edge of the last tile
         beyond = [
             np.mean(jv(0, v) ** 2 + jv(1, v) ** 2)
             for border in (15.0, 16.0)

@@ -15,43 +15,43 @@ from typing import NamedTuple
 
 import numpy as np
 
-DIRECTIONS = 128  # around the beam
-RADII = 16  # of Gauss's rule from its middle to its border
-HALVINGS = 40  # of the distance to the border
-STEP_MM = 1e-13  # to a tangent plane, at which a ray has met the surface
+DIRECTIONS = 128  # number of directions around the beam
+RADII = 16  # number of Gauss nodes from the middle of the beam to its border
+HALVINGS = 40  # number of bisections that find the border
+STEP_MM = 1e-13  # a step to a tangent plane this short ends the search of the surface
 
 
 class Face(NamedTuple):
-    """A surface and what lies behind it; lengths in mm."""
+    """A surface, the medium behind it and the distance to the next one; lengths in mm."""
 
     curvature: float = 0.0
-    distance: float = 0.0  # to the next vertex, at last to the sensor
-    index: float = 1.0  # behind it
+    distance: float = 0.0  # to the next vertex; behind the last surface, to the sensor
+    index: float = 1.0  # refractive index behind the surface
     conic: float = 0.0
     terms: Mapping[int, float] = {}  # {power of r: coefficient}
     rim: float = np.inf  # radius beyond which it stops rays
     is_stop: bool = False
 
     def sag(self, r):
-        """Return the height over the vertex plane at distances r from the axis, mm."""
+        """Return the sag, mm, at distances r from the axis, mm."""
         root = np.sqrt(1 - (1 + self.conic) * (self.curvature * r) ** 2)
         return self.curvature * r**2 / (1 + root) + sum(a * r**p for p, a in self.terms.items())
 
 
 class Spot(NamedTuple):
-    """Radius: rms distance from the centroid; centroid: from the axis; mm."""
+    """Rms distance of rays from their centroid, and distance of the centroid from the axis; mm."""
 
     radius: float
     centroid: float
 
 
 def spot(faces: Sequence[Face], angle_deg: float, widest: float) -> Spot:
-    """Return the spot of parallel light.
+    """Return the spot of collimated light on the sensor.
 
     Parameters
     ----------
     faces : from front to back.
-    angle_deg : of the light with the axis; it travels towards larger y.
+    angle_deg : angle between the light and the axis; the light travels towards larger y.
     widest : half width, mm, of a square in the plane of the first vertex that holds the beam.
     """
     angle = np.radians(angle_deg)
@@ -80,8 +80,9 @@ def spot(faces: Sequence[Face], angle_deg: float, widest: float) -> Spot:
 
 @np.errstate(invalid="ignore", divide="ignore")
 def _followed(faces, x, y, angle):
-    """Return x and y on the sensor of rays that cross the first vertex plane at (x, y), and which
-    pass all rims.
+    """Trace rays that cross the first vertex plane at (x, y), mm, to the sensor.
+
+    Return x and y on the sensor, mm, and a mask of the rays that pass all rims.
     """
     cosines = [0.0 * x, np.full(x.shape, np.sin(angle)), np.full(x.shape, np.cos(angle))]
     z = 0.0 * x
@@ -96,7 +97,7 @@ def _followed(faces, x, y, angle):
             if not np.any(np.abs(step) > STEP_MM):
                 break
         passes &= np.hypot(x, y) < face.rim
-        # the normal (-tilt x, -tilt y, 1) has this length
+        # length of the normal (-tilt x, -tilt y, 1)
         tilt = _slope_over_r(face, np.hypot(x, y))
         length = np.sqrt(1 + tilt**2 * (x**2 + y**2))
         into = (cosines[2] - tilt * (x * cosines[0] + y * cosines[1])) / length
@@ -111,6 +112,6 @@ def _followed(faces, x, y, angle):
 
 
 def _slope_over_r(face: Face, r):
-    """Return d sag / dr over r; 0 on the axis, where its normal is the axis."""
+    """Return (d sag / dr) / r; 0 on the axis, where the normal is parallel to the axis."""
     tiny = 1e-30
     return np.where(r > 0, np.imag(face.sag(r + 1j * tiny)) / tiny / r, 0.0)

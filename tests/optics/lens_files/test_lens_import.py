@@ -1,4 +1,4 @@
-"""Lens files of other programs: the same figures as closed forms and independent traces."""
+"""Import of lens files: figures of the lens against closed forms and independent traces."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ import isethdr_core as hdr
 from isethdr_core.errors import CatalogError, ConfigError, IsetHdrError
 from isethdr_core.physics.optics import glass
 
-WITHIN = 1e-3  # of focal length, back focus and spots, as the import promises
+WITHIN = 1e-3  # relative error of focal length, back focus and spots that the import promises
 
 SINGLET = """
 RDM; LEN
@@ -31,7 +31,7 @@ S -102.5 98.3
 SI 0 0
 """
 
-# The 50 mm f/5 triplet that comes as `cooke_triplet`; here its stop is a surface of glass.
+# the 50 mm f/5 triplet that is shipped as `cooke_triplet`; here its stop is a surface of glass
 TRIPLET = """VERS 140124
 NAME triplet
 UNIT {unit} X W X CM MR CPMM
@@ -50,7 +50,7 @@ SURF 7
   CURV 0
   DISZ 0
 """
-# radius, distance, glass of the triplet that programs ship as their example
+# (radius in mm, distance in mm, glass) of the triplet, a common example of lens design programs
 ROWS = [
     (22.01359, 3.25896, "SK16"),
     (-435.76044, 6.00755, ""),
@@ -83,14 +83,17 @@ GLASS = ["SK16=1.62041/60.32", "F2=1.62004/36.37"]
 
 
 def meridional(rows, heights_mm):
-    """Return the heights on the sensor of rays parallel to the axis, by angles and sines alone.
+    """Return the heights, mm, on the sensor of rays parallel to the axis, by angles and sines
+    alone.
 
-    Welford (1986), Aberrations of Optical Systems, 4.3: the perpendicular Q from the vertex, the
-    angle U with the axis and the angles of incidence, surface by surface.
+    Source: Welford (1986), Aberrations of Optical Systems, 4.3. Each surface has the perpendicular
+    Q from its vertex to the ray, the angle U of the ray with the axis and the angles of incidence
+    and refraction.
+
 
     Parameters
     ----------
-    rows : (radius, thickness, index behind) from front to sensor.
+    rows : (radius in mm, thickness in mm, index behind) of each surface from front to sensor.
     """
     angle = 0.0 * heights_mm
     q = 1.0 * heights_mm
@@ -121,7 +124,7 @@ def test_spots_on_the_axis_agree_with_a_trace_by_other_formulas(tmp_path):
     lens = imported(seq(tmp_path / "a.seq")).lens
     n = float(glass.index("N-BK7", 587.56))
     rho = (np.arange(2000) + 0.5) / 2000
-    # the stop lies at the front vertex, so that heights are those in the stop
+    # the stop lies at the front vertex, so the heights of the rays are those in the stop
     y = meridional([(102.5, 5.0, n), (-102.5, 98.3, 1.0)], 12.5 * rho)
     wanted = 1e3 * np.sqrt(np.mean(y**2 * 2 * rho))
     assert figures(lens).spots[0][1] == pytest.approx(wanted, rel=WITHIN)
@@ -153,7 +156,7 @@ def test_three_formats_and_units_give_one_lens(tmp_path):
 
 
 def hyperbolic(path, shape, n=1.5, radius=20.0):
-    """Write a plano-hyperbolic lens, which brings light from far away to a perfect point."""
+    """Write a plano-hyperbolic lens, which focuses collimated light to a perfect point."""
     path.write_text(
         f"RDM; LEN; EPD 16; DIM M; WL 587.56; SO 0 1e13\nS 0 4 {n - 1:.3f}000.999000\nSTO\n"
         f"S {-radius} {radius / (n - 1)}\n{shape}\nSI 0 0\n"
@@ -162,13 +165,15 @@ def hyperbolic(path, shape, n=1.5, radius=20.0):
 
 
 def test_a_hyperboloid_focuses_to_a_point(tmp_path):
-    # Descartes: conic constant -n^2. 500000.999000 is n = 1.5 at d with almost no dispersion
+    # Descartes: the conic constant is -n^2. Glass code 500000.999000 is n = 1.5 at the d line with
+    # almost no dispersion
     [conic] = [f"CON; K {-(1.5**2)}"]
     lens = imported(hyperbolic(tmp_path / "a.seq", conic), ["500000.999000=1.5"]).lens
-    assert figures(lens).spots[0][1] < 1e-6  # um; a sphere leaves 100
+    assert figures(lens).spots[0][1] < 1e-6  # um; a sphere has 100
     sphere = imported(hyperbolic(tmp_path / "b.seq", ""), ["500000.999000=1.5"]).lens
     assert figures(sphere).spots[0][1] > 50
-    # the difference of hyperboloid and sphere in powers of r: the same focus from an even asphere
+    # an even asphere with the difference between hyperboloid and sphere as powers of r has the same
+    # focus
     c = -1 / 20
     x = np.linspace(0, 1.2, 60)
 
@@ -181,7 +186,7 @@ def test_a_hyperboloid_focuses_to_a_point(tmp_path):
         f"{letter} {a / 8.0**p:.17g}" for letter, a, p in zip("ABCDEFGHJ", fit, powers)
     )
     even = imported(hyperbolic(tmp_path / "c.seq", "ASP; " + terms), ["500000.999000=1.5"]).lens
-    assert figures(even).spots[0][1] < 1e-2  # um; the fit leaves some of the 100
+    assert figures(even).spots[0][1] < 1e-2  # um; the residual of the fit, out of 100
 
 
 def test_an_odd_asphere_bends_rays_as_snells_law_says(tmp_path):
@@ -203,7 +208,7 @@ def test_an_odd_asphere_bends_rays_as_snells_law_says(tmp_path):
     r = 5 * rho
     z = -0.02 * r**2 / (1 + np.sqrt(1 - 0.0004 * r**2)) + a3 * r**3 + a5 * r**5
     slope = -0.02 * r / np.sqrt(1 - 0.0004 * r**2) + 3 * a3 * r**2 + 5 * a5 * r**4
-    tilt = np.arctan(slope)  # of the normal; light in the glass runs along the axis
+    tilt = np.arctan(slope)  # angle of the normal; light in the glass is parallel to the axis
     out = np.arcsin(n * np.sin(tilt)) - tilt
     y = r + (60 - z) * np.tan(out)
     assert figures(lens).spots[0][1] == pytest.approx(

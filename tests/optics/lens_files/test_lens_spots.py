@@ -8,9 +8,9 @@ from isethdr_optics.lens_files.importing import figures, imported
 
 from tests.optics.lens_files.skew_rays import Face, spot
 
-WITHIN = 1e-3  # of spot radius and centroid, as the import promises
+WITHIN = 1e-3  # relative error of spot radius and centroid that the import promises
 
-TRIPLET = [  # 50 mm f/5, with rims that cut the beam off the axis
+TRIPLET = [  # 50 mm f/5, with rims that vignette off-axis beams
     Face(1 / 22.01359, 3.25896, 1.62041, rim=6.0),
     Face(-1 / 435.76044, 6.00755),
     Face(-1 / 22.21328, 0.99997, 1.62004),
@@ -22,7 +22,7 @@ TRIPLET = [  # 50 mm f/5, with rims that cut the beam off the axis
 STOP = Face(0.0, 3.0, rim=5.0, is_stop=True)
 LENSES = {
     "spheres": TRIPLET,
-    # rays far outside the beam get through the stop, too, after wild bends; they do not count
+    # rays far outside the beam also pass the stop after strong refraction; they do not count
     "spheres without rims": [
         face if face.is_stop else face._replace(rim=np.inf) for face in TRIPLET
     ],
@@ -46,7 +46,7 @@ ALL_SHAPES = [
     Face(1 / 300, 60.0, 1.0, 3.0),
 ]
 FIELD_DEG = 15.0
-WIDEST_MM = 9.0  # from the axis, in the plane of the first vertex
+WIDEST_MM = 9.0  # half width of a square in the plane of the first vertex that holds every beam
 
 
 def zmx(path, faces):
@@ -58,7 +58,7 @@ def zmx(path, faces):
         shape = ("ODDASPHE" if odd else "EVENASPH") if face.terms else "STANDARD"
         lines += [f"SURF {number}", *["  STOP"] * face.is_stop, f"  TYPE {shape}"]
         lines += [f"  CURV {face.curvature:.17g} 0 0 0 0", f"  CONI {face.conic}"]
-        per = 1 if odd else 2  # power of r per number of a parameter
+        per = 1 if odd else 2  # PARM k is the coefficient of r to the power k * per
         lines += [f"  PARM {power // per} {a:.17g}" for power, a in face.terms.items()]
         lines += [f"  DISZ {face.distance:.17g}"]
         if np.isfinite(face.rim):
@@ -70,16 +70,16 @@ def zmx(path, faces):
 
 
 def check(path, faces):
-    """Check the spots that an import states."""
+    """Compare the spots of an imported lens file with those of the skew ray trace."""
     glass = [f"I{index:g}={index:g}" for index in {face.index for face in faces} - {1.0}]
     found = figures(imported(zmx(path, faces), glass).lens)
     assert [angle for angle, _, _ in found.spots] == pytest.approx([0.0, 10.5, FIELD_DEG])
     for angle_deg, radius_um, centroid_mm in found.spots:
         wanted = spot(faces, angle_deg, WIDEST_MM)
         assert radius_um == pytest.approx(1e3 * wanted.radius, rel=WITHIN)
-        # on the axis 1e-9 mm of rounding
+        # the centroid on the axis is 0 with 1e-9 mm of rounding
         assert centroid_mm == pytest.approx(wanted.centroid, rel=WITHIN, abs=1e-9)
-        # far better than the share of the image height: within a hundredth of the spot's radius
+        # much stricter than a share of the image height: within a hundredth of the spot's radius
         assert abs(centroid_mm - wanted.centroid) < 0.01 * wanted.radius
 
 

@@ -1,4 +1,4 @@
-"""Measured lenses: the picture of the lens that a table was made from, and refusals."""
+"""Measured lenses: the same picture as the lens that a table was computed from, and refusals."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def mixed(values, pitch_um=2.0, wave=(500.0, 600.0), focal_mm=4.0):
 
 @pytest.fixture(scope="module")
 def airy():
-    """Return the arrays of a table made from the diffraction-limited lens, f/4."""
+    """Return the arrays of a table of the diffraction-limited lens at f/4."""
     psf = DIFFRACTION.psf(WAVES, pitch_um=0.5, size=161).values
     return {
         "psf": np.stack([psf, psf]),
@@ -58,13 +58,13 @@ def test_a_table_of_the_diffraction_lens_gives_its_picture(tmp_path, airy):
     wanted = DIFFRACTION(mixed(edge())).values
     stated = {term.source.key: term.value for term in book[0].errors}
     assert stated["beyond the samples"] == pytest.approx(2 * (1 - airy["energy"].min()), rel=1e-9)
-    # L1 of a kernel is at most twice what is moved, so that no tile errs by more than the sum of
-    # the stated errors of its brightest surroundings
+    # The L1 error of a kernel is at most twice the light that it misplaces. So no tile errs by more
+    # than the sum of the stated errors times the brightest light around it.
     worst = np.abs(found - wanted).max() / wanted.max()
     assert worst < stated["beyond the samples"] + stated["wavelengths"] + stated["angles"]
     inner = (slice(None), slice(8, -8), slice(8, -8))
     mean = np.abs(found - wanted)[inner].sum() / wanted[inner].sum()
-    assert mean < 0.015  # measured 0.0096, most of it light beyond the samples
+    assert mean < 0.015  # measured: 0.0096, most of it from light beyond the samples
 
 
 def test_the_edge_of_the_picture_keeps_the_light(tmp_path, airy):
@@ -98,7 +98,7 @@ def test_a_point_spread_of_one_sample_is_the_ideal_lens(tmp_path, airy):
 
 @pytest.mark.parametrize("x, y", [(1, 0), (0, 1), (-1, 0), (0, -1)])
 def test_a_point_spread_turns_with_the_field(tmp_path, airy, x, y):
-    # a second spot outwards, 6 um along +x of a field point on +x
+    # a second spot 6 um farther from the axis; the table holds the PSF of a field point on +x
     two = np.zeros((2, 3, 31, 31))
     two[:, :, 15, 15] = 0.5
     two[1, :, 15, 27] = 0.5
@@ -164,7 +164,8 @@ def test_diffraction_mtf_gives_the_picture_of_the_diffraction_lens(tmp_path):
         found = MeasuredLens(mtf_csv(tmp_path / "a.csv"))(mixed(edge())).values
     wanted = DiffractionLimitedLens()(mixed(edge())).values
     inner = (slice(None), slice(8, -8), slice(8, -8))
-    # measured 0.0081: the point spread repeats after 129 samples of 0.5 um, its wings are folded
+    # measured: 0.0081, since a PSF from an MTF repeats after 129 samples of 0.5 um, so its wings
+    # alias
     assert np.abs(found - wanted)[inner].sum() / wanted[inner].sum() < 0.01
     stated = {term.source.key: term.value for term in book[0].errors}
     assert stated.get("phase of the MTF", 0.0) < 1e-3

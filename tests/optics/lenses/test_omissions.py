@@ -1,5 +1,5 @@
-"""Omissions of a lens: rows of the plan, and the change by forcing each, which is at most the
-stated bound.
+"""Omissions of a lens: rows of the plan, and the change of the light when an omitted effect is
+forced in, which is at most the stated bound.
 """
 
 import numpy as np
@@ -35,7 +35,7 @@ def rows_of(*overrides):
 
 
 def scene(bands=(450.0, 550.0, 650.0)):
-    """A night of 10 decades."""
+    """Return mixed radiance that spans 10 decades."""
     values = (10 ** np.random.default_rng(2).uniform(-8, 2, (len(bands), 20, 30))).astype(
         np.float32
     )
@@ -112,8 +112,9 @@ def test_bands_moved_along_a_lateral_colour_that_is_none_are_the_same_within_the
 
 
 def test_bands_that_no_sensor_sees_are_not_sent_through_the_lens_and_the_plan_says_so():
-    """`test_seen_bands` forces them in; here the plan's row, and that its number is what a run then
-    drops.
+    """The plan's row states the number of bands that a run drops.
+
+    `test_seen_bands` checks the bound by forcing these bands in.
     """
     known = [
         "scene.first_nm=400",

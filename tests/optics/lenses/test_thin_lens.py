@@ -1,4 +1,4 @@
-"""Lenses: energy, limits, sampling, the dark beside a lamp, and refusals."""
+"""Lenses: energy, limits, sampling, dark tiles around a lamp, and refusals."""
 
 import numpy as np
 import pytest
@@ -32,7 +32,7 @@ def test_point_spread_at_the_airy_rings():
     r = np.hypot(psf.x.values[None, :], psf.y.values[:, None]) * 1e6
     for i, wave in enumerate((0.45, 0.65)):
         for zero, want in ((3.8317, 0.8378), (7.0156, 0.9099)):
-            # samples of 0.1 um
+            # 2e-3: the circle's border in samples of 0.1 um
             assert float(psf.values[i][r <= zero / np.pi * wave * 4].sum()) == pytest.approx(
                 want, abs=2e-3
             )
@@ -45,7 +45,7 @@ def test_coarse_samples_are_integrals_and_never_sum_above_one():
     fine = LENS.psf([550], 1.0, 255)
     coarse = LENS.psf([550], 5.0, 51)
     assert (fine.attrs["sample"], coarse.attrs["sample"]) == ("point", "integral")
-    # the same square; samples of 1 um resolve 2.2 um
+    # both cover the same square; 1 um sampling resolves the cutoff period of 2.2 um
     assert float(coarse.sum()) == pytest.approx(float(fine.sum()), rel=1e-5)
     assert float(LENS.psf([400], 6.0, 64).sum()) < 1
 
@@ -65,9 +65,10 @@ def test_fast_lens_on_coarse_tiles_is_ideal():
     scene = mixed(np.random.default_rng(0).uniform(1, 2, (12, 14)), pitch_um=tile_um)
     kind = dict(f_number=1.0, falloff="none")
     got = DiffractionLimitedLens(**kind)(scene) / IdealLens(**kind)(scene)
-    # A tile keeps 1 - s of its light and trades s with tiles that differ by no more than its own
-    # value (1 to 2, and 0 outside). s = integral of (1 - MTF) tile^2 sinc^2 sinc^2, and 1 - MTF(f)
-    # <= min(1, 4 / pi blur f) <= the same of |fx| plus of |fy|.
+    # A tile keeps 1 - s of its light and exchanges s with tiles that differ by no more than its own
+    # value (values are 1 to 2, and 0 outside). s = integral of (1 - MTF) tile^2 sinc^2 sinc^2, and
+    # 1 - MTF(f) <= min(1, 4 / pi blur f), which is at most the sum of that bound at |fx| and at
+    # |fy|.
     f = (np.arange(4_000_000) + 0.5) * 1e-6 / blur_um
     most = (
         4
@@ -86,7 +87,7 @@ def test_wavefront_tilt_moves_light_right_and_up_and_defocus_spreads_it():
     sharp, soft = (
         WavefrontLens(zernike_um={4: c}).psf([550], 0.5, 64).values[0].max() for c in (0.0, 0.05)
     )
-    # Marechal
+    # Marechal's formula
     assert soft / sharp == pytest.approx(np.exp(-((2 * np.pi * 0.05 / 0.55) ** 2)), rel=0.02)
 
 
@@ -96,8 +97,8 @@ def test_irradiance_conserves_energy_up_to_what_is_stated():
         light = LENS(mixed(point(41, 41, 5e4)))
     outside = book[0].errors[0].value
     share = float(light.sum()) / (5e4 * LENS.throughput_sr())
-    # The kernel reaches twice as far as the middle of the frame does, so at least what is stated is
-    # lost.
+    # The kernel reaches from one border of the frame to the other, twice as far as from its middle
+    # to a border. So a lamp in the middle loses at least the stated share.
     assert 1 - 4 * outside < share <= 1 - outside
     assert 0 < outside < 0.01
 
@@ -136,7 +137,7 @@ def test_kernel_against_the_airy_pattern_far_out():
         want = (j0(a) ** 2 + j1(a) ** 2) - (j0(b) ** 2 + j1(b) ** 2)
         ring = (r >= low) & (r < high)
         got = k.bands[0][ring].sum(dtype=float)
-        # the ring's border in whole tiles; speckle of its sum
+        # 5 %: the ring's borders follow whole tiles; sampling error of its sum
         assert got == pytest.approx(want, rel=0.05), (
             low,
             high,
@@ -182,11 +183,11 @@ def test_ledger_states_the_convolution_as_it_happened(monkeypatch):
     from isethdr_core.physics.convolution import direct_sums, linear
 
     values = 10.0 ** np.random.default_rng(5).uniform(0, 12, (40, 50))
-    # no transform is that good: many tiles are doubtful
+    # no transform reaches 1e-14, so many tiles need direct sums
     monkeypatch.setattr(linear, "RELATIVE", 1e-14)
     monkeypatch.setattr(direct_sums, "_few_sources", lambda *a: None)
     books = []
-    for products in (4e10, 0):  # enough direct summation, and none
+    for products in (4e10, 0):  # direct sums for all such tiles, and for none
         monkeypatch.setattr(direct_sums, "MOST_PRODUCTS", products)
         book = ledger.Ledger()
         with ledger.stage(book, "lens"):

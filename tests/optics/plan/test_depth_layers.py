@@ -1,4 +1,4 @@
-"""Defocus by depth: its size against the closed form, its energy, and where it is left out."""
+"""Defocus by depth: blur diameter against the closed form, energy, and cases without defocus."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ TILES = 61
 
 
 def field(values, depth=None, tile_um=TILE_UM, lens=LENS):
-    """Return mixed radiance (y, x) in one band of 550 nm, with a depth or without."""
+    """Return mixed radiance (y, x) in one band of 550 nm, with or without depth, m."""
     values = np.asarray(values, np.float32)
     side = [quantities.centres(n, n * 1e-3 * tile_um / lens.focal_length_mm) for n in values.shape]
     attrs = {"field_width": len(side[1]) * (side[1][1] - side[1][0])}
@@ -54,8 +54,9 @@ def point(depth=None, tile_um=TILE_UM, lens=LENS):
 
 
 def test_blur_of_a_thin_lens():
-    # by hand: f/2 of 50 mm on 2 m, an object at 1 m: v = 51.282 mm, v' = 52.632 mm, so the cone of
-    # 25 mm ends 1.3495 mm behind the sensor: 25 x 1.3495 / 52.632 = 0.6410 mm
+    # by hand: 50 mm at f/2, focused at 2 m, an object at 1 m: image distances v = 51.282 mm and v'
+    # = 52.632 mm. The cone from a pupil of 25 mm ends 1.3495 mm behind the sensor, so the blur
+    # diameter is 25 x 1.3495 / 52.632 = 0.6410 mm
     assert blur_diameter_m(0.05, 2.0, 2.0, 1.0) == pytest.approx(6.410e-4, rel=1e-3)
     assert blur_diameter_m(0.05, 2.0, 2.0, np.inf) == pytest.approx(-6.410e-4, rel=1e-3)
 
@@ -74,8 +75,8 @@ def test_a_point_blurs_as_the_closed_form_says(depth_m, focus_m, kind):
     radius = np.hypot(*np.meshgrid(*[np.arange(TILES) - TILES // 2] * 2)).ravel()
     order = np.argsort(radius)
     within = np.cumsum(light.ravel()[order]) / light.sum()
-    # of an even disc, half of the light lies within 1 / sqrt(2) of its radius; whole tiles of 5 um
-    # and diffraction, 2 um, leave 1 % of 150 um
+    # half of the light of a uniform disc lies within 1 / sqrt(2) of its radius; whole tiles of 5 um
+    # and diffraction of 2 um err by 1 % of 150 um
     diameter_um = 2 * np.sqrt(2) * 5.0 * np.interp(0.5, within, radius[order])
     expected_um = 1e6 * abs(float(blur_diameter_m(0.008, 4.0, focus_m, depth_m)))
     assert expected_um > 150.0
@@ -91,14 +92,14 @@ def test_focus_at_the_depth_of_the_field_is_the_sharp_picture_bit_for_bit():
 
 
 def test_layers_keep_the_energy():
-    # dark around a bright middle: what leaves the frame is beyond any kernel of 20 tiles
+    # the bright middle is more than 20 tiles from the border, so little light leaves the frame
     values = np.zeros((TILES, TILES))
     depth = np.full((TILES, TILES), np.inf)
     values[25:36, 25:36] = np.random.default_rng(2).random((11, 11))
     depth[:, 30:] = 0.4
     sharp = LENS(field(values)).values.sum()
     blurred = replace(LENS, focus_m=2.0)(field(values, depth)).values.sum()
-    assert blurred == pytest.approx(sharp, rel=2e-3)  # diffraction beyond 25 tiles: 1e-3
+    assert blurred == pytest.approx(sharp, rel=2e-3)  # 1e-3 is diffracted beyond 25 tiles
 
 
 def test_each_layer_holds_tiles_of_nearly_the_same_blur():
@@ -108,14 +109,14 @@ def test_each_layer_holds_tiles_of_nearly_the_same_blur():
     assert found[0].blur == 0.0 and np.abs(blur[found[0].tiles]).max() <= LEAST
     for one in found[1:]:
         away = np.abs(blur[one.tiles] - one.blur).max()
-        assert away <= max(LEAST, 0.1 * abs(one.blur)) / 2 * 1.06  # half a span of its inner border
+        assert away <= max(LEAST, 0.1 * abs(one.blur)) / 2 * 1.06  # half the layer's span
 
 
 def test_edges_are_the_far_tiles_within_the_parallax_of_a_nearer_one():
     blur = np.zeros((5, 12))
-    blur[:, :4] = 6.0  # near; the rim of the pupil sees 3 tiles behind it
+    blur[:, :4] = 6.0  # a near object; the rim of the pupil sees up to 3 tiles behind it
     assert np.array_equal(np.flatnonzero(at_edges(blur)[2]), [4, 5, 6, 7])
-    slope = np.linspace(0, 2.0, 12) * np.ones((5, 1))  # a road: 0.18 from tile to tile
+    slope = np.linspace(0, 2.0, 12) * np.ones((5, 1))  # a road: blur changes by 0.18 per tile
     assert not at_edges(slope).any()
 
 
@@ -140,14 +141,14 @@ def test_hyperfocal_leaves_the_defocus_out_and_says_so():
 
 
 def of_pixels(pitch_um):
-    """Return the response that a sensor of some pitch puts into the demand."""
+    """Return the response that a sensor with this pixel pitch, um, adds to the demand."""
     return hdr.build("sensor", "bayer", pitch_um=pitch_um).narrow(Demand()).response
 
 
 @pytest.mark.parametrize(("pixel_um", "blurred"), [(1.0, True), (2.5, False), (5.0, False)])
 def test_blur_is_left_out_below_a_quarter_of_a_pixel(pixel_um, blurred):
-    # an ideal lens, so that diffraction hides nothing: half a micrometre is a fifth of a tile of
-    # 2.5 um, and half of a pixel of 1 um
+    # An ideal lens has no diffraction that would hide the blur. The blur of 0.5 um is a fifth of a
+    # tile of 2.5 um and half of a pixel of 1 um.
     focus_m = 2.0
     depth_m = 1 / (1 / focus_m + 0.5e-6 * IDEAL.f_number / 0.004**2 * (1 - 0.004 / focus_m))
     lens = replace(IDEAL, focus_m=focus_m)
@@ -156,7 +157,8 @@ def test_blur_is_left_out_below_a_quarter_of_a_pixel(pixel_um, blurred):
     light = lens.plan((), mixed, of_pixels(pixel_um)).image(mixed).values
     shares = light.sum(axis=(0, 1)) / light.sum()
     second_moment = (shares * (np.arange(TILES) - TILES // 2) ** 2).sum()
-    # of a disc, a sixteenth of its diameter squared; float32 holds the shares to 1e-7 of the light
+    # the second moment of a disc is 1/16 of its squared diameter; 1e-4 since float32 holds the
+    # shares to 1e-7 of the light
     assert second_moment == pytest.approx(0.2**2 / 16 if blurred else 0.0, rel=1e-4)
 
 
@@ -192,10 +194,10 @@ def test_a_disc_on_tiles_keeps_light_and_second_moment(diameter):
     assert shares.sum() == pytest.approx(1.0, rel=1e-12)
     assert shares.min() >= 0
     for line in shares.sum(0), shares.sum(1):
-        assert (line * at**2).sum() == pytest.approx(diameter**2 / 16, rel=1e-6)  # of a bisection
+        assert (line * at**2).sum() == pytest.approx(diameter**2 / 16, rel=1e-6)  # bisection error
 
 
-@pytest.mark.parametrize("blur", [1.5, 4.0, 12.0])  # 0.7, 1.8, 5.5 wavelengths x f-number
+@pytest.mark.parametrize("blur", [1.5, 4.0, 12.0])  # in tiles; 0.7, 1.8, 5.5 wavelength x f-number
 def test_a_disc_beside_diffraction_stays_within_what_is_stated(blur):
     pitch = (1.0, 1.0)
     waves = np.array([540.0, 550.0, 560.0])

@@ -32,7 +32,7 @@ from isethdr_core.pipeline.memory import Frame
 
 WAVE = (450.0, 550.0, 650.0)
 DIRT = (ApertureFlare(),)
-GRAINS = ApertureFlare(dust_delay_um=0.05)  # whose phase no wavenumbers follow
+GRAINS = ApertureFlare(dust_delay_um=0.05)  # its phase is not linear in wavenumber
 
 
 def frame(rows=60, columns=100):
@@ -44,7 +44,7 @@ def test_kernels_at_hand_take_no_time(isethdr_home):
     lens = DiffractionLimitedLens()
     anew = lens.expected_s(frame(), DIRT)
     larger = lens.expected_s(frame(600, 1000), DIRT)
-    plain = without_geometry(lens)  # as an image asks for them
+    plain = without_geometry(lens)  # images request their kernels with this lens
     kernels.kernels(KernelRequest(plain, DIRT, WAVE, (3.0, 3.0), (59, 99)))
     assert 0 < lens.expected_s(frame(), DIRT) < 0.1 * anew
     assert larger > 1.3 * anew
@@ -65,7 +65,10 @@ def test_kernels_on_disk_are_at_hand(isethdr_home):
 
 
 def test_lattices_are_made_again_beside_lamps(isethdr_home):
-    """Kernels from one pattern get a wider exact core there, which is not part of the estimate."""
+    """Estimate more time with lamps for kernels from lattices, which are then computed again.
+
+    Kernels from one pattern get a wider exact core instead, which is not part of the estimate.
+    """
     kernels.forget()
     lens = DiffractionLimitedLens()
     for flares, most in (((GRAINS,), 3.0), (DIRT, 1.0)):
@@ -81,7 +84,7 @@ def test_a_lens_without_blur_cannot_tell():
 
 
 def test_kernels_of_another_reach_are_at_hand_only_where_sensors_may_end_them(isethdr_home):
-    """A frame with a response may have kernels that end before it does, never longer ones."""
+    """A sensor's response may allow kernels that are smaller than the frame, never larger ones."""
     kernels.forget()
     lens = DiffractionLimitedLens()
     plain = without_geometry(lens)
@@ -109,7 +112,7 @@ def test_ghosts_are_part_of_the_runtime_estimate():
 
 
 def test_more_work_takes_longer():
-    """Of kernels from patterns: more bands, a wavefront, a faster lens, more dirt."""
+    """Estimate more time for more bands, a wavefront, a faster lens or dust with a delay."""
 
     def said(lens, wave=WAVE, flares=DIRT, reach=(179, 319)):
         return kernels.expected_s(KernelRequest(lens, flares, np.array(wave), (3.0, 3.0), reach))
@@ -124,7 +127,10 @@ def test_more_work_takes_longer():
 
 @pytest.mark.slow
 def test_the_work_of_rings_is_what_is_done(monkeypatch):
-    """Counted without samples: running sums, and reads at every border of a band."""
+    """Compare the estimated number of running sums, and of reads at band borders, with those done.
+
+    The estimate is made without samples.
+    """
     done = [0, 0]
     sums = ray_sums._running_sums
     changes = ray_sums._Reader._changes
@@ -154,7 +160,10 @@ COMA = {0: {}, 25: {8: 0.12, 5: 0.08}}
 
 
 def test_a_lens_that_varies_over_the_field_takes_longer(isethdr_home):
-    """Field points add to the kernels of the axis; more change of the wavefront asks for more."""
+    """Kernels of field points take time in addition to those on the axis.
+
+    A wavefront that varies more over the field needs more field points.
+    """
     kernels.forget()
     wide = Frame(24, 40, (6e-3, 6e-3), WAVE, True)
     axis = WavefrontLens(zernike_um={}).expected_s(wide, ())
@@ -180,8 +189,10 @@ def test_a_lens_that_varies_over_the_field_takes_longer(isethdr_home):
     ],
 )
 def test_what_a_varying_lens_takes_is_expected(isethdr_home, lens, rows, columns, pitch, bands):
-    """Frames, lenses and bands that no constant was fitted to; CPU seconds of a busy machine differ
-    by half, of a frame that is not like those of the fit by as much again: a factor of two.
+    """Compare the estimate with CPU seconds for frames, lenses and bands outside of its fit.
+
+    A factor of two: CPU seconds of a busy machine vary by half, and a frame unlike those of the fit
+    errs by as much again.
     """
     kernels.forget()
     wave = np.linspace(420.0, 680.0, bands)

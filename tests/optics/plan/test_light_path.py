@@ -1,19 +1,20 @@
-"""One path of light through a lens, counted while images are made.
+"""The path of light through the modules of a lens, counted while an image is computed.
 
-A CALL ACROSS MODULES is a call, while light on the sensor plane is made of mixed radiance, from a
-function of one traced module to a function of another traced module that is handed light. Traced
-are all modules of `isethdr_optics`, the chain's module and the module of imaging plans of the core.
+A CALL ACROSS MODULES is a call from a function of one traced module to a function of another traced
+module that receives light. Calls count while light on the sensor plane is computed from mixed
+radiance. Traced modules are all modules of `isethdr_optics`, and of the core the modules of the
+chain and of imaging plans.
 
-- Light is what an argument holds, itself or in a tuple or list: a DataArray over tiles, an array
-  (band, y, x), or an array over as many tiles (its last two dims) as any light so far. `self` does
-  not count: a component asked for a number about itself is handed no light.
-- The same function called again from the same module (band by band, flare by flare) is one call.
-- A module IS LEFT when all its functions that were handed light have returned. A call BACK is a
-  call into a module that was left, or that waits for the caller. Methods of the values that a plan
-  carries (sensor plane, kernels, photoelectron map) are counted as calls, but lead no light back:
-  they go wherever their value goes.
-- Kernels are at hand: the image is made once before it is traced. How kernels are made has no light
-  in it.
+- An argument is light if it is, or if a tuple or list in it holds, a DataArray over tiles, an array
+  (band, y, x), or an array with as many tiles (its last two dims) as any light so far. `self` does
+  not count: a component that computes a number about itself receives no light.
+- Repeated calls of a function from the same module (band by band, flare by flare) are one call.
+- A module IS LEFT when all its functions that received light have returned. A call BACK is a call
+  into a module that was left, or into a module that waits for the caller. Methods of the values
+  that a plan carries (sensor plane, kernels, photoelectron map) count as calls, but not as calls
+  back: they are used wherever their value is used.
+- Kernels are in memory: the image is computed once before it is traced, since no light takes part
+  in the computation of kernels.
 """
 
 from __future__ import annotations
@@ -45,7 +46,7 @@ from isethdr_core.plugins.registry import build
 
 MOST = 20  # calls across modules
 ROOT = Path(isethdr_optics.__file__).parent
-# numbers of tiles that nothing else has
+# numbers of tiles that no other array has
 SHAPE = (31, 67)
 TILE = 0.5 / 67
 BANDS = np.linspace(440.0, 660.0, 12)
@@ -58,7 +59,7 @@ WITHOUT_NOISE = build("sensor", "ideal", pitch_um=3.75)
 class Trace:
     """The calls across modules of one image."""
 
-    shapes: set[tuple[int, int]]  # (y, x) of light
+    shapes: set[tuple[int, int]]  # shapes (y, x) of light so far
     bands: int
     calls: list[tuple[str, str, str]] = field(default_factory=list)  # from, to, function
     back: list[tuple[str, str, str]] = field(default_factory=list)
@@ -112,7 +113,7 @@ class Trace:
 
 
 def traced(frame) -> str:
-    """Return the module of a frame where it is traced, else nothing."""
+    """Return the name of the module of a frame if it is traced, else an empty string."""
     name = frame.f_globals.get("__name__", "")
     known = (f"{ROOT.name}.", f"{chain.__name__}.", imaging_plan.__name__)
     generated = frame.f_code.co_filename == "<string>"  # the __init__ of a dataclass
@@ -126,7 +127,7 @@ def above(frame):
 
 
 def scene(lamp=False):
-    """Return mixed radiance that is dim enough for kernels to end; with a lamp, for none to."""
+    """Return mixed radiance dim enough for truncated kernels; a lamp makes them whole."""
     level = 1e-3 * np.random.default_rng(1).uniform(0.5, 1, SHAPE)
     if lamp:
         level[15, 33] *= 1e5
@@ -136,7 +137,7 @@ def scene(lamp=False):
 
 
 def trace(lens, flares, sensor, mixed) -> Trace:
-    """Return the calls across modules of an image whose kernels are at hand."""
+    """Return the calls across modules while an image is computed with kernels in memory."""
     parts = Chain(None, None, None, {}, lens, dict(enumerate(flares)), {"one": sensor}, None, {})
     demand = sensor.narrow(Demand())
     on_sensor(parts, mixed, demand)
@@ -196,7 +197,7 @@ def test_light_takes_few_calls_across_modules_and_none_back(lens, flares, sensor
 
 
 def test_modules_of_the_lens_import_each_other_in_one_direction():
-    """No circle, imports inside functions included: what a file needs lies below it."""
+    """There is no cycle of imports, imports inside functions included."""
     files = {
         ".".join((ROOT.name, *p.relative_to(ROOT).with_suffix("").parts)): p
         for p in ROOT.rglob("*.py")
@@ -216,12 +217,12 @@ def test_nothing_below_a_plan_knows_a_lens_or_the_plan(folder):
     for path in (ROOT / folder).rglob("*.py"):
         name = ".".join((ROOT.name, *path.relative_to(ROOT).with_suffix("").parts))
         above = (f"{ROOT.name}.lenses", f"{ROOT.name}.plan")
-        limits = f"{ROOT.name}.lenses.limits"  # ranges of fields: no lens
+        limits = f"{ROOT.name}.lenses.limits"  # holds ranges of dataclass fields, no lens
         found = [one for one in imported(name, path) if one.startswith(above)]
         assert [one for one in found if not one.startswith(limits)] == [], name
 
 
-STAGES = (  # what the core calls, and so states in the ledger what it finds
+STAGES = (  # files with entry points that the core calls; they write to the ledger
     "plan/lens_plan.py",
     "plan/depth_layers.py",
     "plan/behind_glass.py",
@@ -235,7 +236,7 @@ STAGES = (  # what the core calls, and so states in the ledger what it finds
 
 
 def test_only_what_the_core_calls_writes_into_the_ledger():
-    """All other functions return their terms with their result, which may be discarded."""
+    """All other functions return ledger terms with their result, and callers may discard both."""
     found = [
         (path.relative_to(ROOT).as_posix(), node.lineno)
         for path in ROOT.rglob("*.py")
@@ -251,9 +252,9 @@ def is_for_types(node: ast.stmt) -> bool:
 
 
 def imported(name: str, path: Path, for_types: bool = True) -> set[str]:
-    """Return the modules that a file may import, with all names that it takes from packages.
+    """Return the modules that a file may import, and all names that it imports from modules.
 
-    `for_types`: with those that only type checkers import.
+    `for_types` includes imports that only type checkers execute.
     """
     package = name.split(".")[:-1]
     out = set()

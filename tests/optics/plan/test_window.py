@@ -1,5 +1,5 @@
-"""A window of the image plane: light outside it is left out below the sensor's noise, and restored
-by a lamp.
+"""A window of the image plane: light from outside the window is left out where its effect is below
+the sensor's noise, and restored by a lamp.
 """
 
 from dataclasses import replace
@@ -23,16 +23,18 @@ BANDS = np.array([460.0, 540.0, 620.0])
 SHAPE = (30, 66)
 TILE = 0.55 / 66
 LENS = DiffractionLimitedLens(focal_length_mm=4.0)
-# half of the field's height and width
+# half of the field's height and width, in pixels
 SENSOR = build("sensor", "bayer", pitch_um=3.75, rows=133, columns=293)
 ASKED = SENSOR.narrow(Demand()).response
 EVERYWHERE = replace(ASKED, window_m=None)
-MIDDLE = slice(7, 23), slice(16, 50)  # the tiles that it sees
+MIDDLE = slice(7, 23), slice(16, 50)  # the tiles (y, x) in the sensor's window
 
 
 def scene(inside=1e-3, outside=1e-3, lamp=None, shape=SHAPE, bands=BANDS):
-    """Return mixed radiance of two levels, up to 30 % darker in places, and of one lamp 1e5 times
-    as bright as its place (y, x).
+    """Return mixed radiance of one level inside the window and one outside, in blocks that are up
+    to 30 % darker.
+
+    `lamp` is a tile (y, x) made 1e5 times as bright.
     """
     level = np.full(shape, outside)
     level[MIDDLE] = inside
@@ -52,8 +54,9 @@ def scene(inside=1e-3, outside=1e-3, lamp=None, shape=SHAPE, bands=BANDS):
 
 
 def asked(mixed, response=ASKED, lens=LENS, flares=()):
-    """Return the light that a lens makes for a response, and {why: left out}, and the errors stated
-    in the sensor's noise.
+    """Return the photocurrent of a lens for a response, the ledger's omissions by reason, and the
+    sum
+    of the errors stated in units of the sensor's noise.
     """
     book = ledger.Ledger()
     with ledger.stage(book, "lens"):
@@ -66,15 +69,17 @@ def asked(mixed, response=ASKED, lens=LENS, flares=()):
 
 
 def off(light, exact):
-    """Return by how many standard deviations of the sensor's noise its mean electrons are off."""
+    """Return the largest error of the mean electrons, in standard deviations of the noise."""
     few, every = (SENSOR.expected(one).values for one in (light, exact))
     return float((np.abs(few - every) / np.sqrt(every + max(ASKED.read_noise_e, 1.0) ** 2)).max())
 
 
 @pytest.mark.slow
 def test_even_light_takes_the_reach_of_kernels_that_end_and_loses_nothing_by_it():
-    """Beyond the kernels' reach nothing was taken before either: one bound for both, the same light
-    but for the rounding of other transforms.
+    """Leave out the tiles beyond the reach of truncated kernels, which no kernel uses anyway.
+
+    The bound is that of the truncated kernels. The light is the same up to the rounding of
+    transforms of another size.
     """
     light, left, error = asked(scene(2e-3, 2e-3))
     every, before, as_much = asked(scene(2e-3, 2e-3), EVERYWHERE)
@@ -110,8 +115,10 @@ def test_a_lamp_in_the_window_leaves_dim_surroundings_out():
 
 @pytest.mark.slow
 def test_the_bound_is_that_of_the_worst_light_there_is(monkeypatch):
-    """A dark window amid even light: in its corners three quarters of what lies beyond the reach
-    are missing, but for that beyond the frame.
+    """Compare the bound with the light missing in a dark window in a uniform field.
+
+    In its corners, three quarters of the light beyond the reach are missing, less the part beyond
+    the frame.
     """
     monkeypatch.setattr(wing_truncation, "truncated_kernels", lambda *given: None)
     mixed = scene(1e-4, 1e-4)
@@ -140,14 +147,17 @@ def test_a_lamp_beside_the_window_brings_all_back(lamp):
 
 @pytest.mark.slow
 def test_a_lamp_beyond_the_largest_reach_is_found_without_any_kernel(monkeypatch):
-    """The light that every stop spreads that far is already too much; nearer lamps need kernels."""
+    """The light that any stop spreads over this distance is already too much.
+
+    Only lamps that are closer to the window need a kernel.
+    """
     mixed = scene(lamp=(29, 65))
     monkeypatch.setattr(window, "_beyond", lambda *kernel: pytest.fail("a kernel was looked at"))
     assert window.WHY not in asked(mixed)[1]
 
 
 def test_a_bound_that_does_not_hold_for_all_bands_brings_all_back(monkeypatch):
-    # the kernel that is looked at first promises too much
+    # make the first estimate, from the kernel of one band, too small
     monkeypatch.setattr(window, "GUESS_FACTOR", 0.1)
     mixed = scene(1e-4, 1e-3, lamp=(15, 33))
     light, left, error = asked(mixed)
@@ -171,7 +181,7 @@ def test_where_light_is_moved_all_of_the_field_is_taken_and_the_window_is_handed
     every, *_ = asked(mixed, EVERYWHERE, lens, flares)
     assert window.WHY not in left and light.size < every.size
     np.testing.assert_array_equal(light.values, every.sel(x=light.x, y=light.y).values)
-    # 1e-12: where pixels end within tiles is rounded by how many tiles there are
+    # 1e-12: the rounding of pixel borders within tiles depends on the number of tiles
     np.testing.assert_allclose(SENSOR.expected(light), SENSOR.expected(every), rtol=1e-12)
 
 
@@ -199,7 +209,7 @@ def test_errors_of_kernels_are_of_the_tiles_that_light_has_and_hold():
             ]
         )
     (few, deviation, bound), (every, *others) = found
-    # 5 standard deviations of either; and the dim light that is left out
+    # 5 standard deviations of both errors, plus 1e-2 of the darkest tile for the light left out
     assert (
         np.abs(few - every)
         <= 5 * np.hypot(deviation, others[0]) + bound + others[1] + 1e-2 * every.min()
@@ -207,15 +217,19 @@ def test_errors_of_kernels_are_of_the_tiles_that_light_has_and_hold():
 
 
 def test_light_from_beyond_the_rendered_field_has_farther_to_go():
-    """One of the four sides of a kernel, from the window to where the scene ends."""
+    """Compare the bound of the light from beyond the scene with one side of a kernel.
+
+    Such light reaches a window only through the part of a kernel that is farther away than the
+    border of the scene, on one of its four sides.
+    """
     made = kernels.kernels(
         KernelRequest(
             without_geometry(LENS), (), BANDS, (1e3 * 4 * TILE,) * 2, tuple(n - 1 for n in SHAPE)
         )
     )
-    # 7 rows lie above the window, 16 columns beside it
+    # 7 rows lie above the window, 16 columns to the left of it
     side = max(b[: SHAPE[0] - 1 - 7].sum() for b in made.bands)
-    # energy beyond the kernels is counted whole
+    # `spare`: the bound also counts all of the energy beyond the kernels
     for lamp, spare in (
         ((15, 33), 1e-3),
         (None, 2.1e-3),

@@ -36,7 +36,7 @@ def corner_deg(horizontal_deg, aspect, projection="tangent"):
     "projection", ["tangent", pytest.param("equidistant", marks=pytest.mark.slow)]
 )
 def test_a_field_whose_corners_stay_dark_is_refused_and_the_one_proposed_is_not(projection):
-    """A double Gauss, made for 14 degrees, lets nothing through beyond 25."""
+    """The double Gauss is designed for 14 degrees and transmits no light beyond 25 degrees."""
     lens = PrescribedLens()
     assert lens.beam(np.tan(np.radians(14.0))) > 0.9 and lens.beam(np.tan(np.radians(25.3))) == 0
     with pytest.raises(ConfigError, match="sends no light to the corners") as told:
@@ -57,8 +57,10 @@ def test_a_run_is_refused_when_it_is_put_together():
 
 
 def test_a_field_whose_margin_cannot_be_traced_is_refused():
-    """28 degrees to the corner get through the triplet; with a margin of a tenth on either side it
-    is 32.6, where rays miss a surface.
+    """Refuse a field whose overscan contains angles at which rays miss a surface.
+
+    The triplet transmits light at 28 degrees, the corner of this field. The overscan of a tenth on
+    each side extends the corner to 32.6 degrees, where rays miss a surface.
     """
     lens = PrescribedLens(prescription="cooke_triplet", f_number=8.0)
     wide = camera_field(49.8, 16 / 9)

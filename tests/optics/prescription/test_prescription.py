@@ -1,5 +1,5 @@
-"""Prescriptions: published figures, hand values, laws of scaling, relative illumination, the lens
-made of one, bad input.
+"""Prescriptions: published figures, values by hand, laws of scaling, relative illumination, the
+lens built from a prescription, bad input.
 """
 
 import copy
@@ -92,7 +92,7 @@ def test_scaling_keeps_angles():
 def test_chief_rays_tend_to_the_tangent_law_and_distortion_grows_with_its_square():
     lens = load("double_gauss").stopped(4.0)
     d = distortion(lens, [0.0, 0.02, 0.04])
-    assert d[0] == 0 and d[2] / d[1] == pytest.approx(4, rel=0.02)  # third order
+    assert d[0] == 0 and d[2] / d[1] == pytest.approx(4, rel=0.02)  # third-order law
     assert distortion(lens, np.tan(np.radians(14.0)))[0] == pytest.approx(-0.0105, abs=2e-4)
     np.testing.assert_allclose(distortion(lens, [-0.1]), distortion(lens, [0.1]), rtol=1e-6)
 
@@ -104,24 +104,24 @@ def test_the_angle_of_a_chief_ray_is_that_of_its_path_behind_the_lens():
     behind = replace(lens.surfaces[-1], z_mm=lens.surfaces[-1].z_mm + 1.0)
     further = replace(lens, surfaces=(*lens.surfaces[:-1], behind))
     moved_mm = chief_mm(further, tangents, lens.reference_nm) - rays.height_mm
-    # 1e-9: heights of 10 mm and their difference after a path of 1 mm, aimed to 1e-12
+    # 1e-9: rays are aimed to 1e-12, and heights of 10 mm are subtracted after a path of 1 mm
     np.testing.assert_allclose(moved_mm, np.tan(np.radians(rays.angle_deg)), atol=1e-9)
     assert rays.angle_deg[0] == pytest.approx(0.0, abs=1e-9) and rays.angle_deg[2] > 5
     small = chief_rays(lens.scaled(4.0), tangents)
-    np.testing.assert_allclose(small.angle_deg, rays.angle_deg, atol=1e-8)  # angles keep in scale
+    np.testing.assert_allclose(small.angle_deg, rays.angle_deg, atol=1e-8)  # scaling keeps angles
     mirrored = chief_rays(lens, -tangents)
     np.testing.assert_allclose(mirrored.angle_deg, -rays.angle_deg, atol=1e-8)
 
 
 def test_a_stop_in_front_gives_cos4_over_the_jacobian():
-    """Nothing vignettes and the beam before the lens is the stop itself: what remains is
-    geometry.
+    """Compare with closed forms: nothing vignettes, and the entrance pupil is the stop itself, so
+    relative illumination is cos4 over the Jacobian of the distortion.
     """
     lens = load("singlet").stopped(8.0)
     t = np.array([0.05, 0.1, 0.15])
     area = pupil_area_mm2(lens, t, 550.0)
     stop = np.pi * lens.surfaces[lens.stop].semi_diameter_mm ** 2
-    np.testing.assert_allclose(area, stop, rtol=2e-4)  # 160 cells across
+    np.testing.assert_allclose(area, stop, rtol=2e-4)  # 2e-4: 160 cells across the beam
     d = distortion(lens, t)
     step = 1e-4
     around = 1 + d
@@ -134,8 +134,8 @@ def test_a_stop_in_front_gives_cos4_over_the_jacobian():
 
 
 def test_apertures_vignette_by_the_area_of_their_overlap():
-    """Two apertures of radius r, d apart, at field tangent t: the overlap of two discs d t
-    apart.
+    """Compare with a closed form: two apertures of radius r at a distance d transmit, at field
+    tangent t, the overlap of two discs whose centres are d t apart.
     """
     data = copy.deepcopy(GOOD)
     data["surfaces"] = [
@@ -175,8 +175,8 @@ def test_the_lens_reduces_to_the_perfect_one_on_its_axis():
     real = PrescribedLens(f_number=8.0, distortion="none", wavefront="none")
     perfect = DiffractionLimitedLens(f_number=8.0, pupil="aplanatic")
     ratio = real(scene) / perfect(scene)
-    # the double Gauss at f/8 keeps the sine condition to 2 parts in a thousand; cos4 to a percent
-    # within 3 degrees
+    # 4e-3: the double Gauss at f/8 obeys the sine condition to 2e-3. 2 %: its falloff follows cos4
+    # to 1 % within 3 degrees
     assert float(ratio[0, 15, 15]) == pytest.approx(1.0, abs=4e-3)
     assert float(abs(ratio - 1).max()) < 0.02
     assert real.relative_illumination([0.0, 0.1])[1] == pytest.approx(1.01**-2, rel=0.03)
@@ -184,7 +184,7 @@ def test_the_lens_reduces_to_the_perfect_one_on_its_axis():
 
 def test_spherical_aberration_of_a_singlet_grows_with_the_cube_of_its_aperture():
     wide, narrow = (spot(parse(GOOD).stopped(n), 0.0).radius_mm for n in (8.0, 16.0))
-    # third order; the fifth adds 1 % at f/8
+    # the cube holds for third-order aberration; the fifth order adds 1 % at f/8
     assert wide / narrow == pytest.approx(8.0, rel=0.02)
 
 

@@ -1,5 +1,5 @@
-"""Phase that changes within a band by more than its parts follow: stated against more parts,
-refused beyond, silent below.
+"""Phase that changes within a part of a band: the stated error against more parts, refusal of
+phases that are too large, and no statement for small ones.
 """
 
 import numpy as np
@@ -14,7 +14,7 @@ from isethdr_core.data import quantities
 from isethdr_core.errors import ConfigError
 from isethdr_core.uncertainty import ledger
 
-# 7.0 rad rms within 100 nm about 450 nm: 24 parts
+# its phase changes by 7.0 rad rms over 100 nm about 450 nm, which needs 24 parts
 COMA = WavefrontLens(zernike_um={8: 2.0, 4: 1.0})
 WAVE = 450.0
 WIDTH = 100.0
@@ -45,8 +45,8 @@ def test_too_few_parts_are_as_wrong_as_stated(monkeypatch):
     few = ring(1)[0]
     found = np.abs(few - true)[seen].sum() / true[seen].sum()
     assert error == pytest.approx(band_phase.STANDING * change**2) and "made of 1" in what
-    # tiles of 3 um hold some speckles each: stated is the most of any pupil and tile, for speckles
-    # of full contrast
+    # tiles of 3 um average several speckles each; the stated error is the largest for any pupil and
+    # tile, that of speckles with full contrast
     assert error / 20 < found < error
 
 
@@ -63,7 +63,7 @@ def test_what_parts_follow_is_not_stated_and_what_no_parts_follow_is_refused():
         kernels.kernels(KernelRequest(strong, (), wide, (3.0, 3.0), (8, 8)))
     narrower = float(str(refused.value).split("take bands of ")[1].split(" nm")[0])
     assert 50 < narrower < 100
-    # what it says to type is accepted
+    # the band width that the message proposes is accepted
     band_phase.check(strong, (), np.array([450.0, 450.0 + narrower]))
 
 

@@ -1,5 +1,5 @@
 """Interpolation wavelengths: kernels of all bands from the lattices of a few wavelengths agree with
-kernels from a lattice of each band's own. Where they would not, each band has its own lattice.
+kernels from a separate lattice for each band. Where they would not, each band has its own lattice.
 """
 
 from dataclasses import dataclass
@@ -31,8 +31,8 @@ def plan(lens, flares=(DIRT,), wave=455.0, width=10.0):
 
 
 def ring(lens, flares, wave, width=10.0):
-    """Return the kernel of one band beyond its exact core, and half the difference of two halves of
-    its points.
+    """Return the kernel of one band beyond its exact core, and half the difference between the
+    kernels of the two halves of its lattice points.
     """
     of_band = plan(lens, flares, wave, width)
     open_mm2 = pupil_energy.open_energy_mm2(lens, flares, wave)
@@ -55,7 +55,8 @@ def test_interpolated_kernels_agree_with_kernels_of_their_own_lattices(monkeypat
     own, own_difference = ring(LENS, (DIRT,), wave)
     beyond_core = own_difference != 0
     l1_error = np.abs(interpolated - own)[beyond_core].sum() / own[beyond_core].sum()
-    # the lattices of two wavelengths have other points: a part of their own sampling error
+    # the lattices of the interpolation wavelengths have other points, so a part of the sampling
+    # error also appears in the difference
     sampling = kernel_sampling_error.by_octave(own_difference, own).max()
     assert 0 < l1_error < stated + 0.3 * sampling
     assert stated < 0.007
@@ -72,7 +73,7 @@ def test_a_few_lattices_serve_many_bands_and_a_band_does_not_depend_on_the_other
     )
     bands = np.arange(600.0, 651.0, 10.0)
     together = of_lattices(KernelRequest(LENS, (), bands, *FRAME))
-    # at most once for each fineness that bands ask for
+    # each is computed at most once for each of the three levels of fineness that bands need
     assert computed_nm and set(computed_nm) <= {540.0, 620.0, 700.0} and len(computed_nm) <= 3 * 3
     alone = of_lattices(KernelRequest(LENS, (), bands[2:5], *FRAME))
     np.testing.assert_array_equal(alone.bands[1], together.bands[3])
@@ -80,7 +81,7 @@ def test_a_few_lattices_serve_many_bands_and_a_band_does_not_depend_on_the_other
 
 def test_a_band_has_its_own_lattice_where_interpolation_would_be_wrong():
     assert lattice_step_nm(LENS) in interpolation_wavelengths.STEPS_NM
-    # 20 nm change this wavefront by more than a straight line follows
+    # within 20 nm the phase of this wavefront changes too much for linear interpolation
     assert lattice_step_nm(WavefrontLens(zernike_um={8: 2.0})) == 0
     # a wide band would need two lattices in place of one
     assert lattice_step_nm(LENS, width=50.0) == 0

@@ -15,7 +15,7 @@ from isethdr_optics.psf.kernels import KernelRequest, computing
 
 BANDS = np.array([500.0, 600.0])
 SAMPLING = (BANDS, (3.0, 3.0), (30, 40))
-LENS = DiffractionLimitedLens()  # without flares its kernels here have a closed form
+LENS = DiffractionLimitedLens()  # without flares, its kernels here have a closed form
 FLARES = (ApertureFlare(),)
 OTHER = {
     float: lambda v: v * 0.9 + 0.01,

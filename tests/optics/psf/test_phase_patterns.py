@@ -1,5 +1,5 @@
 """Kernels of a lens with a wavefront from patterns at a few wavenumbers: against direct sums at the
-bands' own wavelengths, and against kernels of lattices of their own.
+wavelengths of the bands, and against kernels with a lattice for each band.
 """
 
 from dataclasses import replace
@@ -29,14 +29,16 @@ def made():
 
 @pytest.mark.slow
 def test_they_agree_with_direct_sums(made):
-    """Right and left of the axis: what is stated is what columns show that nobody looked at."""
+    """Compare with direct sums in columns that the error estimate does not use, on both sides of
+    the axis.
+    """
     frame = frame_of(COMA)
     assert made.speckle.max() < 0.03 and made.core[0] == min(frame.core)
     for turned in (False, True):
         kernel = made.bands[1][::-1, ::-1] if turned else made.bands[1]
         place = 80, 1, turned
         wrong, light = phase_patterns._wrong(frame, kernel, place, map)
-        # two bands of 10 nm; columns differ among themselves by half
+        # 1.5: the errors of single columns vary by half
         assert np.abs(wrong).sum() < 1.5 * made.speckle.max() * light.sum()
         assert abs(wrong.sum()) < 0.003 * light.sum()
 
@@ -49,7 +51,7 @@ def test_they_agree_with_kernels_of_lattices_of_their_own(made, monkeypatch):
         y, x = (np.abs(np.arange(n) - n // 2) for n in own.shape)
         beyond = np.maximum(y[:, None], x) > core
         assert np.array_equal(own[~beyond], theirs[~beyond])
-        # the lattices' own error is 0.02
+        # 0.025: the error of the lattices themselves is 0.02
         assert np.abs(own - theirs)[beyond].sum() < 0.025 * theirs[beyond].sum()
         assert own[beyond].sum() == pytest.approx(theirs[beyond].sum(), rel=2e-3)
         turned = theirs[::-1, ::-1]
@@ -57,7 +59,11 @@ def test_they_agree_with_kernels_of_lattices_of_their_own(made, monkeypatch):
 
 
 def test_a_wavefront_of_nothing_gives_the_kernels_without_phase():
-    """Patterns at one wavenumber: the same lattices, rays and tiles, over the whole plane."""
+    """Compare patterns of a negligible wavefront with those of a lens without phase.
+
+    Patterns at one wavenumber use the same lattices, rays and tiles, but over the whole plane
+    instead of half of it.
+    """
     flat = replace(COMA, zernike_um={7: 1e-9})
     plain = DiffractionLimitedLens(focal_length_mm=6.0)
     frame = frame_of(flat)

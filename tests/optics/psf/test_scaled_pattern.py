@@ -42,7 +42,7 @@ def beyond(core, wrong):
         (LENS, 4.3, (64, 110)),
         (DiffractionLimitedLens(f_number=1.8), 3.0, (40, 62)),
         (DiffractionLimitedLens(f_number=5.6), 3.0, (130, 90)),
-        (DiffractionLimitedLens(f_number=1.6), 6.4, (18, 28)),  # 9 wavelengths x f-number
+        (DiffractionLimitedLens(f_number=1.6), 6.4, (18, 28)),  # tiles of 9 wavelength x f-number
     ],
 )
 def test_errors_are_those_against_finer_kernels(lens, pitch_um, reach):
@@ -56,7 +56,8 @@ def test_errors_are_those_against_finer_kernels(lens, pitch_um, reach):
         kernel_sampling_error.by_octave(beyond(core, np.asarray(a) - np.asarray(b)), np.asarray(b))
         for a, b in zip(usual.bands, truth.bands)
     ]
-    # a few columns stand for whole octaves, and the finer kernels err by some themselves
+    # 1.6: the stated error of an octave is measured in a few columns; 0.004: error of the finer
+    # kernels
     assert (np.max(found, axis=0) < 1.6 * usual.speckle[0] + 0.004).all()
 
 
@@ -70,7 +71,8 @@ def test_they_agree_with_kernels_of_lattices_of_their_own(monkeypatch):
     for band, (a, b) in enumerate(zip(quick.bands, other.bands)):
         b = np.asarray(b, float)
         middle = tuple(slice(n // 2 - 30, n // 2 + 31) for n in b.shape)
-        # the pattern of the core is sampled once and drawn to scale: 1e-4 of a point's light
+        # 1e-4 of a point's light: the pattern of the core is sampled once and scaled to each
+        # wavelength
         assert np.abs(np.asarray(a)[middle] - b[middle]).sum() < 1e-4
         wrong = kernel_sampling_error.by_octave(beyond(core, np.asarray(a) - b), b)
         stated = quick.speckle[band] + other.speckle[band]
@@ -81,8 +83,10 @@ def test_they_agree_with_kernels_of_lattices_of_their_own(monkeypatch):
 
 @pytest.mark.slow
 def test_wide_tiles_agree_with_finer_direct_sums():
-    """Tiles of a fast lens hold many speckles, and few samples each: kernels are as wrong as they
-    say against sums of three times the samples, in columns between those that were looked at.
+    """Compare the stated errors with direct sums of three times the samples.
+
+    Tiles of a fast lens hold many speckles, with few samples each. The columns lie between those
+    that the error estimate uses.
     """
     lens = DiffractionLimitedLens(f_number=1.6)
     frame = one_pattern_frame(KernelRequest(lens, DIRT, BANDS, (6.4, 6.4), (18, 28), WIDTHS))
@@ -91,13 +95,13 @@ def test_wide_tiles_agree_with_finer_direct_sums():
     finer = {"step": 0.25, "moves": 0.5, "period": 4.0}
     for band in (0, 2):
         wrong, light = scaled_pattern.wrong_columns(frame, half[band], 18, band, **finer)
-        # two octaves of radius are crossed, in as many tiles as were looked at
+        # the column crosses two octaves of radius, with as many tiles as the error estimate uses
         assert np.abs(wrong).sum() < 1.3 * errors.relative[3:6].max() * light.sum()
         assert abs(wrong.sum()) < 1.5 * max(errors.mean, 0.003) * light.sum()
 
 
 def test_columns_looked_at_are_those_of_direct_sums():
-    """What the errors are read from agrees with kernels made on lattices of their own."""
+    """Compare the sums that the error estimate uses with kernels from separate lattices."""
     frame = one_pattern_frame(KernelRequest(LENS, DIRT, BANDS, (4.3, 4.3), (64, 110), WIDTHS))
     half = np.zeros((65, 221), np.float32)
     wrong, light = scaled_pattern.wrong_columns(frame, half, 80, 1)
@@ -112,7 +116,7 @@ def test_columns_looked_at_are_those_of_direct_sums():
 
 @pytest.mark.slow
 def test_fine_rings_leave_a_third_of_the_usual_errors():
-    """In columns that nobody looks at when errors are stated."""
+    """Compare usual and fine rings in columns that the error estimate does not use."""
     frame = one_pattern_frame(
         KernelRequest(LENS, DIRT, BANDS[[0, 2]], (4.3, 4.3), (64, 110), WIDTHS[:2])
     )
@@ -126,7 +130,7 @@ def test_fine_rings_leave_a_third_of_the_usual_errors():
         sums = [scaled_pattern.wrong_columns(frame, made[b], 70, b, **columns) for b in (0, 1)]
         found.append(np.mean([np.abs(wrong).sum() / light.sum() for wrong, light in sums]))
     assert found[1] < 0.33 * found[0] and stated[1] < 0.4 * stated[0]
-    assert found[1] < 1.6 * stated[1]  # a few columns stand for whole octaves
+    assert found[1] < 1.6 * stated[1]  # the stated error of an octave comes from a few columns
 
 
 def test_gauss_wavelengths_leave_no_error_in_an_exact_core():
@@ -137,13 +141,15 @@ def test_gauss_wavelengths_leave_no_error_in_an_exact_core():
     frame = frame.resized((70, 70), frame.core)
     columns = scaled_pattern.FINE_COLUMNS
     wrong, light = scaled_pattern.wrong_columns(frame, core[0], 60, 0, **columns)
-    # as right as direct sums, 2e-4; as many midpoints of a band leave 4e-3
+    # direct sums err by 2e-4; the same number of midpoints of a band errs by 4e-3
     assert np.abs(wrong).sum() < 3e-4 * light.sum()
 
 
 def light_of_tiles(y, x, frame, wavelengths):
-    """Return the mean light of a clean round stop in tiles, by Gauss's rule in each of the four
-    parts of the triangles of two tiles, over the closed form of Airy (1835).
+    """Return the light of a clean round stop in tiles (y, x), as shares of a point's light.
+
+    Airy's closed form (1835) is integrated over source and receiving tile, which are triangle
+    weights, with Gauss's rule in each of the four quadrants of the triangles.
     """
     place, weight = np.polynomial.legendre.leggauss(12)
     at = np.concatenate([(place - 1) / 2, (place + 1) / 2])
@@ -161,17 +167,21 @@ def light_of_tiles(y, x, frame, wavelengths):
 
 
 def test_the_core_of_a_clean_round_pupil_is_that_of_its_closed_form():
-    """In single tiles, dark ones among them, to what is stated of the mean of many."""
+    """Compare single tiles, also dark ones, with Airy's closed form.
+
+    Each tile is within the error that is stated for the mean of many tiles.
+    """
     frame = one_pattern_frame(KernelRequest(LENS, (), BANDS[:1], (3.0, 3.0), (90, 160), WIDTHS[:1]))
     core = scaled_pattern.exact_halves(frame, frame.core)[0]
     far = frame.core[0]
     y, x = np.random.default_rng(0).integers((0, 1), (far + 1, far + 1), (60, 2)).T
-    # as many again as the core has: they leave 1e-6
+    # twice as many wavelengths as in the core: their error is 1e-6
     place, weight = np.polynomial.legendre.leggauss(12)
     want = light_of_tiles(y, x, frame, (450.0 + 5.0 * place, weight / 2))
     wrong = np.abs(core[y, far + x] / want - 1)
     stated = exact_core.core_error(exact_core.PATTERN_ERROR, np.hypot(y, x), far)
-    # near the axis weights end beside the peak: 7e-5 in single tiles, 2e-5 in the mean of many
+    # near the axis, the triangle weights end close to the peak: 7e-5 in single tiles, 2e-5 in the
+    # mean of many
     assert (wrong <= stated + 1e-4).all()
 
 
@@ -182,7 +192,7 @@ def test_the_core_of_a_clean_round_pupil_is_that_of_its_closed_form():
     ids=["clean, wide band", "dirty", "dirty, wide band", "heavy dirt"],
 )
 def test_cores_from_one_pattern_err_as_stated(monkeypatch, flares, pitch_um, width_nm):
-    """Against three times the strips and twice the wavelengths."""
+    """Compare with cores of three times the strips and twice the wavelengths."""
     asked = LENS, flares, BANDS[1:2], (pitch_um, pitch_um), (90, 160), np.array([width_nm])
     frame = one_pattern_frame(KernelRequest(*asked))
     made = scaled_pattern.exact_halves(frame, frame.core)[0]
@@ -230,7 +240,7 @@ def test_kernels_that_took_long_come_back_from_the_disk_bit_for_bit(isethdr_home
     tiles = kernels.wider_cores(usual)[0].tiles
     wide = kernels.with_core(usual, tiles)
     kernels.forget()
-    monkeypatch.setattr(computing, "computed", None)  # making them again would fail
+    monkeypatch.setattr(computing, "computed", None)  # computing them again would fail
     monkeypatch.setattr(wider, "_with_core", None)
     usual_read = kernels.kernels(KernelRequest(*asked))
     for read, made in ((usual_read, usual), (kernels.with_core(usual_read, tiles), wide)):

@@ -1,4 +1,4 @@
-"""Long lenses over few tiles: a tile is hundreds of wavelengths x f-number wide."""
+"""Long lenses over few tiles: a tile is hundreds of times wavelength x f-number wide."""
 
 import subprocess
 import sys
@@ -16,7 +16,7 @@ from isethdr_core.pipeline.memory import Frame
 from isethdr_core.plugins.registry import build
 
 WAVE_NM = np.arange(400.0, 701.0, 10.0)
-# the main job's field with its overscan, in 96 x 54 tiles
+# the field of the default run, 96 x 54 tiles, with its overscan
 ROWS = 64
 COLUMNS = 115
 PITCH = 2 * np.tan(np.radians(22.5)) / 96
@@ -41,9 +41,9 @@ def held(focal_length_mm, **fields):
 
 @pytest.mark.parametrize("focal_length_mm", [2.0, 4.0, 6.0, 12.0, 25.0, 50.0])
 def test_memory_does_not_grow_with_the_focal_length(focal_length_mm):
-    # 1.5 GB for a whole run, which takes 0.3 GB without its lens
+    # a whole run may take 1.5 GB, of which 0.3 GB are not for the lens
     assert held(focal_length_mm) < 1.2e9
-    # a lens that asks for less error takes no more: its lattices may not be larger
+    # a smaller allowed error takes no more memory, since the size of lattices is limited
     assert held(focal_length_mm, speckle_error=0.003) < 1.2e9
 
 
@@ -71,8 +71,8 @@ def test_a_long_lens_over_few_tiles_takes_the_memory_that_is_estimated():
         check=True,
     )
     peak = int(done.stdout)
-    # drawn in one piece, chords and lattices of this pupil took 12 GB. Measured: 0.83 GB where
-    # 0.65 are estimated, which leaves out temporary arrays
+    # Measured: 0.83 GB. The estimate is 0.65 GB, without temporary arrays. Computed in one piece,
+    # chords and lattices of this pupil would take 12 GB
     assert peak < 1.6 * held(12.0) < 1.2e9
 
 
@@ -80,7 +80,7 @@ def test_a_long_lens_over_few_tiles_takes_the_memory_that_is_estimated():
     "kind", ["diffraction_limited", pytest.param("wavefront", marks=pytest.mark.slow)]
 )
 def test_dirt_of_a_large_pupil_is_refused_before_anything_is_rendered(kind, monkeypatch):
-    # a tenth of the real limit, which takes seconds
+    # a tenth of the real limit, since to reach the real one takes seconds
     monkeypatch.setattr("isethdr_core.physics.optics.pupil.shape_sum.MOST_TERMS", 2000)
     one = build("lens", kind, f_number=1.6, focal_length_mm=6.0)
     with pytest.raises(ConfigError, match=r"3\.75 mm wide.*dust_per_mm2=[0-9.]+ "):

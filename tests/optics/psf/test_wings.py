@@ -1,5 +1,5 @@
-"""Far kernels: tile by tile against direct sums, streaks along the radius, rings without spokes,
-phases, the period's border.
+"""PSF wings: tile by tile against direct sums, radial streaks, rings without spokes, pupils with
+phase, light that wraps at the border of the transform's period.
 """
 
 import numpy as np
@@ -23,8 +23,10 @@ CLEAN = ApertureFlare(blades=0, dust_per_mm2=0.0, scratches_per_mm2=0.0)
 def direct(  # noqa: PLR0913 - a helper of tests
     lens, flare, centre, width, pitch_um, where, tiles=4, points=6, bands=12
 ):
-    """Return tile-to-tile means about tile `where` (y, x) by a matrix transform: no lattice, no
-    scaling, many sub-bands.
+    """Return shares of a point's light in `tiles` x `tiles` tiles about tile `where` (y, x).
+
+    They are computed by a matrix transform of the pupil, without lattices or scaled patterns, for
+    many wavelengths of the band.
     """
     axis = axis_mm(lens, lens.focal_length_mm / lens.f_number / 1000)
     at = (np.arange((tiles + 1) * points) + 0.5) / points - 1 - tiles // 2
@@ -64,7 +66,7 @@ def direct(  # noqa: PLR0913 - a helper of tests
 
 
 def one_band(lens, flare, centre, width, pitch_um, reach):
-    """Return the kernel of one band and its stated error, the largest of all radii."""
+    """Return the kernel of one band and its largest stated error over all octaves of radius."""
     pitch = (pitch_um, pitch_um)
     lattices = shared_lattices(
         KernelRequest(lens, [flare], [centre], pitch, reach, np.array([width]))
@@ -111,9 +113,10 @@ def test_tiles_agree_with_direct_sums(lens, flare, centre, width):
         x = 100 + where[1]
         got = kernel[y - 2 : y + 2, x - 2 : x + 2]
         worst.append(np.abs(got - want).sum() / want.sum())
-    # Sixteen tiles may lie above the mean of all; the direct sums themselves (1000 cells, 6 points
-    # a tile) are right to 0.5 %. Parts of a band average the halves' difference away, and leave
-    # what the ledger states beside it: light wrapped near the border.
+    # 1.5: the error of sixteen tiles may be above the mean of all tiles. 0.005: error of the direct
+    # sums themselves (1000 cells, 6 points per tile). With parts of a band, the difference of the
+    # two halves of lattice points averages out, and light wrapped near the border remains, which
+    # the ledger states separately.
     assert (
         max(worst) < 1.5 * stated + 0.005 + (wings.WRAP if flare.dust_delay_um else 0.0)
         and np.mean(worst) < 0.03
@@ -141,8 +144,9 @@ def test_less_error_on_demand():
 
 @pytest.mark.slow
 def test_speckles_are_streaks_along_the_radius():
-    """A band of 40 nm draws a speckle at 78 tiles out over 6: neighbours along the radius agree,
-    those across do not.
+    """A band of 40 nm stretches a speckle at a radius of 78 tiles over 6 tiles along the radius.
+
+    So neighbours along the radius are correlated, and neighbours across are not.
     """
     flare = ApertureFlare(blades=0, dust_per_mm2=150.0, scratches_per_mm2=0.0)
     kernel, _ = one_band(DiffractionLimitedLens(), flare, 550.0, 40.0, 2.0, (100, 100))
@@ -152,36 +156,36 @@ def test_speckles_are_streaks_along_the_radius():
         np.rint(100 + radius * np.cos(angle)).astype(int),
     ]
     polar = polar / polar.mean(axis=1, keepdims=True) - 1
-    along = np.corrcoef(polar[:-3].ravel(), polar[3:].ravel())[0, 1]  # 3 tiles farther out
-    turn = round(3 / 78 / (np.pi / 400))  # 3 tiles sideways
+    along = np.corrcoef(polar[:-3].ravel(), polar[3:].ravel())[0, 1]  # 3 tiles along the radius
+    turn = round(3 / 78 / (np.pi / 400))  # 3 tiles across the radius
     across = np.corrcoef(polar[:, :-turn].ravel(), polar[:, turn:].ravel())[0, 1]
-    # a streak of 6 and a speckle of 1 tile share half and nothing; grains share rings
+    # Over 3 tiles, a streak of 6 tiles is correlated by half and a speckle of 1 tile not at all.
+    # The rings of the grains add correlation to both.
     assert along > 0.35 and along > across + 0.25
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("f_number, pitch_um", [(2.8, 6.0), (4.0, 4.3)])
 def test_a_round_clean_pupil_has_rings_and_no_spokes(f_number, pitch_um):
-    """Tiles of one radius and one direction modulo the tile's own symmetry are alike: no lattice
-    shows through.
-    """
+    """The mean over radii is the same in every direction, so the lattice leaves no pattern."""
     lens = DiffractionLimitedLens(f_number=f_number, focal_length_mm=4.38)
     reach = 110
     kernel, _ = one_band(lens, CLEAN, 550.0, 40.0, pitch_um, (reach, reach))
     y, x = np.indices(kernel.shape) - reach
     r = np.hypot(y, x)
-    flat = kernel * np.maximum(r, 1) ** 3  # the rings' mean falls as r^-3
+    flat = kernel * np.maximum(r, 1) ** 3  # the mean of the rings falls as r^-3
     seen = (r > 40) & (r < 105)
     sector = (np.degrees(np.arctan2(y, x))[seen] // 3).astype(int)
     means = np.bincount(sector + 60, flat[seen]) / np.bincount(sector + 60)
-    # A tile is wider along its diagonal, and 30 rings of a band of 40 nm are not all smooth: 0.5 %.
-    # The streaks were 20 % dark.
+    # 0.5 %: a tile is wider along its diagonal, and a band of 40 nm does not smooth all 30 rings.
+    # Streaks of a lattice would be 20 % darker.
     assert np.ptp(means) < 0.01 * means.mean()
 
 
 def compared(found, finer):
-    """Return (stated, true) error of the first band per octave beyond the exact core, the true one
-    against finer kernels.
+    """Return the stated and the true error of the first band per octave beyond the exact core.
+
+    The true error is the difference from finer kernels.
     """
     wrong = found.bands[0] - finer.bands[0]
     core = int(found.core[0])
@@ -205,7 +209,7 @@ def test_wide_tiles_hold_many_speckles_and_take_coarse_lattices(monkeypatch):
     monkeypatch.setattr(lattice_size, "ENOUGH", 40)
     finer = computed(KernelRequest(*args))
     stated, error = compared(found, finer)
-    assert 2 * finer.speckle.max() < stated.max() <= 0.03  # six times as many samples
+    assert 2 * finer.speckle.max() < stated.max() <= 0.03  # 6 times the samples
     assert (error < 1.5 * np.maximum(stated, 0.01)).all()  # some octaves have few tiles
 
 
@@ -232,16 +236,16 @@ def test_where_memory_ends_finer_rings_take_the_place_of_coarse_ones_as_far_out_
         lambda plan, reach, *rest: reaches.append(reach) or ring(plan, reach, *rest),
     )
     found = computed(KernelRequest(*args))
-    assert sorted(reaches) == sorted([(90, 96), (64, 64)] * 2)  # of two bands, by two threads
+    assert sorted(reaches) == sorted([(90, 96), (64, 64)] * 2)  # both bands, any order of threads
     stated, error = compared(found, finer)
-    # 0.5 % near the border, where light wraps
+    # 0.005: light that wraps near the border
     assert finer.speckle.max() < stated.max() <= 0.05 and (error < 1.5 * stated + 0.005).all()
 
 
 def test_errors_of_large_kernels_are_known_from_some_of_their_rows(monkeypatch):
     y, x = np.ogrid[-420:421, -300:301]
     kernel = np.maximum(np.hypot(y, x), 1.0) ** -3
-    # pairs of tiles err alike
+    # blocks of 2 x 2 tiles have the same error
     noise = (
         np.random.default_rng(0).standard_normal((421, 301)).repeat(2, 0).repeat(2, 1)[:841, :601]
     )
@@ -250,7 +254,8 @@ def test_errors_of_large_kernels_are_known_from_some_of_their_rows(monkeypatch):
     some = kernel_sampling_error.deviation(wrong, kernel)
     monkeypatch.setattr(kernel_sampling_error, "ROWS", 10000)
     whole = kernel_sampling_error.deviation(wrong, kernel)
-    # 200 blocks of an octave and more: a tenth; the octave of 32 to 64 tiles is cut by the core
+    # 15 %: 200 or more blocks per octave have a standard error of a tenth; the core covers a part
+    # of the octave of 32 to 64 tiles
     np.testing.assert_allclose(some[6:9], whole[6:9], rtol=0.15)
     assert (whole[6:9] > 0.1).all() and not whole[:4].any()
 
@@ -264,7 +269,7 @@ def test_a_pupil_with_hardly_any_phase_has_the_kernel_of_one_without():
     difference = np.abs(plain.bands[0] - hardly.bands[0])
     difference[60:-60, 60:-60] = 0.0
     beyond = plain.bands[0].sum() - plain.bands[0][60:-60, 60:-60].sum()
-    # two lattices of their own, each within its stated error
+    # the two kernels come from different lattices, each within its stated error
     assert difference.sum() < 0.03 * beyond
 
 
@@ -291,8 +296,8 @@ def test_what_the_period_wraps_into_the_border_is_stated(monkeypatch):
 
 @pytest.mark.slow
 def test_a_defocused_pattern_keeps_its_light():
-    # 20 waves at the rim: 350 um of geometric blur in a frame of 660 um; beyond it lies less than 1
-    # % of a point's light
+    # 20 waves at the rim of the pupil are 350 um of geometric blur in a frame of 660 um; less than
+    # 1 % of a point's light lies beyond the frame
     lens = WavefrontLens(zernike_um={4: 20 * 0.55 / (2 * np.sqrt(3))})
     [band] = computed(KernelRequest(lens, (), np.array([550.0]), (12.0, 12.0), (27, 27))).bands
     assert 0.985 < band.sum(dtype=float) < 1.001

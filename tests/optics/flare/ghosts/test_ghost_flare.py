@@ -1,5 +1,5 @@
-"""Ghosts: flux by hand and by an independent Monte Carlo trace, position, colour, pruning, energy
-of the drawing, bad input.
+"""Ghosts: flux by hand and by an independent Monte Carlo trace, position, colour, omission of faint
+pairs, energy of the drawing, bad input.
 """
 
 from dataclasses import replace
@@ -22,11 +22,11 @@ from ...lamp_ghosts import SINGLET, flux, lamp
 
 
 def monte_carlo(lens, tangent, count, seed=1):
-    """Trace single photons, each reflected or refracted by chance, until they reach the sensor;
-    nothing shared with the product.
+    """Trace single photons, each reflected or refracted at random, until they reach the sensor.
 
-    Spheres by their centres, Fresnel by sines and tangents of angles. Returns (x, y) of those
-    reflected exactly twice, and the start area.
+    The trace shares no code with the product: it intersects spheres by their centres and uses
+    Fresnel's equations in sines and tangents of angles. Return (x, y) on the sensor, mm, of the
+    photons that were reflected exactly twice, and the area from which photons start, mm2.
     """
     rng = np.random.default_rng(seed)
     stop, first, second, sensor = lens.surfaces
@@ -107,7 +107,7 @@ def test_flux_and_shape_against_an_independent_monte_carlo_trace(bare, column):
     spots, area_mm2 = monte_carlo(flare.of_lens(lens), tangent, 800_000)
     power = 1e3 * 0.008**2 * (1 + tangent**2) ** -2 * area_mm2 * 1e-6
     error = 1 / np.sqrt(len(spots))  # about 1.3 %
-    # + borders of the pupil grid
+    # the 0.004 is for the borders of the pupil grid
     assert flux(light)[0] == pytest.approx(power * len(spots) / 800_000, rel=3 * error + 0.004)
     weight = light.values[0] / light.values[0].sum()
     x_mm = light.x.values * 1e3
@@ -116,19 +116,21 @@ def test_flux_and_shape_against_an_independent_monte_carlo_trace(bare, column):
     wide = np.sqrt(weight.sum(0) @ (x_mm - mean) ** 2), np.sqrt(weight.sum(1) @ y_mm**2)
     size = spots.std(axis=0)
     assert mean == pytest.approx(spots[:, 0].mean(), abs=4 * size[0] * error + 0.005 * size[0])
-    # the tiles of 0.8 mm add their own width, one twelfth of the square each for the source and the
-    # drawing
+    # the tiles of 0.8 mm widen the ghost: source and drawing each add 1/12 of the squared tile
+    # width to the variance
     np.testing.assert_allclose(wide, np.hypot(size, 0.8 / np.sqrt(6)), rtol=0.02)
 
 
 def test_flux_of_a_slow_singlet_by_hand(bare):
-    """Slow, on the axis: T1 R2 R1 T2 of the light through the stop."""
+    """Compare with a closed form: on the axis of a slow lens the ghost has the flux T1 R2 R1 T2
+    of the light through the stop.
+    """
     lens = IdealLens(f_number=40.0, focal_length_mm=100.0)
     flare = GhostFlare(bare, error_allowed=0.0, sensor_reflectance_percent=0.0)
     light = flare.irradiance(lens, lamp(31, 0.005, 15, 15))
     r = (0.9 / 2.9) ** 2
     want = 1e3 * 0.005**2 * np.pi * (100 / 80) ** 2 * 1e-6 * r**2 * (1 - r) ** 2
-    # border of the stop on a grid of 48 points
+    # 5e-3: the border of the stop on a grid of 48 points
     assert flux(light)[0] / want == pytest.approx(1.0, abs=5e-3)
 
 
@@ -136,7 +138,7 @@ def test_the_matrices_tell_size_place_and_light(bare):
     real = load(bare).stopped(20.0)
     [pair] = rank(Powers(real, [550.0]), 0.05)
     assert (pair.front, pair.back) == (1, 2)
-    assert pair.share == pytest.approx((0.9 / 2.9) ** 4, rel=0.02)  # an ellipse for the stop
+    assert pair.share == pytest.approx((0.9 / 2.9) ** 4, rel=0.02)  # the stop as an ellipse
     path = ghost_path(4, 2, 1)
     edge = real.surfaces[0].semi_diameter_mm
     rays = follow(
@@ -145,7 +147,7 @@ def test_the_matrices_tell_size_place_and_light(bare):
         path,
         collimated(np.array([edge, 0.0]), np.zeros(2), 0.0, np.array([0.0, 0.01]), 0.0),
     )
-    # third-order aberration at f/20
+    # 2 %: third-order aberration at f/20
     assert abs(rays.position_mm[0, 0]) == pytest.approx(pair.radius_mm, rel=0.02)
     image = follow(
         real.surfaces,
@@ -161,7 +163,7 @@ def test_ghosts_of_a_night_lamp_lie_where_the_matrices_say_and_have_the_coatings
     lens = IdealLens(f_number=4.0, focal_length_mm=4.0)
     wave = np.array([430.0, 600.0, 680.0])
     flare = GhostFlare("double_gauss", error_allowed=1e-7, sensor_reflectance_percent=0.0)
-    # 3.6 degrees to the right; 96 tiles divide into coarse cells evenly
+    # the lamp is 3.6 degrees to the right; coarse cells divide 96 tiles without remainder
     scene = lamp(96, 0.005, slice(47, 49), 60, wave)
     light = flare.irradiance(lens, scene)
     share = flux(light) / (flux(lens(scene)))
@@ -170,7 +172,7 @@ def test_ghosts_of_a_night_lamp_lie_where_the_matrices_say_and_have_the_coatings
     assert share[1] < 0.5 * share[0] and share[1] < 0.5 * share[2]
     left = light.values[:, :, :48].sum()
     assert left > 0.1 * light.values.sum()
-    # a mirror image: beams are kept in float32
+    # the ghosts are symmetric about the horizontal; 1e-5 since beams are stored in float32
     np.testing.assert_allclose(light.values, light.values[:, ::-1], rtol=1e-5)
 
 
@@ -178,7 +180,7 @@ def test_turning_the_lamp_turns_the_ghosts(bare):
     lens = IdealLens(f_number=5.0, focal_length_mm=100.0)
     flare = GhostFlare(bare, error_allowed=0.0)
     right, down = (flare.irradiance(lens, lamp(61, 0.016, *at)) for at in ((30, 45), (45, 30)))
-    # the even points are not the same turned by 90 degrees
+    # the sample points are not the same after a turn by 90 degrees
     np.testing.assert_allclose(flux(right), flux(down), rtol=1e-3)
     where = [
         [
@@ -218,7 +220,8 @@ def test_what_is_left_out_is_listed_and_within_the_error():
     assert rows[0].left_out and 0 < sum(o.bound for o in rows[0].left_out) <= 3e-4
     exact = GhostFlare("double_gauss", error_allowed=0.0).irradiance(lens, scene)
     missing = (flux(exact) - flux(light)) / flux(lens(scene))
-    # the shares are of what could reach the plane of the sensor: more than falls on it
+    # the stated shares refer to all light that could reach the sensor plane, which is more than the
+    # light that falls on the sensor
     assert np.all(missing > -1e-9) and np.all(missing < 3e-4)
     pairs = rank(Powers(load("singlet"), wave, 0.02), 0.1)
     kept, left = split(pairs, 0.0)
@@ -236,7 +239,7 @@ def test_rays_between_wavelengths_are_those_of_their_own_wavelength():
     lit = (one.margin[0] > 0) & (many.margin[5] > 0)
     spread = np.ptp(one.x_mm[0][lit])
     assert np.abs(many.x_mm[5] - one.x_mm[0])[lit].max() < 3e-3 * spread
-    # angles of the nearest traced wavelength
+    # 5 %: the weights use the angles of the nearest traced wavelength
     np.testing.assert_allclose(many.weight[5][lit], one.weight[0][lit], rtol=0.05)
 
 
@@ -250,21 +253,23 @@ def test_the_canvas_keeps_energy_at_every_level():
         light = canvas.irradiance()
         np.testing.assert_allclose(light.sum(axis=(1, 2)) * 0.01 + canvas.outside, 1.0, rtol=1e-6)
         assert light.min() >= 0
-        # linear shares keep the centroid
+        # linear splatting keeps the centroid
         np.testing.assert_allclose(light[0].sum(axis=0) @ axis * 0.01, x[0].mean(), atol=1e-6)
 
 
 @pytest.mark.parametrize("tiles", [64, 75])
 def test_even_light_is_even_up_to_the_border(tiles):
-    """A grid of points far beyond the sensor, drawn at a coarse level: neither the border nor odd
-    sizes show.
+    """Draw a regular grid of points that extends far beyond the sensor: its light is uniform.
+
+    Neither the border of the sensor nor an odd number of tiles may be visible, also on a coarse
+    level of the canvas.
     """
     axis = quantities.centres(tiles, tiles * 0.1)
     canvas = Canvas(1, axis, axis, (0.1, 0.1))
     fine = (np.arange(480) + 0.5) / 480 * 24 - 12
     x, y = (v.reshape(1, -1) for v in np.meshgrid(fine, fine))
     canvas.draw(x, y, np.full(x.shape, 0.05**2))
-    # whole numbers of points per cell
+    # each cell holds a whole number of points, so only rounding remains
     np.testing.assert_allclose(canvas.irradiance(), 1.0, rtol=1e-9)
 
 
@@ -325,8 +330,8 @@ def test_beams_are_kept(bare):
 
 
 def test_blades_take_their_share_of_the_stop_and_shape_the_ghost(bare):
-    """On the axis a ghost is the stop's own picture: a polygon of the right area, corners where the
-    blades meet.
+    """On the axis a ghost is an image of the stop: a polygon with the area of its closed form and
+    corners where the blades meet.
     """
     lens = IdealLens(f_number=5.0, focal_length_mm=100.0)
     scene = lamp(121, 0.013, 60, 60)
@@ -334,13 +339,13 @@ def test_blades_take_their_share_of_the_stop_and_shape_the_ghost(bare):
     whole = flare.irradiance(lens, scene)
     for blades in (5, 6):
         cut = replace(flare, blades=blades, rotation_deg=20.0).irradiance(lens, scene)
-        # of the circle through the corners
+        # area of the polygon over that of the circle through its corners
         share = blades / (2 * np.pi) * np.sin(2 * np.pi / blades)
-        # 48 points across, cut hard
+        # 1.5 %: 48 points across the stop, each either inside or outside of the polygon
         assert flux(cut)[0] / flux(whole)[0] == pytest.approx(share, rel=0.015)
         assert np.all(cut.values <= whole.values * (1 + 1e-6) + 1e-12 * whole.values.max())
-    # near the border light is left in the directions of the six corners, not between them; a
-    # mirrored iris would have them at 40
+    # near the border only the directions of the six corners hold light; a mirrored iris would have
+    # its corners at 40 degrees
     x, y = np.meshgrid(cut.x.values, cut.y.values)
     radius = np.hypot(x, y)[whole.values[0] > 0.2 * whole.values.max()].max()
     turn = np.degrees(np.arctan2(y, x)) % 60

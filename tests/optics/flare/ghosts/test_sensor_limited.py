@@ -75,8 +75,9 @@ def test_other_flares_and_ghosts_of_others_are_left_as_they_are():
     ("prescription", "coating"), [("double_gauss", ""), ("double_gauss_camera", "multilayer")]
 )
 def test_uniform_light_piles_up_no_more_than_the_factor_says(prescription, coating):
-    """The pairs that come nearest to it, on tiles three times finer than those it was measured
-    on.
+    """Check the factor `PEAK` with the pairs of surfaces that come nearest to it.
+
+    The tiles are three times finer than those on which the factor was measured.
     """
     n = np.array([54, 96])
     y, x = (quantities.centres(k, 0.7 * k / n[1]) for k in n)
