@@ -1,4 +1,4 @@
-"""Convolution on another array library than NumPy: the same code, the same result."""
+"""Convolution with another array library than NumPy: the same code and the same result."""
 
 import numpy as np
 import pytest
@@ -9,8 +9,9 @@ from isethdr_core.physics.convolution import Kernel, convolve, convolve_with_bou
 
 @pytest.fixture(params=["array_api_strict", "torch"])
 def place(request):
-    """Return what puts a NumPy array into another library, on a device that is not where its new
-    arrays go unless told.
+    """Return a function that moves a NumPy array to a device of another library.
+
+    Where there is one, the device is not the library's default device.
     """
     xp = pytest.importorskip(request.param)
     if request.param == "torch":
@@ -35,15 +36,14 @@ def test_same_light_on_either_library(place, dtype, mirrored):
     if not mirrored:
         psf[3, 4] *= 2
     theirs = convolve(place(image), place(psf))
-    assert isinstance(theirs, type(place(image)))  # it stayed where it was
-    # their transforms are NumPy's, ours another library's: float64 rounding beside a lamp of 1e8
-    # times the background
+    assert isinstance(theirs, type(place(image)))  # the result stays in the library
+    # both use different transforms: float64 rounding next to a lamp of 1e8 times the background
     np.testing.assert_allclose(arrays.on_host(theirs), convolve(image, psf), rtol=3e-8)
 
 
 def test_doubtful_pixels_are_summed_there_too(place):
     y = np.arange(-20, 21)
-    # below 1e-13 of its peak: rounding of the transform would show
+    # the kernel falls below 1e-13 of its peak, so that rounding of the transform would be visible
     psf = np.exp(-0.5 * (y[:, None] ** 2 + y**2) / 2.0**2)
     image = np.random.default_rng(1).uniform(0.5, 1.5, (60, 50))
     image[30, 25] = 1e12
@@ -51,7 +51,7 @@ def test_doubtful_pixels_are_summed_there_too(place):
     assert isinstance(kernel, Kernel) and not isinstance(kernel.spectrum, np.ndarray)
     theirs, bound = convolve_with_bound(place(image), kernel)
     assert bound.pixels == 0
-    # what either transform is allowed, and not more
+    # the sum of the errors that the two transforms are allowed
     np.testing.assert_allclose(arrays.on_host(theirs), convolve(image, psf), rtol=6e-8)
 
 

@@ -1,5 +1,5 @@
-"""Convolution of 1080 x 1920 pixels, any reaching any other, against long double sums at some of
-them.
+"""Convolution of 1080 x 1920 pixels with a kernel that reaches from any pixel to any other, against
+long double sums at some pixels.
 """
 
 import numpy as np
@@ -15,7 +15,7 @@ def kernel(name):
     y, x = (np.arange(1 - n, n) for n in SHAPE)
     if name == "skirt":
         psf = (1 + np.hypot(y[:, None], x)) ** -3.0
-    else:  # below 1e-13 of its peak from 1000 pixels on
+    else:  # falls below 1e-13 of its peak beyond 1000 pixels
         psf = np.exp(-np.hypot(y[:, None], x) / 33.0)
     return psf / psf.sum()
 
@@ -59,7 +59,7 @@ def test_no_light_is_lost_or_made(prepared):
     image[540, 960] = 1e12
     image[500:580, 900:1000] += 1.0
     ny, nx = SHAPE
-    # the share of each lit pixel's light that stays in the frame, from sums of the kernel over
+    # share of each lit pixel's light that stays in the frame, from sums of the kernel over
     # rectangles
     total = np.zeros((2 * ny, 2 * nx))
     total[1:, 1:] = prepared.psf.cumsum(0).cumsum(1)

@@ -1,4 +1,4 @@
-"""Words belong to pixels: no cut, order or size may change one."""
+"""Random words belong to pixels: they do not depend on the division, order or size of an image."""
 
 import numpy as np
 from numpy.testing import assert_array_equal

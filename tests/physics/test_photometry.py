@@ -8,7 +8,8 @@ import pytest
 
 from isethdr_core.physics import photometry, radiometry
 
-# ISETCam's 5 nm table stops at 730 nm and holds zeros beyond, where ours goes on to 830 nm
+# last wavelength of ISETCam's 5 nm table, nm; it holds zeros beyond, while the table here continues
+# to 830 nm
 LAST_NM_OF_ISETCAM = 730
 
 
@@ -68,7 +69,7 @@ def test_agrees_with_isetcam(isetcam, largest_difference):
     d65 = photometry.xyz(isetcam["d65"], w)
     np.testing.assert_allclose(d65, isetcam["xyz_d65"], rtol=1e-14)
     largest_difference("luminance and XYZ of lights", d65, isetcam["xyz_d65"])
-    # their cut at 730 nm: 3.7e-5
+    # 5e-5: the end of ISETCam's table at 730 nm changes it by 3.7e-5
     np.testing.assert_allclose(
         photometry.luminance(isetcam["d65_w5"], w5), isetcam["lum_d65_w5"], rtol=5e-5
     )
@@ -82,7 +83,7 @@ def test_agrees_with_isetcam(isetcam, largest_difference):
     patches = photometry.luminance(isetcam["patch_energy"], w, axis=2)
     np.testing.assert_allclose(patches, isetcam["patch_lum"], rtol=5e-7)
     largest_difference("luminance of chart patches", patches, isetcam["patch_lum"])
-    # their Planck constant is 1.6e-5 above CODATA
+    # ISETCam's Planck constant is 1.6e-5 above CODATA
     np.testing.assert_allclose(
         radiometry.photons_from_energy(isetcam["d65"], w), isetcam["d65_photons"], rtol=2e-5
     )

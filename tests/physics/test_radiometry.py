@@ -22,7 +22,7 @@ def test_photons_and_energy_are_inverse_and_a_photon_of_1240_nm_has_one_electron
 
 def test_a_joule_per_nm_is_a_band_s_width_of_photons():
     w = np.array([1229.841984, 1239.841984, 1249.841984])
-    # 10 nm each; h c is 1239.84 eV nm
+    # bands of 10 nm; h c is 1239.84 eV nm
     np.testing.assert_allclose(
         r.photons_per_energy(w), 10 * w / 1239.841984 / 1.602176634e-19, rtol=1e-9
     )
@@ -42,12 +42,12 @@ def test_irradiance_factor_is_the_integral_over_the_cone():
         angle = np.linspace(0, np.arctan(1 / (2 * n)), 20001)
         cone = np.trapezoid(2 * np.pi * np.sin(angle) * np.cos(angle), angle)
         assert r.irradiance_factor(n) == pytest.approx(cone, rel=1e-7)  # trapezoid on 20000 steps
-    # a hemisphere, the most there can be
+    # f/0.5 is a hemisphere, the largest possible cone
     assert r.irradiance_factor_aplanatic(0.5) == pytest.approx(np.pi)
     assert r.irradiance_factor_aplanatic(32) == pytest.approx(
         r.irradiance_factor(32), rel=1 / (4 * 32**2)
     )
-    # at 1:1 the image is twice as far
+    # at magnification -1 the image is twice as far away
     assert r.irradiance_factor(4, -1) == pytest.approx(r.irradiance_factor(8))
     with pytest.raises(ValueError, match="0.4 is below 0.5"):
         r.irradiance_factor_aplanatic(0.4)
@@ -66,6 +66,6 @@ def test_black_body_integrates_to_stefan_boltzmann_and_peaks_where_wien_says():
     t = 5000.0
     w = np.geomspace(50, 1e6, 200_001)
     radiance = r.planck_radiance(w, t)
-    # tail beyond 1 mm is 1e-7
+    # the tail beyond 1 mm is 1e-7 of the integral
     assert np.pi * np.trapezoid(radiance, w) == pytest.approx(Stefan_Boltzmann * t**4, rel=1e-4)
     assert w[radiance.argmax()] == pytest.approx(2.897771955e6 / t, rel=1e-4)

@@ -9,8 +9,8 @@ import pytest
 
 from isethdr_core.physics.colour import colour_spaces
 
-# Lab 1, Lab 2, CIEDE2000: rows of Sharma, Wu, Dalal 2005, table 1, chosen for its traps: hue means
-# across 0 and 180 degrees, greys, large differences
+# Columns: Lab 1, Lab 2, CIEDE2000. Rows of Sharma, Wu, Dalal 2005, table 1, that are difficult:
+# mean hues across 0 and 180 degrees, greys, large differences.
 SHARMA = np.array(
     [
         [50, 2.6772, -79.7751, 50, 0, -82.7485, 2.0425],
@@ -53,17 +53,18 @@ def test_ciede2000_gives_sharmas_pairs():
 
 
 def test_a_mean_hue_of_0_is_not_taken_for_360():
-    """Hues of 315 and 45 degrees, of rounded components: the middle is 0, where the rotation of
-    blue ends in a step of 1e-5.
+    """Take the mean of hues of 315 and 45 degrees as 0 degrees also with rounded components.
+
+    At 360 degrees instead of 0, the rotation term for blue would add a step of 1e-5.
     """
     a = np.array([[50.0, 3, -3]])
     b = np.array([[50.0, 2, 2]])
-    for k in (1.0, 1 / 3, 0.7, np.pi):  # 4e-14: what is left is rounding
+    for k in (1.0, 1 / 3, 0.7, np.pi):  # scales that leave rounding of 4e-14 in the mean hue
         turned = [
             colour_spaces.de2000(k * a * [1 / k, 1, 1], b * [1, s, s])
             for s in np.linspace(0.5, 4, 200)
         ]
-        # just above 0
+        # a mean hue just above 0 degrees
         near = [
             colour_spaces.de2000(k * a * [1 / k, 1, 1 - 1e-9], b * [1, s, s])
             for s in np.linspace(0.5, 4, 200)
@@ -72,7 +73,10 @@ def test_a_mean_hue_of_0_is_not_taken_for_360():
 
 
 def test_large_pictures_are_as_small_ones():
-    """In pieces, also where they are broadcast, and where the last piece is short."""
+    """Large pictures, computed in pieces, give the same values as small ones.
+
+    This includes arguments that are broadcast and a short last piece.
+    """
     lab = np.random.default_rng(7).uniform(
         [0, -50, -50], [100, 50, 50], (3, colour_spaces.PIECE - 5, 3)
     )
@@ -89,11 +93,11 @@ def test_differences_equal_colour_science():
     science = pytest.importorskip("colour")
     rng = np.random.default_rng(0)
     a, b = rng.uniform([0, -120, -120], [100, 120, 120], (2, 5000, 3))
-    # 1e-11: rounding of two orders of the same operations
+    # 1e-11: rounding, since the same operations are done in another order
     np.testing.assert_allclose(
         colour_spaces.de2000(a, b), science.difference.delta_E_CIE2000(a, b), rtol=1e-11
     )
-    # where the mean of two hues turns round
+    # pairs for which the mean of two hues passes 0 degrees
     opposite = a * [1, -0.5, -0.5] + rng.normal(size=a.shape)
     np.testing.assert_allclose(
         colour_spaces.de2000(a, opposite),
@@ -109,8 +113,9 @@ def test_differences_equal_colour_science():
 
 
 def test_own_ciede2000_is_worth_its_lines():
-    """The own formula stays only while it takes less than half the time of colour-science on a
-    picture.
+    """The project's own formula takes less than half the time of colour-science on a picture.
+
+    Otherwise colour-science should replace it.
     """
     science = pytest.importorskip("colour")
     rng = np.random.default_rng(2)
@@ -118,7 +123,7 @@ def test_own_ciede2000_is_worth_its_lines():
     other = picture + rng.normal(0, 3, picture.shape)
     functions = colour_spaces.de2000, science.difference.delta_E_CIE2000
     seconds = []
-    for _ in range(5):  # in turns, and the best of each: other processes share the machine
+    for _ in range(5):  # alternate, and keep the best: other processes share the machine
         for function in functions:
             start = time.process_time()
             function(picture, other)
@@ -138,8 +143,8 @@ def test_lab_and_srgb_equal_colour_science():
     )
     code = science.models.eotf_inverse_sRGB(np.clip(xyz, 0, 1))
     np.testing.assert_allclose(colour_spaces.srgb_encode(xyz), code, atol=1e-12)
-    # colour-science solves the matrix from primaries, the standard rounds it to four digits: 1e-3
-    # is a quarter of a code
+    # colour-science computes the matrix from primaries, and the standard rounds it to four digits;
+    # 1e-3 is a quarter of an 8-bit code
     np.testing.assert_allclose(
         colour_spaces.linear_srgb(xyz),
         science.XYZ_to_sRGB(xyz, apply_cctf_encoding=False),
@@ -175,8 +180,8 @@ def test_agrees_with_isetcam(isetcam, largest_difference):
 
 def test_round_trips_and_white():
     values = np.linspace(0, 1, 1001)
-    # the standard's two pieces meet to 1e-7 only, so a value next to the knee may take the other
-    # piece
+    # the two pieces of the standard's curve differ by 1e-7 at the knee, so a value next to the knee
+    # may be decoded with the other piece
     np.testing.assert_allclose(
         colour_spaces.srgb_decode(colour_spaces.srgb_encode(values)), values, atol=1e-7
     )
@@ -211,7 +216,7 @@ def test_matrix_is_exact_for_the_white_and_for_a_sensor_that_spans_xyz():
     noisy = colour_spaces.colour_matrix(
         response[:, :3] ** 1.1, target, white @ mix.T, white, np.eye(3)
     )
-    # whatever the noise term, the white stays
+    # the white is exact with any noise term
     np.testing.assert_allclose(noisy @ (white @ mix.T), white, rtol=1e-12)
 
 
@@ -227,7 +232,7 @@ def test_matrix_is_the_least_squares_one_under_its_constraint():
     def cost(m):
         return np.sum((response @ m.T - target) ** 2) + np.trace(m @ noise @ m.T)
 
-    for _ in range(50):  # every step along the constraint makes it worse
+    for _ in range(50):  # every step along the constraint raises the cost
         step = rng.normal(size=(3, 4))
         step -= np.outer(step @ u, u) / (u @ u)
         assert cost(best + 1e-3 * step) > cost(best)

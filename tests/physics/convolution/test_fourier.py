@@ -1,5 +1,5 @@
-"""Transforms along one axis, by whichever library: against the sum that defines them, and there and
-back.
+"""Transforms along one axis, with SciPy and with ducc0: against the sum that defines them, and
+round trips.
 """
 
 import numpy as np
@@ -23,12 +23,12 @@ def matrix(n):
     return np.exp(-2j * np.pi * np.outer(np.arange(n), np.arange(n)) / n)
 
 
-# rounding of n = 90 terms of size 1: some eps x sqrt(n)
+# tolerances: rounding of n = 90 terms of size 1, a few times eps x sqrt(n)
 @pytest.mark.parametrize(
     "real, made, tolerance", [(np.float64, np.complex128, 1e-13), (np.float32, np.complex64, 1e-4)]
 )
 def test_rows(library, real, made, tolerance):
-    # part of a wider array
+    # the output is a part of a wider array
     rows = rng.uniform(-1, 1, (5, 90)).astype(real)
     out = np.empty((5, 60), made)[:, :46]
     fourier.rfft(rows, out)

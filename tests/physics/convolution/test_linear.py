@@ -1,4 +1,4 @@
-"""Convolution: against long double direct sums, in the dark beside very bright light."""
+"""Convolution against direct sums in long double, for dark pixels next to very bright ones."""
 
 import numpy as np
 import pytest
@@ -7,7 +7,7 @@ from isethdr_core.physics.convolution import convolve, convolve_with_bound, dire
 
 
 def direct(image, psf, pixels):
-    """Direct sums in long double: independent of any transform."""
+    """Return direct sums in long double at `pixels`, which are independent of any transform."""
     ny, nx = image.shape
     cy = psf.shape[0] // 2
     cx = psf.shape[1] // 2
@@ -41,14 +41,14 @@ def gaussian(n, sd):
 
 @pytest.mark.parametrize(
     "ratio",
-    # the ratios between these are among the slow tests
+    # the ratios between these three are tested among the slow tests
     [1e2, 1e7, 1e12, *(pytest.param(r, marks=pytest.mark.slow) for r in (1e4, 1e6, 1e8, 1e10))],
 )
 @pytest.mark.parametrize("kernel", ["skirt", "gaussian", "point"])
 @pytest.mark.parametrize("lamps", [1, 60])
 @pytest.mark.parametrize("few", [0, 1e8])
 def test_dark_pixels_beside_lamps(ratio, kernel, lamps, few, monkeypatch):
-    # both ways out: sources summed, pixels summed
+    # both kinds of direct sums: over the few bright sources, and for the dark pixels
     monkeypatch.setattr(direct_sums, "FEW_PRODUCTS", few)
     rng = np.random.default_rng(3)
     image = rng.uniform(0.5, 1.5, (60, 80))
@@ -72,7 +72,7 @@ def test_black_stays_black_and_nothing_is_negative(few, monkeypatch):
     image[5, 5] = 1e12
     got = convolve(image, gaussian(21, 1.5))
     assert got.min() >= 0
-    assert np.all(got[:, 41:] == 0)  # out of the kernel's reach: exactly nothing
+    assert np.all(got[:, 41:] == 0)  # out of the kernel's reach: exactly 0
     assert np.all(got[:, :40] > 0)
     assert np.all(convolve(np.zeros((5, 4)), skirt(9, 7)) == 0)
 
@@ -115,7 +115,7 @@ def test_linear_and_scale_free():
     a = rng.uniform(0, 1, (30, 40))
     b = rng.uniform(0, 1e6, (30, 40))
     psf = skirt(59, 79)
-    # as stated
+    # 1e-8: the stated accuracy
     np.testing.assert_allclose(
         convolve(2 * a + b, psf), 2 * convolve(a, psf) + convolve(b, psf), rtol=1e-8
     )
@@ -140,7 +140,7 @@ def test_bound_says_what_was_kept(monkeypatch, products):
     error = np.abs(np.array([got[p] for p in pixels]) - want)
     assert np.all(error <= bound.relative * want + bound.absolute)
     if products == 0:
-        # the fallback is not free
+        # the fallback has a measurable error
         assert error.max() / bound.absolute > 1e-3 or (error / want).max() > 1e-8
 
 
@@ -152,7 +152,7 @@ def test_a_prepared_kernel_and_float32_lose_nothing(mirror):
     if mirror:
         psf = psf + psf[::-1, ::-1]
     kernel = linear.prepare(psf, image.shape)
-    assert np.isrealobj(kernel.spectrum) == mirror  # half the memory where nothing is lost
+    assert np.isrealobj(kernel.spectrum) == mirror  # half the memory, without loss
     pixels = [(i, j) for i in (0, 20, 39) for j in (0, 25, 49)]
     want = direct(image, psf, pixels).astype(float)
     # float64 rounding, not float32's 6e-8

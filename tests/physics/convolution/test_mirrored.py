@@ -57,7 +57,7 @@ def test_convolutions_are_those_of_the_whole(shape, library, monkeypatch):
         pytest.skip("ducc0 is not installed: pip install 'isethdr[fast]'")
     some, whole = mirrored()
     image = rng.uniform(0, 1, shape)
-    image[2, 1] = 1e9  # so that dark pixels are summed directly, from the whole kernel
+    image[2, 1] = 1e9  # then dark pixels need direct sums with the whole kernel
     want = convolve(image, whole)
     np.testing.assert_allclose(convolve(image, some), want, rtol=1e-7)
     assert prepare(some, shape).spectrum.dtype == float

@@ -1,5 +1,5 @@
-"""Bands convolved together, straight to channels, against one convolution per band; and the basis
-that makes few functionals enough.
+"""Bands convolved together into channels, against one convolution per band; and the basis with
+which few functionals are enough.
 """
 
 from concurrent.futures import ThreadPoolExecutor
@@ -73,7 +73,8 @@ def test_with_as_many_functionals_as_bands_nothing_is_lost(mirrored):
     factor = rng.uniform(0.2, 1, SHAPE)
     with ThreadPoolExecutor(2) as pool:
         out = given(cube, kernels, project, np.linalg.inv(project), factor=factor, apply=pool.map)
-    # float64 rounding of transforms beside lamps of 1e8, times the condition of the random basis
+    # float64 rounding of transforms with lamps of 1e8, times the condition number of the random
+    # basis
     np.testing.assert_allclose(out, by_bands(cube, kernels, factor), rtol=1e-7)
 
 
@@ -89,7 +90,7 @@ def test_as_many_functionals_as_there_are_spectra_are_enough():
         project = rows[:count]
         out = given(cube, kernels, project, predictor(project, moments))
         errors.append(np.abs(out / want - 1).max())
-    assert errors[1] < 1e-9, errors  # four spectra, four functionals: rounding of a fit
+    assert errors[1] < 1e-9, errors  # four functionals for four spectra: rounding of a fit
     assert errors[0] > 1e-6  # three are too few, so the test can fail
 
 
@@ -108,7 +109,7 @@ def test_directions_begin_with_the_channels_and_are_independent():
     assert np.linalg.matrix_rank(np.concatenate([rows[:3], WEIGHTS]), tol=1e-9) == 3
     assert np.linalg.matrix_rank(rows, tol=1e-6) == BANDS
     alike = directions(np.concatenate([WEIGHTS, 2 * WEIGHTS]), np.eye(BANDS), np.eye(BANDS))
-    # channels that see alike count once
+    # channels with proportional weights count once
     assert np.linalg.matrix_rank(np.concatenate([alike[:3], WEIGHTS]), tol=1e-9) == 3
 
 

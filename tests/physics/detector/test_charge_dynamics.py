@@ -1,5 +1,5 @@
-"""Charge of a softly overflowing well against high-precision closed forms, limits and other ways of
-solving it.
+"""Charge of a well with soft overflow: against high-precision closed forms, limits and other
+solvers.
 """
 
 import mpmath as mp
@@ -15,8 +15,9 @@ T = 0.016
 
 
 def reference(q0, rates, times, well):
-    """Return (charge, spilled) through pieces of constant light with 60 digits, from the linear
-    equation of u.
+    """Return charge and spilled charge, electrons, after pieces of constant light, with 60 digits.
+
+    They follow from the linear differential equation of u = exp(-(charge - knee) / thermal).
     """
     knee = mp.mpf(well.knee_e)
     thermal = mp.mpf(well.thermal_e)
@@ -49,7 +50,7 @@ def test_constant_light_agrees_with_sixty_digits(thermal_e):
             charge, spilled = cd.flow(q0, rates, t, well)
             for rate, q, s in zip(rates, charge, spilled):
                 want_q, want_s = reference(q0, [rate], [t], well)
-                # 1e-50: what 60 digits leave of the knee
+                # 1e-50: rounding of the knee with 60 digits
                 assert abs(q - want_q) <= 1e-12 * abs(want_q) + mp.mpf("1e-50")
                 if want_s > 1e-290:  # smaller numbers are not representable with full precision
                     assert abs(s - want_s) <= 1e-12 * want_s
@@ -68,13 +69,13 @@ def test_pulsed_light_agrees_with_sixty_digits(level):
 def test_charge_is_conserved_at_any_light():
     rate = np.logspace(-3, 14, 200)
     charge, spilled = cd.flow(3.0, rate, T, WELL)
-    # 8 roundings of the largest of the three numbers
+    # 8e-15 allows 8 roundings of the largest of the three numbers
     np.testing.assert_allclose(charge + spilled, 3.0 + rate * T, rtol=1e-15 * 8)
 
 
 def test_below_the_knee_nothing_is_lost():
     charge, spilled = cd.flow(0.0, np.array([0.0, 1.0, 1e4, 5e5]), T, WELL)
-    # 8000 e lie exp(-22) below the knee's overflow
+    # at 8000 e the overflow is exp(-22) of that at the knee
     np.testing.assert_allclose(charge, np.array([0.0, 1.0, 1e4, 5e5]) * T, rtol=0, atol=1e-9)
     assert 0 < spilled.max() < 1e-9
 
@@ -82,7 +83,7 @@ def test_below_the_knee_nothing_is_lost():
 def test_one_piece_is_the_same_as_many():
     whole = cd.flow(0.0, 3e6, T, WELL)
     cut = cd.flow_pieces(0.0, [3e6] * 7, [T / 7] * 7, WELL)
-    np.testing.assert_allclose(cut, whole, rtol=1e-12)  # 7 times the rounding of a piece
+    np.testing.assert_allclose(cut, whole, rtol=1e-12)  # rounding of 7 pieces
     np.testing.assert_array_equal(cd.flow(123.0, 1e9, 0.0, WELL)[0], 123.0)
 
 
@@ -100,13 +101,14 @@ def test_steady_states():
             slope = mp.mpf(leak) + mp.mpf(WELL.knee_e_per_s) / WELL.thermal_e * mp.exp(
                 (q - WELL.knee_e) / WELL.thermal_e
             )
-            assert abs(balance / slope) < 1e-13 * abs(q) + 1e-12  # the root's own error, electrons
+            assert abs(balance / slope) < 1e-13 * abs(q) + 1e-12  # error of the root, electrons
 
 
 def test_inverse_gives_back_what_arrived():
     arrived = np.concatenate([[0.0, 1.0], np.logspace(2, 14, 61)])
     charge, _ = cd.flow(0.0, arrived / T, T, WELL)
-    # one rounding of 30 000 e is 4e-12 / 530 of what arrived; an empty well leaks 1e-15 e
+    # one rounding of 30 000 e changes the arrived electrons by a share of 4e-12 / 530; an empty
+    # well leaks 1e-15 e
     np.testing.assert_allclose(
         cd.arrived_from_charge(charge, T, WELL), arrived, rtol=1e-13, atol=1e-14
     )
@@ -133,7 +135,7 @@ def test_linear_limit_loses_what_is_allowed():
     assert cd.flow(0.0, limit / T, T, WELL)[1] == pytest.approx(0.5, rel=1e-9)
     assert cd.linear_limit_e(0.05, T, WELL) < limit < cd.linear_limit_e(5.0, T, WELL)
     shallow = cd.Well(knee_e=150.0, thermal_e=400.0, knee_e_per_s=1e6)
-    assert cd.linear_limit_e(1e-6, T, shallow) == 0.0  # an empty well loses more in the dark
+    assert cd.linear_limit_e(1e-6, T, shallow) == 0.0  # even an empty well loses more
 
 
 def rippled(levels):
@@ -209,14 +211,14 @@ def test_steps_converge_to_the_exact_charge():
     def light(t):
         return levels * (1 + 0.5 * np.cos(2 * np.pi * (100 * t + 0.75)))
 
-    # measured 4.5e-7 .. 6e-6 with 1024 graded steps; twice that
+    # measured: 4.5e-7 to 6e-6 with 1024 graded steps; the tolerance is twice that
     got = steps.exponential_steps(0.0, light, steps.graded(T, 1024), WELL)
     np.testing.assert_allclose(got, exact, rtol=1.2e-5)
     coarse, fine = (
         np.abs(steps.implicit_steps(0.0, light, np.linspace(0, T, n + 1), WELL) / exact - 1).max()
         for n in (64, 512)
     )
-    assert fine < coarse / 6  # first order: 8 times fewer
+    assert fine < coarse / 6  # first order: 8 times the steps have an eighth of the error
 
 
 def test_implicit_steps_with_a_leak_reach_the_steady_state_at_any_step():
@@ -229,8 +231,8 @@ def test_implicit_steps_with_a_leak_reach_the_steady_state_at_any_step():
 
 
 def test_explicit_steps_would_fail_where_ours_do_not():
-    """The problem is stiff: one explicit step of a microsecond at 1e12 e/s leaves the well by
-    orders of magnitude.
+    """Show that the problem is stiff: explicit steps of a microsecond at 1e12 e/s overshoot the
+    well by orders of magnitude, while implicit steps agree with the closed form.
     """
     q = 0.0
     h = 1e-6

@@ -1,4 +1,4 @@
-"""Noise of a softly overflowing well against its differential equation, the master equation and
+"""Noise of a well with soft overflow: against its differential equation, the master equation and
 simulated electrons.
 """
 
@@ -14,13 +14,14 @@ from isethdr_core.physics.detector.random_words import words
 
 T = 0.016
 WELL = cd.Well(knee_e=20000.0, thermal_e=530.0)
-# few enough electrons to follow one by one
+# a well small enough to simulate each electron
 SMALL = cd.Well(knee_e=600.0, thermal_e=25.0, knee_e_per_s=2e4)
 
 
 def master_equation(rates, times, well, states=1100):
-    """Return mean and variance of the charge from the probabilities of every count, one electron in
-    or out at a time.
+    """Return mean and variance of the charge from the master equation.
+
+    It gives the probability of every count of electrons, where single electrons enter and leave.
     """
     count = np.arange(states, dtype=float)
     leaves = well.overflow_e_per_s(count)
@@ -78,7 +79,7 @@ def test_closed_moments_solve_their_differential_equations(rates):
             y = solve_ivp(
                 slopes, (0, T / len(rates)), y, args=(rate,), method="Radau", rtol=1e-10, atol=1e-7
             ).y[:, -1]
-    # 1e-6: the solver's own error, in differences of large numbers; 1e-7 its atol
+    # 1e-6: the solver's own error, in differences of large numbers; 1e-7: its atol
     np.testing.assert_allclose(
         [got.charge_e, got.charge_var_e2, got.spilled_e, got.spilled_var_e2],
         y[:4],
@@ -94,9 +95,9 @@ def test_charge_plus_spill_is_poisson_and_the_well_forgets():
     np.testing.assert_allclose(
         got.charge_var_e2 + got.spilled_var_e2 + 2 * got.covariance_e2, arrived, rtol=1e-12
     )
-    # no spill: Poisson
+    # without spill, the charge is Poisson distributed
     np.testing.assert_allclose(got.charge_var_e2[:10], arrived[:10], rtol=1e-12)
-    # full: kT C noise
+    # a full well has kTC noise
     assert float(got.charge_var_e2[-1]) == pytest.approx(WELL.thermal_e, rel=1e-6)
     assert np.all(got.charge_var_e2 >= 0) and np.all(got.spilled_var_e2 >= 0)
 
@@ -117,14 +118,17 @@ def test_moments_agree_with_the_master_equation(rates):
     for rate, t in zip(rates, times):
         got = noise.flow_moments(got, rate, t, SMALL)
     mean, variance = master_equation(rates, times, SMALL)
-    # what linearising costs: of the order of one electron of mean and 1 / thermal of the variance
-    # (here 4 %)
+    # error of the linearisation: of the order of one electron in the mean and 1 / thermal in the
+    # variance (here 4 %)
     assert float(got.charge_e) == pytest.approx(mean, abs=0.75)
     assert float(got.charge_var_e2) == pytest.approx(variance, rel=0.04)
 
 
 def test_moments_agree_with_electrons_followed_one_by_one():
-    """Gillespie's direct method (1977): exact times of every arrival and every loss."""
+    """Compare with a simulation of each electron by Gillespie's direct method (1977).
+
+    It draws the exact time of every arrival and every loss.
+    """
     rng = np.random.default_rng(5)
     pixels = 3000
     rate = 6e4
@@ -141,7 +145,7 @@ def test_moments_agree_with_electrons_followed_one_by_one():
         q = q + np.where(alive, 1 - 2 * lost, 0)
         spilled = spilled + lost
     got = noise.flow_moments(noise.EMPTY, rate, T, SMALL)
-    # 5 standard errors and, for linearising, as for the master equation
+    # 5 standard errors, and the error of the linearisation as for the master equation
     assert q.mean() == pytest.approx(float(got.charge_e), abs=5 * np.sqrt(q.var() / pixels) + 0.75)
     for found, want in ((q.var(), got.charge_var_e2), (spilled.var(), got.spilled_var_e2)):
         assert found == pytest.approx(float(want), rel=5 * np.sqrt(2 / pixels) + 0.04)
@@ -160,7 +164,7 @@ def test_draws_have_these_moments(rate):
     charge = noise.draw_charge(arrived, words(("test", "spill"), 0, size[0], 0, size[1]), T, WELL)
     want = noise.flow_moments(noise.EMPTY, rate, T, WELL)
     n = charge.size
-    # 5 standard errors; 0.01 e: the curvature of the knee, which the closed moments leave out
+    # 5 standard errors; 0.01 e: the curvature of the knee, which the closed-form moments neglect
     assert charge.mean() == pytest.approx(
         float(want.charge_e), abs=5 * np.sqrt(charge.var() / n) + 0.01
     )
@@ -173,15 +177,17 @@ def test_draws_have_these_moments(rate):
     [1.2e4, 4e4, 1e9, *(pytest.param(r, marks=pytest.mark.slow) for r in (3.5e4, 4.5e4, 2e5))],
 )
 def test_draws_agree_with_the_master_equation_even_at_the_knee(rate):
-    """Between straight line and logarithm the closed moments, which are linear there, are up to 2.9
-    e (0.5 %) and 17 % off.
+    """Compare drawn charge with the master equation, also near the knee.
+
+    The closed-form moments are linearised and err there by up to 2.9 e (0.5 %) in the mean and 17 %
+    in the variance.
     """
     size = (100, 1000)
     arrived = poisson(np.full(size, rate * T), words(("test", "arrive"), 0, size[0], 0, size[1]))
     charge = noise.draw_charge(arrived, words(("test", "spill"), 0, size[0], 0, size[1]), T, SMALL)
     mean, variance = master_equation([rate], [T], SMALL, 1200)
-    # half an electron: electrons are counted, the equation is smooth; 8 %: variance of a sharply
-    # bent knee
+    # half an electron: the master equation counts whole electrons, while the overflow is smooth; 8
+    # %: variance at a sharp knee
     assert charge.mean() == pytest.approx(mean, abs=5 * np.sqrt(variance / charge.size) + 0.55)
     assert charge.var() == pytest.approx(variance, rel=5 * np.sqrt(2 / charge.size) + 0.08)
 
@@ -189,7 +195,7 @@ def test_draws_agree_with_the_master_equation_even_at_the_knee(rate):
 def test_draws_without_spill_are_the_arrived_electrons():
     arrived = np.arange(0.0, 12000.0, 100.0)[None, :]
     word = words(("test", "spill"), 0, 1, 0, arrived.size)
-    # 12 000 e lie exp(-15) below the knee's overflow
+    # at 12 000 e the overflow is exp(-15) of that at the knee
     np.testing.assert_allclose(
         noise.draw_charge(arrived, word, T, WELL), arrived, rtol=0, atol=1e-6
     )

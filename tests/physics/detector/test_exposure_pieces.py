@@ -1,4 +1,4 @@
-"""Light relative to its mean over time, and exposures cut where lamps switch."""
+"""Light relative to its mean over time, and exposures divided where lamps switch."""
 
 import numpy as np
 import pytest
@@ -23,8 +23,8 @@ def test_the_mean_over_all_phases_is_the_mean_over_time(light):
         relative_light(light._replace(phase=p), 0.0123, 0.0041)
         for p in (np.arange(1000) + 0.5) / 1000
     ]
-    # the midpoint rule over four kinks, each of slope 1 / (duty f T): 1 / 8 of a step squared; a
-    # sine is summed exactly
+    # the midpoint rule errs by 1/8 of a step squared at each of four kinks of slope 1 / (duty f T);
+    # it sums a sine exactly
     assert np.mean(found) == pytest.approx(
         1.0, abs=0.5e-6 / light.duty / (light.frequency_hz * 0.0041) if light.duty < 1 else 1e-13
     )
@@ -33,7 +33,7 @@ def test_the_mean_over_all_phases_is_the_mean_over_time(light):
 @EACH
 def test_whole_periods_see_the_mean(light):
     for periods in (1, 3, 1000):
-        # the exposure is rounded: 1e-16 of it is 1e-16 / duty of a pulse
+        # the exposure is rounded: 1e-16 of an exposure is 1e-16 / duty of a pulse
         np.testing.assert_allclose(
             relative_light(light, np.linspace(0, 1, 17), periods / light.frequency_hz),
             1.0,
@@ -53,7 +53,7 @@ def test_the_integral_is_that_of_many_samples(light):
         if light.depth
         else (turns % 1 < light.duty) / light.duty
     )
-    # each of the few edges is found to half a sample; a sine to 1e-10
+    # each of the few edges is resolved to half a sample; a sine is summed to 1e-10
     assert light_s(light, start, duration) == pytest.approx(
         wave.mean() * duration, abs=4 * duration / samples / light.duty
     )

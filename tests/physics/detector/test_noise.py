@@ -1,5 +1,5 @@
-"""Draws by inversion: exact distributions, monotone, finite from 0 to 1e18 electrons, the same in
-any cut.
+"""Random numbers by inversion: exact distributions, monotone in the mean, finite from 0 to 1e18
+electrons, the same for any division of an image.
 """
 
 import time
@@ -28,9 +28,9 @@ def test_normal_distribution():
 def test_normal_float32_is_the_float64_quantile():
     word = np.concatenate([WORDS, 2 ** np.arange(63), -(2 ** np.arange(63))])
     exact = noise.normal(word)
-    # AS 241 in float32: 5e-7 (1 + |z|) is its stated error
+    # 5e-7 (1 + |z|): the stated error of algorithm AS 241 in float32
     assert np.all(np.abs(noise.normal_float32(word) - exact) < 5e-7 * (1 + np.abs(exact)))
-    assert np.abs(exact).max() > 9  # the far tail was reached
+    assert np.abs(exact).max() > 9  # the words include the far tail
 
 
 def test_normal_keeps_the_shape():
@@ -47,13 +47,16 @@ def test_pairs_are_normal_and_independent():
 
 
 def test_counts_are_those_of_scipy_in_less_than_half_its_time():
-    """The own inversion stays only while it is more than twice as fast; it takes a fiftieth."""
+    """The project's own inversion takes less than half the time of SciPy (measured: a fiftieth).
+
+    Otherwise SciPy should replace it.
+    """
     word = WORDS[:5000]
     mean = np.logspace(-1, 5, word.size)
     p, upper = tail(word)
-    probability = np.where(upper, 1 - p, p)  # SciPy takes no upper tail without rounding it away
+    probability = np.where(upper, 1 - p, p)  # SciPy takes no upper tail, and 1 - p rounds it
     seconds = []
-    for _ in range(3):  # the best of three, in turns: other processes share the machine
+    for _ in range(3):  # alternate, keep the best of three: other processes share the machine
         for counts in (
             lambda: noise.poisson(mean, word),
             lambda: stats.poisson.ppf(probability, mean),
@@ -73,7 +76,7 @@ def test_poisson_chi_square(mean):
     expected = np.diff(stats.poisson.cdf(edges, mean)) * N
     found = np.histogram(count, edges + 0.5)[0]
     keep = expected > 5
-    # fixed words: 1e-3 fails only when the distribution is wrong
+    # the random words are fixed, so 1e-3 fails only if the distribution is wrong
     assert (
         stats.chisquare(
             found[keep], expected[keep] / expected[keep].sum() * found[keep].sum()
@@ -104,12 +107,12 @@ def test_poisson_is_the_exact_quantile_into_both_tails(mean):
 
 
 def test_small_means_are_right_too():
-    # P(count >= 1) = 1 - exp(-1e-12) = 1e-12: words whose upper tail is just inside and just
-    # outside
+    # P(count >= 1) = 1 - exp(-1e-12) = 1e-12: one word with an upper tail just below it, one with
+    # an upper tail just above it
     step = int(1e-12 * 2.0**64)
     assert_array_equal(noise.poisson(np.full(2, 1e-12), np.array([step - 2, step + 2])), [1, 0])
     assert_array_equal(noise.poisson(np.zeros(N), WORDS), 0)
-    assert noise.poisson(np.array([0.0]), np.array([0]))[0] == 0  # the luckiest word of all
+    assert noise.poisson(np.array([0.0]), np.array([0]))[0] == 0  # the extreme word
 
 
 def test_monotone_in_the_mean():
@@ -123,14 +126,16 @@ def test_large_means_follow_the_normal_limit(mean):
     word = WORDS[:20_000]
     count = noise.poisson(np.full(word.size, mean), word)
     z = (count - mean) / np.sqrt(mean)
-    # Cornish-Fisher's next term, (z^2 + 2) / 6 / sqrt(mean), plus one float64 step of the mean
+    # next term of the Cornish-Fisher expansion, (z^2 + 2) / 6 / sqrt(mean), plus one float64 step
+    # of the mean
     p, upper = tail(word)
     exact = np.where(upper, -ndtri(p), ndtri(p))
     assert_allclose(z, exact, atol=(20 / 6 + 1) / np.sqrt(mean) + np.spacing(mean) / np.sqrt(mean))
 
 
 def test_any_cut_or_order_gives_the_same_counts():
-    # levels of every branch, mixed: a block must not choose its neighbours' precision
+    # mixed levels of all branches: the result in a pixel must not depend on the other pixels of its
+    # block
     mean = np.geomspace(1e-3, 1e12, N).reshape(400, 500)[
         :, np.random.default_rng(0).permutation(500)
     ]

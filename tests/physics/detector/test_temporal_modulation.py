@@ -1,6 +1,4 @@
-"""Light of lamps that vary in time: closed forms, limits, high precision, and phases that do not
-drift.
-"""
+"""Temporal modulation of lamps: closed forms, limits, high precision, and phases without drift."""
 
 from fractions import Fraction
 
@@ -12,7 +10,7 @@ from isethdr_core.physics.detector import temporal_modulation as m
 
 
 def square_reference(start, duration, frequency, duty, phase):
-    """Return the seconds that a square wave is on, with exact fractions of the float64 inputs."""
+    """Return the time, s, that a square wave is on, in exact fractions of the float64 inputs."""
     start, duration, frequency, duty, phase = (
         Fraction(v) for v in (start, duration, frequency, duty, phase)
     )
@@ -33,7 +31,8 @@ def test_square_wave_agrees_with_exact_fractions(frequency, start):
             for phase in (0.0, 0.37, 0.95):
                 want = square_reference(start, duration, frequency, duty, phase)
                 got = float(m.square_wave_s(start, duration, frequency, duty, phase))
-                # roundings of the exposure, and of a phase: a switching edge moves by 2e-16 periods
+                # rounding of the exposure, and of the phase, which moves a switching edge by 2e-16
+                # periods
                 assert abs(got - want) <= 4e-16 * duration + min(2.5e-16 / frequency, duration), (
                     duty,
                     duration,
@@ -76,7 +75,7 @@ def test_phase_is_exact_after_a_day():
             want -= want.__floor__()
             got = Fraction(float(m.phase_at(t, f, 0.25)))
             assert min(abs(got - want), 1 - abs(got - want)) <= Fraction(3e-16)
-    # without the exact product the phase would be lost: this is what the test can see
+    # the plain product in float64 loses the phase, so the test is sensitive to it
     naive = (123456.789 * 7.3e8 + 0.25) % 1
     want = Fraction(123456.789) * Fraction(7.3e8) + Fraction(0.25)
     assert abs(Fraction(naive) - (want - want.__floor__())) > Fraction(1e-4)
@@ -91,7 +90,7 @@ def test_duty_and_frequency_limits():
     )
     assert m.square_wave_s(5.0, 0.016, 1e-12, 0.4, 0.39) == 0.016
     assert m.ripple_s(5.0, 0.016, 0.0, 0.5, 0.5) == pytest.approx(0.008, rel=1e-15)
-    # many periods: the mean, to within one period of a million
+    # over a million periods the result is the mean, to within one period
     assert m.square_wave_s(0.3, 0.016, 6.25e7, 0.1) == pytest.approx(0.0016, rel=1e-5)
     assert m.square_wave_s(0.3, 0.016, 90.0, 0.1) == m.square_wave_s(0.3, 0.016, 90.0, 0.1, 1.0)
 
@@ -102,7 +101,7 @@ def test_exposures_add_up():
         lambda s, d: m.square_wave_s(s, d, 93.7, 0.23, 0.1),
         lambda s, d: m.ripple_s(s, d, 93.7, 0.8, 0.1),
     ):
-        # 1e-16 s: starts are rounded decimal numbers
+        # 2e-16 s per exposure: starts are rounded decimal numbers
         assert integral(starts, 0.001).sum() == pytest.approx(
             float(integral(0.3, 0.016)), abs=2e-16 * 16
         )
@@ -112,12 +111,12 @@ def test_rolling_shutter_rows_see_the_lamp_at_their_own_time():
     starts = m.row_starts_s(400, 2e-5, start_s=1000.0)
     assert starts.shape == (400, 1) and starts[1, 0] == 1000.0 + 2e-5
     on = m.square_wave_s(starts, 5e-4, 1000.0, 0.5)
-    # 1e-13 s: times near 1000 s are rounded to that
-    # full bands: light and dark
+    # 1e-13 s: rounding of times near 1000 s
+    # the bands are fully dark and fully lit
     assert on.min() == pytest.approx(0.0, abs=1e-13) and on.max() == pytest.approx(5e-4, rel=1e-9)
-    # 50 rows are one period; 1000.00102 is rounded to 1e-13 s
+    # 50 rows are one period; times such as 1000.00102 s are rounded to 1e-13 s
     np.testing.assert_allclose(on[50:], on[:-50], atol=2e-13)
-    # whole periods: no bands
+    # exposures of whole periods show no bands
     assert np.ptp(m.square_wave_s(m.row_starts_s(400, 2e-5), 3e-3, 1000.0, 0.5)) < 1e-15
     assert np.ptp(m.row_starts_s(400, 0.0)) == 0.0
 
@@ -137,7 +136,7 @@ def test_pieces_make_up_the_exposure(frequency, duty):
         atol=1e-17,
     )
     assert durations.min() >= 0 and set(np.unique(on)) <= {0.0, 1.0}
-    # in order: each piece has the lamp's state in its middle
+    # the pieces are in order: the lamp's state in the middle of a piece is that of the piece
     begin = starts + np.cumsum(durations, axis=0) - durations
     middle = m.phase_at(begin + durations / 2, frequency, 0.2) < duty
     np.testing.assert_array_equal(middle[durations > 1e-9], on[durations > 1e-9] == 1.0)

@@ -51,7 +51,7 @@ def encircled(values, pitch_um, radius_um):
 
 def test_airy_encircled_energy_at_the_dark_rings():
     p = psf(550, 0.05, 256)
-    for x, want in ((3.8317, 0.8378), (7.0156, 0.9099)):  # 1 - J0^2 - J1^2 at the zeros of J1
+    for x, want in ((3.8317, 0.8378), (7.0156, 0.9099)):  # 1 - J0^2 - J1^2 at zeros of J1
         assert want == pytest.approx(1 - j0(x) ** 2 - j1(x) ** 2, abs=1e-4)
         assert encircled(p, 0.05, x / np.pi * 0.55 * 4) == pytest.approx(want, abs=1e-3)
 
@@ -75,7 +75,7 @@ def test_annulus():
     assert encircled(p, 0.05, FIRST_DARK / np.pi * 0.55 * 4) == pytest.approx(ENCIRCLED, abs=1e-5)
 
 
-FIRST_DARK = brentq(lambda v: j1(v) - 0.5 * j1(0.5 * v), 2.5, 3.6)  # of an annulus half obscured
+FIRST_DARK = brentq(lambda v: j1(v) - 0.5 * j1(0.5 * v), 2.5, 3.6)  # radius; obscuration 0.5
 ENCIRCLED = quad(lambda v: (2 * j1(v) / v - j1(0.5 * v) / v) ** 2 * v, 1e-9, FIRST_DARK)[0] / (
     2 * 0.75
 )
@@ -83,8 +83,10 @@ ENCIRCLED = quad(lambda v: (2 * j1(v) / v - j1(0.5 * v) / v) ** 2 * v, 1e-9, FIR
 
 @pytest.mark.parametrize("n", [200, 400, 401])
 def test_encircled_energy_of_an_annulus_whose_energy_nobody_gives(n):
-    """Grey cells at both borders lack 3e-3 of the energy at 400 cells across; told that they are
-    means, all but 2e-4 of it is found.
+    """Find the encircled energy of an annulus without being given the energy of its pupil.
+
+    Partly covered cells at both borders lack 3e-3 of the energy at 400 cells across. With
+    `cell_means`, the error is 2e-4.
     """
     assert ENCIRCLED == pytest.approx(0.4786, abs=1e-4)  # Mahajan 1991
     a, pitch, _ = pupil(n, 0.5)
@@ -97,11 +99,12 @@ def test_encircled_energy_of_an_annulus_whose_energy_nobody_gives(n):
         for m in (True, False)
     ]
     assert found[0] == pytest.approx(ENCIRCLED, abs=3e-4)
-    assert found[1] > ENCIRCLED + 1e-3  # taken for samples they count as a dimmer pupil
+    assert found[1] > ENCIRCLED + 1e-3  # as samples, they are a dimmer pupil
 
 
 def test_energy_of_means_over_cells_of_any_transmission():
-    """A pupil with grey dirt and a phase, at two resolutions."""
+    """Compare with areas in closed form: a pupil with grey dirt and a phase, at three
+    resolutions."""
     rows = []
     for n in (300, 301, 900):
         pitch = 1.0 / n
@@ -120,14 +123,15 @@ def test_mtf_is_the_closed_form():
     p = psf(550, 0.5, 512)
     otf = np.abs(np.fft.fft(p.sum(axis=0)))[:100]
     want = diffraction_mtf(np.fft.fftfreq(512, 0.5)[:100], 550, 4.0)
-    np.testing.assert_allclose(otf, want, atol=4e-3)  # the light beyond 128 um, 0.3 %
+    np.testing.assert_allclose(otf, want, atol=4e-3)  # 0.3 % of the light is beyond 128 um
 
 
 def test_sum_below_one_and_the_rest_lies_outside():
     small = psf(550, 0.5, 64)
     large = psf(550, 0.5, 512)
     assert small.sum() < large.sum() < 1
-    # Airy: 2 lambda N / (pi^2 r); a square, not a disc
+    # Airy pattern: a share of 2 lambda N / (pi^2 r) lies beyond a radius; 25 % since the samples
+    # cover a square, not a disc
     assert 1 - large.sum() == pytest.approx(2 / (np.pi**2) * 0.55 * 4 / 128, rel=0.25)
 
 
@@ -167,7 +171,7 @@ def test_complex_pupil_is_asymmetric_and_keeps_its_energy():
     a, pitch, x = pupil()
     coma = wavefront_um({8: 0.15}, x / RADIUS, x / RADIUS)
     p = psf_from_pupil(a, coma, 550, pitch, FOCAL, 0.5, 401)
-    assert p.sum() == pytest.approx(1, abs=0.01)  # Parseval, less what is outside 200 um
+    assert p.sum() == pytest.approx(1, abs=0.01)  # Parseval, less light outside of the samples
     assert np.abs(p - p[::-1, ::-1]).max() > 0.1 * p.max()
 
 
@@ -178,7 +182,7 @@ def test_two_boxes_equal_one_box_averaged_over_the_source():
     fine = integrated_psf(a, *args, (91, 91), (0.3, 0.3), np.pi / 4, True)
     w = np.convolve(np.ones(10), np.ones(10)) / 10
     direct = sum(w[i] * w[j] * fine[45 + i - 9, 45 + j - 9] for i in range(19) for j in range(19))
-    assert two[4, 4] == pytest.approx(direct, rel=3e-3)  # a sum of 10 x 10 points for the source
+    assert two[4, 4] == pytest.approx(direct, rel=3e-3)  # source summed over 10 x 10 points
 
 
 @pytest.mark.parametrize("boxes", [1, 2])
@@ -195,13 +199,13 @@ def test_the_closed_form_of_the_round_stop_is_what_finer_and_finer_cells_come_to
             ).max()
             / exact.max()
         )
-    # cells miss the rim by their own width to the power 1.5 or more
+    # the error of cells at the rim falls with their width to the power 1.5 or more
     assert off[1] < 3e-7 and off[1] < off[0] / 4, off
 
 
 def test_the_closed_form_of_the_round_stop_by_quadrature():
-    """Rectangles on the axis, beside it and in the far rings, by 80 x 80 Gauss-Legendre points
-    each.
+    """Compare rectangles on the axis, near it and in the outer rings with a quadrature of 80 x 80
+    Gauss-Legendre points each.
     """
     pitch = (7.0, 5.0)
     found = integrated_airy(RADIUS, 550.0, FOCAL, (41, 51), (7.0, 5.0))
@@ -220,7 +224,8 @@ def test_the_closed_form_of_the_round_stop_by_quadrature():
             / 4
             / (0.55 * 4) ** 2
         )
-        # the border of what is summed is circular: 1e-9 of the peak, next to it
+        # 2e-9 of the peak: the summed spectrum ends at a circular border, which errs by 1e-9 of the
+        # peak next to it
         assert found[row, column] == pytest.approx(want, rel=1e-6, abs=2e-9 * found.max())
 
 

@@ -1,4 +1,6 @@
-"""Distortion: inverses, closed forms, area ratios against differences, maps that fold or end."""
+"""Distortion: inverses, closed forms, area ratios against finite differences, refusal of maps that
+fold or end.
+"""
 
 import numpy as np
 import pytest
@@ -29,7 +31,7 @@ def test_inverse_and_forward_undo_each_other(which, projection):
     x[0] = y[0] = 0.0
     there = lens.forward(x, y)
     back = lens.inverse(*there)
-    # a hundred times better than 1e-9 of the field
+    # 1e-11 of the field: a hundred times better than the promised 1e-9
     assert np.abs(np.array(back) - [x, y]).max() < 1e-11 * limit
     assert there[0][0] == there[1][0] == 0
 
@@ -44,7 +46,7 @@ def test_area_ratio_is_the_determinant_of_the_differences(which, projection):
         np.subtract(lens.forward(x + a, y + b), lens.forward(x - a, y - b)) / (2 * h)
         for a, b in ((h, 0), (0, h))
     )
-    # 1e-9: second differences of h^2, rounding / h
+    # central differences err by 1e-9: by h^2 and by rounding / h
     np.testing.assert_allclose(
         lens.area_ratio(x, y), across[0] * down[1] - across[1] * down[0], rtol=1e-8
     )
@@ -67,7 +69,7 @@ def test_closed_forms():
     assert y == pytest.approx(0.4 * 0.975 + 0.01 * (0.25 + 0.32) + 2 * 0.02 * 0.12, rel=1e-14)
     x, _ = KannalaBrandt().forward(1.0, 0.0)
     assert x == pytest.approx(np.pi / 4, rel=1e-12)  # equidistant
-    # beyond 90 degrees
+    # an angle of 2 rad, beyond 90 degrees
     assert float(KannalaBrandt(0.05).angle_rad(2.0 + 0.05 * 8)) == pytest.approx(2.0, rel=1e-13)
     at = TABLE.forward(np.tan(np.radians(TABLE.angle_deg)), 0.0)[0]
     np.testing.assert_allclose(at, TABLE.radius_per_focal_length, rtol=1e-12)
@@ -77,8 +79,8 @@ def test_a_table_of_a_known_lens_is_that_lens_between_its_points():
     angle = np.radians(np.linspace(1.5, 45, 30))
     table = AngleTable(tuple(np.degrees(angle)), tuple(2 * np.sin(angle / 2)))  # equisolid
     between = np.radians(np.linspace(0.1, 45, 1001))
-    # 1e-8: cubic spline of a smooth ratio over 30 points; the first interval, extrapolated to the
-    # axis, is the worst
+    # a cubic spline of a smooth ratio over 30 points errs by 1e-8; the worst interval is the first
+    # one, extrapolated to the axis
     np.testing.assert_allclose(table.radius(between), 2 * np.sin(between / 2), rtol=1e-7)
 
 
@@ -108,4 +110,4 @@ def test_a_fisheye_is_inverted_up_to_where_it_stops_to_grow(k1):
     radius = largest * (1 - np.logspace(-6, 0, 50))
     angle = fisheye.angle_rad(radius)
     assert np.all(angle <= edge)
-    np.testing.assert_allclose(fisheye.radius(angle), radius, atol=1e-12)  # as the module promises
+    np.testing.assert_allclose(fisheye.radius(angle), radius, atol=1e-12)  # promised by the module

@@ -1,4 +1,4 @@
-"""Integrals over tiles: weights against closed forms, and tiles of a pattern against other ways."""
+"""Integrals over tiles: weights against closed forms, and tiles of a pattern against Airy's."""
 
 import numpy as np
 import pytest
@@ -14,18 +14,23 @@ from isethdr_core.physics.optics.tile_weights import STEP, SUPPORT, tile_weights
 @pytest.mark.parametrize("width", [0.7, 3.3, 8.0])
 @pytest.mark.parametrize("frequency", [0.0, 0.2, STEP])
 def test_weights_integrate_a_band_limited_function_over_tiles(width, frequency):
-    """A cosine averaged over two tiles is a cosine times sinc^2, whatever its phase."""
+    """Compare with a closed form: the mean of a cosine over source and receiving tile is the
+    cosine times sinc^2, at any phase.
+    """
     at = np.linspace(-20.0, 20.0, 17)
     first, weight = tile_weights(at, width)
     samples = first[:, None] + np.arange(weight.shape[1])
     found = (weight * np.cos(2 * np.pi * frequency * samples + 0.3)).sum(1)
     want = width * np.sinc(frequency * width) ** 2 * np.cos(2 * np.pi * frequency * at + 0.3)
-    # lines between places of the table: (2 pi f / 128)^2 / 8 at most
+    # linear interpolation in the table of weights errs by (2 pi f / 128)^2 / 8 at most
     np.testing.assert_allclose(found, want, atol=4e-5 * width)
 
 
 def test_weights_end_past_the_tile():
-    """No sample farther than a tile and the support takes part: light there may be far brighter."""
+    """No sample farther away than a tile and the support has a weight.
+
+    Light there may be much brighter, so that even a tiny weight would matter.
+    """
     width = 5.7
     at = np.array([100.0])
     first, weight = tile_weights(at, width)
@@ -50,17 +55,20 @@ def test_tiles_of_a_round_pupil_are_those_of_the_airy_pattern():
         sides = [2 * r + 1 for r in reach]
         want = integrated_airy(radius_mm, scale * wave, distance_mm, sides, pitch, boxes=2)
         want = want[reach[0] :]
-        # the table of weights leaves 2e-5 of the light in the brightest tiles
+        # the table of weights errs by 2e-5 of the light in the brightest tiles
         assert np.abs(found - want).sum() < 2e-5 * want.sum()
         assert np.abs(found - want)[20:].sum() < 5e-5 * want[20:].sum()
-        # also in the darkest tiles, a thousandth of what is around them: strips leave 2e-4 there
+        # 4e-4 also in the darkest tiles, with a thousandth of the light around them: strips err by
+        # 2e-4 there
         np.testing.assert_allclose(found, want, rtol=4e-4)
 
 
 @pytest.mark.parametrize("pitch_um", [0.5, 1.8, 6.0])
 def test_triangles_of_tiles_keep_straight_lines(pitch_um):
-    """Also where a tile is narrower than the step of the samples, 1.8 um, between which most tiles
-    would find none. Wide tiles weigh by a sampled triangle: up to 3 % of a step off.
+    """Weights of samples in a tile sum to 1 and reproduce linear functions.
+
+    This also holds for tiles narrower than the step of the samples, 1.8 um, most of which contain
+    no sample. Wide tiles use a sampled triangle, which errs by up to 3 % of a step.
     """
     at_um = 1.8 * np.arange(40)
     tiles = np.arange(np.ceil(12.0 / pitch_um), np.floor(60.0 / pitch_um))

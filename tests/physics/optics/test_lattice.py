@@ -1,4 +1,4 @@
-"""Lattice: points of whole frames against the closed form of a round pupil and against chirp-z
+"""Lattices: all points of a frame against the closed form of a round pupil and against chirp-z
 transforms.
 """
 
@@ -39,7 +39,7 @@ def drawn(period, pitch, reach, offset=(0.0, 0.0), terms=None):
 
 
 def celled(period, pitch, reach, offsets, zernike_um, rows=37):
-    """The same from half cells, handed over in blocks of `rows`."""
+    """Return the pattern as `drawn` does, from half cells that are passed in blocks of `rows`."""
     cells = lattice_pitch_mm(WAVE, period, FOCAL, pitch)
     count = [2 * (int(np.ceil(RADIUS / c)) + 1) for c in cells]
     y, x = ((np.arange(2 * n) + 0.5 - n) * c / 2 for n, c in zip(count, cells))
@@ -60,8 +60,8 @@ def airy(pitch, reach, offset=(0.0, 0.0)):
 
 
 def test_spline_taps_are_boxes_convolved():
-    """A B-spline of degree 3 is four boxes one after another (Unser 1999): against a fine numerical
-    convolution.
+    """Compare with a fine numerical convolution: a B-spline of degree 3 is the convolution of four
+    boxes (Unser 1999).
     """
     box = np.full(400, 1 / 400)
     smooth = box
@@ -70,9 +70,9 @@ def test_spline_taps_are_boxes_convolved():
     t = (np.arange(400) + 0.5) / 400
     want = (smooth * 400)[: 4 * 400 - 3]
     for k, tap in enumerate(spline_taps(t, 3)):
-        at = (3 - k) * 400 + np.arange(400)  # the earliest spline is at its last piece
+        at = (3 - k) * 400 + np.arange(400)  # the first tap is the last piece
         inside = at < len(want)
-        # steps of 1 / 400, shifted by two of them
+        # the boxes have steps of 1/400 and are shifted by two steps
         np.testing.assert_allclose(tap[inside], want[at[inside]], atol=5e-3)
     np.testing.assert_allclose(sum(spline_taps(t, ORDER)), 1.0, atol=1e-13)  # rounding
 
@@ -80,8 +80,10 @@ def test_spline_taps_are_boxes_convolved():
 @pytest.mark.parametrize("offset", [(0.0, 0.0), (0.5, 0.5), (0.3, -0.4)])
 @pytest.mark.parametrize("way, inside, border", [("shapes", 0.02, 0.06), ("cells", 0.1, 0.2)])
 def test_the_airy_pattern_to_the_border(way, inside, border, offset):
-    """Every point of a frame a third of the period wide, which is all that the period leaves to
-    wrap.
+    """Compare every point of a frame with the Airy pattern.
+
+    The frame is two thirds of the period wide, so light that wraps to its border comes from twice
+    the distance.
     """
     pitch = (6.0, 7.0)
     reach = (100, 120)
@@ -92,15 +94,15 @@ def test_the_airy_pattern_to_the_border(way, inside, border, offset):
         else celled(period, pitch, reach, [(0.0, 0.0), offset], {})[1]
     )
     want, v = airy(pitch, reach, offset)
-    # The envelope of the rings' amplitude, 2 sqrt(2 / pi) v^-1.5, is what an error is measured by:
-    # the rings themselves have zeros.
+    # errors are relative to the envelope of the rings' amplitude, 2 sqrt(2 / pi) v^-1.5, since the
+    # rings themselves have zeros
     envelope = np.minimum(1.0, 2 * np.sqrt(2 / np.pi) * v**-1.5) * np.sqrt(
         np.pi / 4 * pitch[0] * pitch[1] / 2.2**2
     )
     error = np.abs(np.sqrt(got) - np.sqrt(want)) / envelope
-    # Left: what wraps, (1 / 2)^1.5 times the cells' response there, and what lines of a finite
-    # distance draw of the rim, all of one sign in a round pupil; largest at single points, a fourth
-    # of that in the mean.
+    # Remaining errors: light that wraps, (1 / 2)^1.5 times the response of the cells there, and the
+    # rim drawn by lines at a finite distance, which has the same sign everywhere in a round pupil.
+    # Both are largest at single points; their mean is a fourth of that.
     middle = (slice(45, -45), slice(54, -54))
     assert error[middle].max() < inside and error[middle].mean() < inside / 4
     assert error.max() < border and error.mean() < border / 4
@@ -133,7 +135,7 @@ def test_cells_with_a_wavefront_equal_chirp_z(offset):
         a, WAVE, (step, step), FOCAL, [2 * r + 1 for r in reach], pitch, OPEN, cell_means=True
     )
     inner = (slice(25, -25), slice(30, -30))
-    # half cells of 3 um at the rim
+    # 8e-4: half cells of 3 um at the rim
     np.testing.assert_allclose(
         np.sqrt(got[inner]), np.sqrt(want[inner]), atol=8e-4 * np.sqrt(want.max())
     )
@@ -146,7 +148,7 @@ def test_a_pupil_wider_than_the_period_is_folded_and_points_move_with_the_offset
     reach = (40, 50)
     period = (120, 150)
     base, moved = (drawn(period, pitch, reach, o, terms) for o in ((0.0, 0.0), (1.0, 1.0)))
-    # what wraps
+    # tolerance for light that wraps
     np.testing.assert_allclose(
         moved[10:-11, 10:-11], base[11:-10, 11:-10], rtol=0.05, atol=2e-5 * base.max()
     )
@@ -158,7 +160,10 @@ def test_a_pupil_wider_than_the_period_is_folded_and_points_move_with_the_offset
 
 
 def test_pupils_drawn_in_blocks_of_chords_are_the_same(monkeypatch):
-    """Chords by the thousand, so that memory does not grow with dirt: sums in another order."""
+    """Draw the same pupil in blocks of a few hundred chords and in a single block.
+
+    Blocks keep memory independent of the amount of dirt. Only the order of sums differs.
+    """
     terms = opening(blades(0.5, 5), [(disc(0.1, 0.2, 0.05), 0.5), (disc(-0.2, -0.1, 0.1), 1.0)])
     pupil = half_plane_pattern.RealPupil(terms, 0.5, FOCAL, OPEN)
     place = pattern_columns.Place(20, 2, 12, (3.0, 3.0), (540.0, 560.0))
@@ -174,13 +179,13 @@ def test_pupils_drawn_in_blocks_of_chords_are_the_same(monkeypatch):
     together = drawn_now()
     for module in (lattice, half_plane_pattern, pattern_columns):
         monkeypatch.setattr(module, "CHORDS", 300)
-    # float32: a few thousand values of 1 are summed along a row
+    # 1e-5: a few thousand values of 1 are summed along a row in float32
     for found, expected in zip(drawn_now(), together):
         np.testing.assert_allclose(found, expected, atol=1e-5 * np.abs(expected).max())
 
 
 def test_threads_change_no_bit_of_a_pupil_and_of_columns(monkeypatch):
-    """Blocks of chords are added in their order, whichever thread has drawn them."""
+    """Blocks of chords are added in a fixed order, whichever thread has drawn them."""
     terms = opening(blades(0.5, 5), [(disc(0.1, 0.2, 0.05), 0.5)])
     real = half_plane_pattern.RealPupil(terms, 0.5, FOCAL, OPEN)
     place = pattern_columns.Place(20, 2, 12, (3.0, 3.0), (540.0, 560.0))

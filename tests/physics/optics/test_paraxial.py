@@ -25,7 +25,7 @@ def test_singlet_by_hand():
     assert back_focus_mm(surfaces, indices) == pytest.approx(
         (1 - (n - 1) * t / (n * r1)) / power, rel=1e-12
     )
-    assert focal_length_mm([Surface(0.0), Surface(2.0)], indices) == float("inf")  # a plate
+    assert focal_length_mm([Surface(0.0), Surface(2.0)], indices) == float("inf")  # a plane plate
 
 
 def test_determinant_is_the_ratio_of_indices_forwards_and_back():
@@ -39,8 +39,8 @@ def test_determinant_is_the_ratio_of_indices_forwards_and_back():
 
 @pytest.mark.parametrize("n", [1.5, 1.8])
 def test_the_ghost_of_a_thin_lens_by_hand(n):
-    """Two refractions and two reflections inside a thin lens: power times (3 n - 1) / (n - 1), 7
-    for n = 1.5.
+    """Compare with the closed form: the ghost by two reflections inside a thin lens has
+    (3 n - 1) / (n - 1) times the power of the lens, 7 times for n = 1.5.
     """
     surfaces = [Surface(0.0, 0.02), Surface(1e-9, -0.01)]
     indices = [1.0, n, 1.0]

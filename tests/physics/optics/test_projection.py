@@ -1,4 +1,4 @@
-"""Projection: directions, solid angles and depths of both kinds of coordinates are of the same
+"""Projection: both kinds of coordinates give the directions, solid angles and depths of the same
 sphere.
 """
 
@@ -33,7 +33,7 @@ def test_solid_angle_is_that_of_the_tile_on_the_sphere(projection):
         across = direction(x + h, y, projection) - direction(x - h, y, projection)
         down = direction(x, y + h, projection) - direction(x, y - h, projection)
         area = np.linalg.norm(np.cross(across, down)) / (4 * h**2)
-        assert solid_angle_per_area(x, y, projection) == pytest.approx(area, rel=1e-6)  # h^2
+        assert solid_angle_per_area(x, y, projection) == pytest.approx(area, rel=1e-6)  # O(h^2)
         assert cos4(x, y, projection) == pytest.approx(
             area * direction(x, y, projection)[2], rel=1e-6
         )

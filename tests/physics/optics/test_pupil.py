@@ -32,7 +32,7 @@ def area(shape, losses=(), n=400, **kw):
 
 
 def test_areas():
-    # chords are exact along x, 1600 lines along y
+    # tolerances: chords are exact along x, and there are 1600 of them along y
     assert area(disc(0, 0, 0.5)) == pytest.approx(np.pi / 4, rel=1e-5)
     for n in (3, 4, 5, 6, 8):
         assert area(blades(0.5, n, 11.0)) == pytest.approx(
@@ -57,14 +57,14 @@ def test_cells_average_the_points():
         transmission(shape, losses, x[None, :], x[:, None]).reshape(n, sub, n, sub).mean((1, 3))
     )
     cells = raster(opening(shape, losses), axis(n), axis(n), strips=sub // 2)
-    # Points resolve 1/24 of a cell along x.
+    # points resolve 1/24 of a cell along x
     assert np.abs(cells - points).mean() < 2e-3
     assert np.quantile(np.abs(cells - points), 0.99) < 0.03
 
 
 @pytest.mark.slow
 def test_overlaps_are_those_of_all_pairs():
-    """Shapes whose bounds lie apart are not compared: nothing that overlaps may be missed."""
+    """Compare with all pairs: the search skips pairs with separate bounds and misses no overlap."""
     shape = blades(0.5, 6, 17.0)
     losses = dirt(0.5, Dust(120, 20), Scratches(30, 10, 400), seed=4)
     found = {held for _, held in overlaps(shape, [s for s, _ in losses])}
@@ -150,12 +150,12 @@ def test_the_image_of_a_shape_under_a_linear_map_holds_the_images_of_its_points(
         strip(0.1, 0.0, 0.5, 0.1, 0.4),
     ):
         image = shape.mapped(matrix)
-        # heights of slanted corners are bounds
+        # 1e-4: the height of a mapped shape with slanted corners is only a bound
         assert energy(image, []) == pytest.approx(grown * energy(shape, []), rel=1e-4)
         points = shape.contains(*back)
         np.testing.assert_array_equal(image.contains(across, down), points)
         cells = points.reshape(60, 10, 60, 10).mean((1, 3))
-        # 10 x 10 points, and corners as above
+        # 0.15: 10 x 10 points per cell, and corners as above
         np.testing.assert_allclose(raster([(image, 1.0)], x, x), cells, atol=0.15)
         inverse = tuple(map(tuple, np.linalg.inv(matrix)))
         np.testing.assert_allclose(
@@ -170,7 +170,7 @@ def test_blocks_of_strips_hold_all_chords_once():
     parts = [list(chord_ends(terms, *strips, block=block)) for block in blocks]
     counts = [sum(len(chords[0]) for chords in part) for part in parts]
     assert len(blocks) > 5
-    assert max(counts) < 2 * 4000  # dirt lies unevenly
+    assert max(counts) < 2 * 4000  # dirt is not uniformly distributed
     in_blocks, together = (
         np.array([np.concatenate([c[k] for c in chords]) for k in range(4)])
         for chords in (sum(parts, []), list(chord_ends(terms, *strips)))
@@ -188,11 +188,11 @@ def test_gauss_chords_fill_round_and_straight_shapes():
         area = weight * (right - left) * strips[1]
         return area.sum(), (area * (strips[0] + strips[1] * level)).sum() / area.sum()
 
-    # six rows: Gauss's places in each of them would leave 1.2e-3
+    # 4e-4 for a disc over six rows; Gauss points in each row alone would err by 1.2e-3
     area, centre = of_chords(disc(0.0, 0.023, 0.3))
     assert area == pytest.approx(2 * np.pi * 0.09, rel=4e-4)
     assert centre == pytest.approx(0.023, abs=1e-4)
-    # within one row
+    # a disc within one row
     assert of_chords(disc(0.0, 0.05, 0.04)) == pytest.approx((2 * np.pi * 0.0016, 0.05), rel=1e-9)
     # straight sides that end within rows
     assert of_chords(strip(0.0, 0.033, 0.4, 0.2, 0.0)) == pytest.approx((0.16, 0.033), rel=1e-9)
@@ -214,11 +214,14 @@ def test_gauss_chords_fill_round_and_straight_shapes():
     ids=["round", "slanted"],
 )
 def test_chords_transform_along_x_as_their_shape_does(shape, transform):
-    """Where ends of chords move by a cell, the fastest wave of an image turns by a quarter."""
+    """Compare the transform of chords along x with the closed form of their shape.
+
+    The highest frequency of an image changes its phase by a quarter turn per cell.
+    """
     step = 0.02
     left, right, weight, _ = gauss_chords((shape, 1.0), -1.0, step, 100, slice(0, 100), step)
     q = np.linspace(0.5, 1.0, 20) * np.pi / 2 / step
     turned = np.exp(-1j * q[:, None] * right) - np.exp(-1j * q[:, None] * left)
     found = step * (turned @ weight) / (-1j * q)
-    # two places of Gauss in a quarter of a turn; undivided rows leave 1e-3
+    # error of two Gauss points per quarter turn; rows that are not divided err by 1e-3
     np.testing.assert_allclose(found, transform(q), atol=2e-6)

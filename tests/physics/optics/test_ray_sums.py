@@ -1,5 +1,6 @@
-"""Means over tiles and bands of a pattern that scales, and columns of tiles straight from chords:
-both against the closed form of a clean round stop.
+"""Means over tiles and bands of a pattern that scales with wavelength, and columns of tiles
+computed
+directly from chords: both against the closed form of a clean round stop.
 """
 
 import numpy as np
@@ -34,19 +35,22 @@ def test_columns_of_a_round_stop_are_those_of_its_closed_form(band_nm):
     place = pattern_columns.Place(30, 8, REACH, (PITCH_UM,) * 2, band_nm)
     found = pattern_columns.columns(ROUND, place)
     want = airy(band_nm, 1 if band_nm[0] > 549 else 12)[:, REACH + 30 : REACH + 38]
-    # samples 0.42 wavelengths x f-number apart under triangles that have corners: 0.5 %
+    # 0.5 %: samples at 0.42 wavelength x f-number, weighted by triangles, which have kinks
     assert np.abs(found - want).sum() < 0.005 * want.sum()
 
 
 def test_columns_beside_the_axis_hold_the_pattern_on_it():
-    """Samples on the axis are chords of no frequency, whose integral is their length: 0 / 0."""
+    """Include samples on the axis: at frequency 0 the integral of a chord is its length.
+
+    The general formula would be 0 / 0 there.
+    """
     pitch_um = 1.0  # at f/4 the tiles of the first columns take samples on the axis
     place = pattern_columns.Place(1, 2, 12, (pitch_um,) * 2, (549.9, 550.1), step=0.1)
     with np.errstate(all="raise"):
         found = pattern_columns.columns(ROUND, place)
     airy = integrated_airy(RADIUS_MM, 550.0, DISTANCE_MM, (25, 25), (pitch_um,) * 2, boxes=2)
     want = airy[:, 13:15]
-    # samples 0.1 wavelengths x f-number apart under triangles that have corners: 1 %
+    # 1 %: samples at 0.1 wavelength x f-number, weighted by triangles, which have kinks
     assert np.abs(found - want).sum() < 0.01 * want.sum()
 
 
@@ -76,16 +80,16 @@ def test_rays_give_the_means_of_every_band():
                 )
                 wrong = wrong + np.abs(own - true).sum()
                 light = light + true.sum()
-        assert wrong < 0.02 * light  # the error that lattices this fine are made for
+        assert wrong < 0.02 * light  # the error for which lattices of this step are meant
 
 
 def test_a_wide_pupil_is_summed_modulo_the_period():
-    """The pattern at samples farther apart than a wavelength x f-number is that of finer ones."""
+    """The pattern at samples farther apart than wavelength x f-number equals that at finer ones."""
     step = 0.35 * 0.55 * DISTANCE_MM / (2 * RADIUS_MM)
     fine = patterns.half_pattern(ROUND, 550.0, patterns.half_lattice((150.0, 150.0), step))
     coarse = patterns.half_pattern(ROUND, 550.0, patterns.half_lattice((150.0, 150.0), 4 * step))
-    far = 25  # samples of the coarse one
+    far = 25  # number of samples of the coarse pattern
     some = fine.density[: 4 * far : 4, fine.middle - 4 * far : fine.middle + 4 * far + 1 : 4]
     same = coarse.density[:far, coarse.middle - far : coarse.middle + far + 1]
-    # float32 sums of cells of order 1 leave 1e-7 of the peak's amplitude
+    # float32 sums of cells of order 1 err by 1e-7 of the peak's amplitude
     np.testing.assert_allclose(same, some, rtol=0.02, atol=3e-7 * some.max())

@@ -22,7 +22,7 @@ def test_refraction_is_snell_and_keeps_length_and_plane():
     d, n = (v / np.linalg.norm(v, axis=0) for v in rng.normal(size=(2, 3, 500)))
     out = refract(d, n, 1.0, 1.6)
     np.testing.assert_allclose(np.linalg.norm(out, axis=0), 1.0, rtol=1e-13)
-    # n' sin' and the plane
+    # Snell's law, n' sin' = n sin, and the common plane of incidence
     np.testing.assert_allclose(1.6 * np.cross(out, n, axis=0), np.cross(d, n, axis=0), atol=1e-13)
     assert np.all(np.sum(out * n, axis=0) * np.sum(d * n, axis=0) > 0)
     np.testing.assert_allclose(refract(-out, n, 1.6, 1.0), -d, atol=1e-12)  # reversible
@@ -52,26 +52,26 @@ def test_intersections_lie_on_the_surface_and_on_the_ray(surface):
     r2 = hit[0] ** 2 + hit[1] ** 2
     np.testing.assert_allclose((hit[2] - surface.z_mm)[ok], sag_mm(surface, r2)[ok], atol=1e-11)
     np.testing.assert_allclose(np.cross(hit - p, d, axis=0)[:, ok], 0, atol=1e-11)
-    # the normal against differences of the sag
+    # compare the normal with finite differences of the sag
     step = 1e-5
     n = normal(surface, hit)
     rise = (
         sag_mm(surface, (hit[0] + step) ** 2 + hit[1] ** 2)
         - sag_mm(surface, (hit[0] - step) ** 2 + hit[1] ** 2)
     ) / (2 * step)
-    # rounding of differences over 1e-5 mm
+    # 1e-8: rounding of differences over 1e-5 mm
     np.testing.assert_allclose((-n[0] / n[2])[ok], rise[ok], atol=1e-8)
 
 
 def test_a_paraboloid_has_a_perfect_focus_and_a_hyperboloid_too():
     x = np.linspace(-8, 8, 41)
-    # concave to light that comes along +z: focus 10 mm before it
+    # a mirror concave to light along +z: the focus is 10 mm in front of it
     mirror = Surface(10.0, -1 / 20, -1.0)
     start = collimated(x, 0 * x, -30.0, 0.0, 0.0)
     rays = follow([mirror, Surface(0.0)], [1.0, 1.0, 1.0], [(0, True), (1, False)], start)
     np.testing.assert_allclose(rays.position_mm[:2], 0, atol=1e-12)
-    # light in glass n leaves through a hyperboloid with k = -n^2 (Descartes' ovals for infinity):
-    # focus R / (n - 1)
+    # collimated light in glass n leaves through a hyperboloid with k = -n^2 (Cartesian oval for an
+    # object at infinity): the focal distance is R / (n - 1)
     n = 1.6
     radius = -12.0
     surfaces = [Surface(0.0, 1 / radius, -(n**2)), Surface(-radius / (n - 1))]
@@ -102,8 +102,8 @@ def lens():
     "path", [sequential(4), ghost_path(4, 1, 0), ghost_path(4, 3, 1), ghost_path(4, 3, 0)]
 )
 def test_small_rays_follow_the_matrices(path):
-    """The exact trace divided by the matrices tends to 1 with the square of the aperture: along
-    every kind of path.
+    """The exact trace differs from paraxial matrices by the square of the aperture, along every
+    kind of path.
     """
     surfaces, indices = lens()
     matrix = matrices(surfaces, indices, path, 0.0)[-1]
@@ -115,7 +115,7 @@ def test_small_rays_follow_the_matrices(path):
         slope = rays.direction[0, 0] / abs(rays.direction[2, 0])
         error.append([abs(rays.position_mm[0, 0] - height) / size, abs(slope - angle) / size])
     assert np.max(error[0]) < 1e-3
-    # third-order aberration
+    # third-order aberration: the relative difference goes as the square of the size
     np.testing.assert_allclose(np.array(error[0]) / error[1], 4, rtol=0.02)
 
 

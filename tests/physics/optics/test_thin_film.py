@@ -10,7 +10,7 @@ THREE = [(1.38, 99.6), (2.05, 134.1), (1.70, 80.9)]
 
 
 def fresnel(n1, n2, cos1):
-    """Fresnel's R_s, R_p, written from the textbook formulas, without matrices."""
+    """Return Fresnel's R_s and R_p by the textbook formulas, without matrices."""
     cos2 = np.sqrt(1 - (n1 / n2) ** 2 * (1 - cos1**2) + 0j)
     r_s = (n1 * cos1 - n2 * cos2) / (n1 * cos1 + n2 * cos2)
     r_p = (n2 * cos1 - n1 * cos2) / (n2 * cos1 + n1 * cos2)
@@ -22,20 +22,20 @@ def test_no_layer_is_fresnel():
         r_s, r_p, t_s, t_p = reflect(n1, n2, [], COS, 550.0)
         want = fresnel(n1, n2, COS)
         np.testing.assert_allclose(r_s, want[0], rtol=1e-10)
-        # cancellation near Brewster's angle
+        # 1e-8: cancellation near Brewster's angle
         np.testing.assert_allclose(r_p, want[1], rtol=1e-8, atol=1e-14)
         np.testing.assert_allclose([r_s + t_s, r_p + t_p], 1.0, rtol=1e-12)
 
 
 def test_hand_values_at_normal_incidence():
-    # 4.26 %
+    # uncoated glass: 4.26 %
     assert reflect(1.0, 1.52, [], 1.0, 550.0)[0] == pytest.approx((0.52 / 2.52) ** 2, rel=1e-12)
     layer = [(1.38, quarter_wave_nm(1.38, 550.0))]
     # a quarter wave: ((n0 ns - n1^2) / (n0 ns + n1^2))^2
     want = ((1.52 - 1.38**2) / (1.52 + 1.38**2)) ** 2
     assert want == pytest.approx(0.0126, abs=5e-5)
     assert reflect(1.0, 1.52, layer, 1.0, 550.0)[0] == pytest.approx(want, rel=1e-10)
-    half = [(1.38, quarter_wave_nm(1.38, 550.0, 2))]  # a half wave is not there
+    half = [(1.38, quarter_wave_nm(1.38, 550.0, 2))]  # a half wave has no effect
     assert reflect(1.0, 1.52, half, 1.0, 550.0)[0] == pytest.approx((0.52 / 2.52) ** 2, rel=1e-10)
     # an index of sqrt(n0 ns): nothing is reflected
     perfect = [(np.sqrt(1.52), quarter_wave_nm(np.sqrt(1.52), 550.0))]
@@ -65,8 +65,8 @@ def test_total_and_frustrated_total_reflection():
     r_s, r_p, t_s, t_p = reflect(1.52, 1.0, [], beyond, 550.0)
     np.testing.assert_allclose([r_s, r_p], 1.0, rtol=1e-12)
     assert t_s == t_p == 0
-    # an air gap between two glasses: all through where it is closed, nothing where it is wide,
-    # monotonic between
+    # an air gap between two glasses transmits all light where it is closed and none where it is
+    # wide, and is monotonic in between
     gaps = [
         reflect(1.52, 1.52, [(1.0, d)], beyond, 550.0)[2] for d in (0.0, 50.0, 150.0, 500.0, 5000.0)
     ]
@@ -88,7 +88,7 @@ def test_a_coating_shifts_to_the_blue_with_angle():
     lowest = [
         wave[np.argmin(reflect(1.0, 1.52, layer, np.cos(np.radians(a)), wave)[0])] for a in (0, 45)
     ]
-    # the phase thickness is n d cos(angle inside)
+    # the optical thickness is n d cos(angle inside the layer)
     assert lowest[1] / lowest[0] == pytest.approx(np.sqrt(1 - 0.5 / 1.38**2), abs=0.01)
 
 

@@ -1,4 +1,4 @@
-"""Whole-plane patterns: a tilt moves them, and a polynomial in the wavenumber interpolates between
+"""Whole-plane patterns: a tilt shifts them, and a polynomial in the wavenumber interpolates between
 them.
 """
 
@@ -27,7 +27,7 @@ def drawn(extent_um=60.0, period=3.0):
 
 
 def straight(samples_x, samples_y, of):
-    """Return a phase that moves the image by so many samples."""
+    """Return a phase, in turns, that shifts the image by this number of samples."""
     per_mm = of.lattice.step_um * 1e-3 / (550e-6 * DISTANCE)
 
     def turns(x_mm, y_mm):
@@ -45,7 +45,10 @@ def test_without_phase_they_are_the_half_plane_pattern_twice():
 
 
 def test_a_tilt_moves_the_pattern(monkeypatch):
-    """Smoothed cells stay where the pupil is while light moves: differences make up for it."""
+    """Compare a shifted pattern with one at rest.
+
+    Cells are smoothed for light at rest; difference terms (`MOMENT`) correct this for a tilt.
+    """
     of = drawn()
     far = of.lattice.samples_to_border[0]
     assert 2 / min(of.lattice.period) < whole.MOST_TURNS
@@ -53,11 +56,11 @@ def test_a_tilt_moves_the_pattern(monkeypatch):
     def wrong():
         at_rest = whole.whole_pattern(of, straight(0, 0, of)).right.density
         moved = whole.whole_pattern(of, straight(2, -1, of)).right.density
-        expected = at_rest[30 : far - 2, 5 : 2 * far - 5]  # of places far from the axis
+        expected = at_rest[30 : far - 2, 5 : 2 * far - 5]  # far from the axis
         found = moved[32:far, 4 : 2 * far - 6]
         return np.abs(found - expected).sum() / expected.sum()
 
-    # second order: a change of phase of 0.08 rad from cell to cell, squared
+    # 1 %: second order in the change of phase from cell to cell, 0.08 rad squared
     assert wrong() < 0.01
     monkeypatch.setattr(whole, "MOMENT", (0.0, 0.0, 0.0))
     assert wrong() > 0.1
@@ -65,7 +68,10 @@ def test_a_tilt_moves_the_pattern(monkeypatch):
 
 @pytest.mark.parametrize(("change", "count"), [(0.1, 2), (0.7, 4), (2.8, 9)])
 def test_a_polynomial_gives_the_patterns_between(change, count):
-    """Waves in k of the largest rate that pairs of points have; `FOLLOWED` is of the rms."""
+    """Interpolate a wave in k at the largest rate of phase between two points of the pupil.
+
+    `FOLLOWED` is that rate over the rms change of phase.
+    """
     first = 1.4e-3
     last = 2.5e-3
     numbers = whole.interpolation_wavenumbers(first, last, change, 0.005)

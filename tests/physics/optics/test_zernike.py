@@ -29,8 +29,9 @@ RATIONAL = (
 
 
 def disk(rings=24, spokes=64):
-    """Quadrature points over the unit disk, exact for the polynomials used: Gauss-Legendre in
-    rho^2, uniform in angle.
+    """Return quadrature points and weights over the unit disk, exact for the polynomials used.
+
+    The rule is Gauss-Legendre in rho^2 and uniform in angle.
     """
     node, weight = np.polynomial.legendre.leggauss(rings)
     rho = np.sqrt((node + 1) / 2)
@@ -88,14 +89,15 @@ def test_grid_equals_sum_of_terms_and_slope_is_that_of_defocus():
     c = {2: 0.3, 4: -0.2, 13: 0.05}
     want = sum(v * zernike(j, x[None, :], y[:, None]) for j, v in c.items())
     np.testing.assert_allclose(wavefront_um(c, x, y), want, atol=1e-14)
-    # d/dr sqrt3 (2 r^2 - 1) at the rim; sampled
+    # d/dr sqrt3 (2 r^2 - 1) at the rim; 1e-3 since the slope is sampled
     assert steepest_slope_um({4: 0.1}) == pytest.approx(0.1 * 4 * 3**0.5, rel=1e-3)
     assert np.all(wavefront_um({}, x, y) == 0)
 
 
 def exact(j: int, x: Fraction, y: Fraction) -> float:
-    """Return Z_j by its sum of factorials (Born and Wolf 1999, eq. 9.2.5) in rational numbers:
-    nothing is rounded before the end.
+    """Return Z_j by its sum of factorials (Born and Wolf 1999, eq. 9.2.5).
+
+    The sum is in rational numbers, so only the result is rounded.
     """
     n, m = order(j)
     a = abs(m)
@@ -120,7 +122,7 @@ def exact(j: int, x: Fraction, y: Fraction) -> float:
 def test_every_order_is_exact(j):
     x, y = np.array(RATIONAL, float).T
     want = [exact(j, *place) for place in RATIONAL]
-    # values reach 9; the recurrence keeps 5e-13 of them at order 40
+    # values reach 9; the recurrence is accurate to 5e-13 at order 40
     np.testing.assert_allclose(zernike(j, x, y), want, rtol=0, atol=2e-12)
 
 
@@ -138,7 +140,7 @@ def test_grid_of_low_and_high_orders_is_their_sum():
     y = np.linspace(-0.6, 0.7, 5)
     c = {4: 0.2, (POWERS_ORDER + 1) * (POWERS_ORDER + 2) // 2 - 1: 0.1, 700: -0.3}
     want = sum(v * zernike(j, x[None, :], y[:, None]) for j, v in c.items())
-    # powers of order 12 keep 3e-12
+    # sums of powers at order 12 are accurate to 3e-12
     np.testing.assert_allclose(wavefront_um(c, x, y), want, rtol=0, atol=1e-11)
 
 
@@ -146,8 +148,8 @@ def test_grid_of_low_and_high_orders_is_their_sum():
 def test_largest_slope_and_value_of_any_order(j):
     n, m = order(j)
     norm = (n + 1 if m == 0 else 2 * (n + 1)) ** 0.5
-    # both at the rim, where R = 1 and dR / d rho = (n (n + 2) - m^2) / 2; eight samples per
-    # oscillation miss 1 - cos(pi / 8) at most
+    # Slope and value are largest at the rim, where R = 1 and dR / d rho = (n (n + 2) - m^2) / 2.
+    # Eight samples per oscillation miss at most 1 - cos(pi / 8).
     assert steepest_slope_um({j: 1.0}) == pytest.approx(
         norm * max((n * (n + 2) - m * m) / 2, abs(m)), rel=0.08
     )

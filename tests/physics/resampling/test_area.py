@@ -1,4 +1,4 @@
-"""Area integration: exact overlaps, conserved integrals, a loud border."""
+"""Area integration: exact overlaps, conserved integrals, an error beyond the border."""
 
 import numpy as np
 import pytest
@@ -77,12 +77,12 @@ def test_smaller_than_a_tile_reads_that_tile():
 def test_reaching_outside_is_an_error_that_says_by_how_much():
     with pytest.raises(ValueError, match="reach 0.25 .*along x"):
         overlaps(grid(4, 1.0), np.array([1.75]), 1.0)
-    overlaps(grid(4, 1.0), np.array([1.5 + 1e-10]), 1.0)  # rounding alone is not
+    overlaps(grid(4, 1.0), np.array([1.5 + 1e-10]), 1.0)  # rounding is no error
 
 
 def test_float32_is_summed_in_float64():
     v = np.ones((1000, 1000), np.float32)
-    v[0, 0] = 1e9  # a float32 sum would lose most of the ones beside it
+    v[0, 0] = 1e9  # added to this value in float32, most of the ones would be lost
     got = integrate_tiles(
         v, grid(1000, 1.0), grid(1000, 1.0), np.zeros(1), np.zeros(1), 1000.0, 1000.0
     )
@@ -97,8 +97,9 @@ def test_wrong_shape_or_spacing_is_refused():
 
 
 def test_detail_within_tiles_moves_a_rectangle_s_mean_by_no_more_than_stated():
-    """Tiles of 4 x 4 values, taken for even; rectangles of any size and place, those on the grid
-    among them.
+    """Compare the stated error of tiles taken as uniform with means of their 4 x 4 values.
+
+    The rectangles have any size and position; some are aligned with the grid.
     """
     rng = np.random.default_rng(5)
     fine = rng.uniform(0, 1, (24, 32)) ** 4
@@ -115,8 +116,8 @@ def test_detail_within_tiles_moves_a_rectangle_s_mean_by_no_more_than_stated():
         even = resample_mean(coarse, grid(8, 1.0), grid(6, 1.0), x_out, y_out, width, height)
         stated = detail_error(deviation, grid(8, 1.0), grid(6, 1.0), x_out, y_out, width, height)
         worst.append(np.quantile(np.abs(exact - even) / stated, 0.99))
-    # errors of up to twelve tiles add up in squares: 99 % of the rectangles within what is stated,
-    # and not far below it
+    # The squared errors of up to twelve tiles add up. The errors of 99 % of the rectangles are
+    # within the stated one, and not much smaller.
     assert 0.2 < min(worst) and max(worst) <= 1.0, worst
     aligned = detail_error(
         deviation, grid(8, 1.0), grid(6, 1.0), grid(4, 2.0), grid(6, 1.0), 2.0, 1.0

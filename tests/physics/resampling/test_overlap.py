@@ -1,4 +1,4 @@
-"""Overlap: energy and uniform light through a distortion, halves, counted points."""
+"""Overlap: energy and uniform light through a distortion, tiles halved, areas by counted points."""
 
 import numpy as np
 import pytest
@@ -39,8 +39,8 @@ def moved(light, lens, x_in, y_in, x_out, y_out):
 
 @pytest.mark.parametrize("lens", MAPS, ids=lambda m: type(m).__name__)
 def test_energy_is_kept(lens):
-    """Lamps of 1e9 inside: every watt that the map sends into the output arrives, whatever tiles it
-    crosses.
+    """Energy conservation with lamps of 1e9: all light that the map sends into the output arrives,
+    whichever tiles it crosses.
     """
     x_in, y_in, x_out, y_out = grids()
     light = np.zeros((60, 60))
@@ -54,8 +54,8 @@ def test_energy_is_kept(lens):
 
 
 def test_a_region_keeps_its_energy_where_the_map_sends_it():
-    """Two thirds of the light left of a line: the output's tiles left of the line's image hold as
-    much.
+    """Energy conservation on one side of a line: the output tiles left of the line's image hold
+    the light of the input tiles left of the line.
     """
     lens = KannalaBrandt()
     x_in = borders(centres(300, 1.2), 1.2 / 300)
@@ -74,8 +74,8 @@ def test_a_region_keeps_its_energy_where_the_map_sends_it():
 
 
 def test_uniform_light_becomes_the_inverse_area_ratio():
-    """Squeezed light is brighter: irradiance goes with the area of ideal plane per area of
-    sensor.
+    """Compare with a closed form: irradiance changes by the area of the ideal plane over that of
+    the sensor, so compressed light is brighter.
     """
     x_in, y_in, x_out, y_out = grids(120, 96)
     lens = BrownConrady(-0.2)
@@ -83,7 +83,7 @@ def test_uniform_light_becomes_the_inverse_area_ratio():
     middle = (x_out[1:] + x_out[:-1]) / 2
     u, v = lens.inverse(*np.meshgrid(middle, middle))
     r2 = u**2 + v**2
-    # straight sides, tiles of 0.007
+    # 2e-4: tiles of 0.007 with straight sides
     np.testing.assert_allclose(out, 1 / ((1 - 0.2 * r2) * (1 - 0.6 * r2)), rtol=2e-4)
     assert out[0, 0] > out[48, 48] > 0.999
 
@@ -107,7 +107,7 @@ def test_overlaps_match_counted_points():
     column, row = (np.floor((w - x_in[0]) / pitch).astype(int) for w in (u, v))
     one = matrix[3 * 9 + 5]
     counted = np.bincount((row * 20 + column).ravel(), minlength=400) * (one.sum() / u.size)
-    # 200 x 200 points of even weight
+    # 1 %: 200 x 200 points of equal weight
     np.testing.assert_allclose(one, counted, atol=0.01 * one.sum())
 
 
