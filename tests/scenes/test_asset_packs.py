@@ -1,5 +1,5 @@
-"""Asset packs: the how-to's pack is drawn, sound and lit; every mistake of a broken one is told at
-once; a changed byte changes the name of a scene.
+"""Asset packs: the pack of the how-to is drawn, valid and lit; all mistakes of a broken pack are
+reported in one error; a changed byte changes the name of a scene.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ PAGE = (ROOT / "docs" / "how-to" / "asset_packs.md").read_text()
 
 @pytest.fixture(scope="module")
 def pack(tmp_path_factory):
-    """The pack that the how-to makes, in a folder."""
+    """Run the program of the how-to and return the folder of the pack that it writes."""
     folder = tmp_path_factory.mktemp("packs") / "my_pack"
     folder.mkdir()
     program = re.search(r"```python\n(.*?)```", PAGE, re.DOTALL).group(1)
@@ -139,7 +139,7 @@ def test_the_bytes_of_a_pack_are_part_of_the_names_of_results(pack, tmp_path):
 
 
 def broken(folder):
-    """Write a pack in which every thing is wrong in its own way."""
+    """Write the files of a pack, and return a manifest in which every thing has another mistake."""
     box = trimesh.creation.box((4.0, 1.8, 1.5))
     box.export(folder / "box.ply")
     trimesh.Trimesh(box.vertices, box.faces[2:], process=False).export(folder / "holes.ply")
@@ -205,7 +205,7 @@ def test_all_mistakes_of_a_pack_are_told_at_once(tmp_path):
     for name, words in MISTAKES.items():
         own = [line for line in lines[1:] if re.match(rf"  - {name}[ :]", line)]
         assert any(re.search(words, line) for line in own), (name, own)
-    assert len(lines) - 1 <= len(MISTAKES) + 3  # sizes in two more directions, and the rider's
+    assert len(lines) - 1 <= len(MISTAKES) + 3  # also sizes in two more directions, and riding
 
 
 def test_open_meshes_may_have_holes_and_shares_end_at_1(tmp_path):
@@ -228,7 +228,7 @@ def test_a_folder_or_a_manifest_that_is_not_there_says_what_to_type(tmp_path):
 
 
 def test_axes_scale_obj_colours_and_beams(tmp_path):
-    """A wedge in cm, y up, that looks along -z: its low end must come to lie ahead."""
+    """Import a wedge in cm with y up and -z forward: its low end must lie ahead, along +x."""
     wedge = trimesh.convex.convex_hull(
         [(x, y, z) for x in (-90, 90) for y, z in ((0, 200), (150, 200), (0, -200), (40, -200))]
     )
@@ -258,7 +258,7 @@ def test_axes_scale_obj_colours_and_beams(tmp_path):
     assert ahead[ahead[:, 0] > 0.99, 2].max() == pytest.approx(0.2)
     beam, tail = (p.lamp for p in model.parts if p.lamp)
     assert beam.intensity_cd == pytest.approx(700)
-    assert tail.intensity_cd == pytest.approx(1000 * 0.9 * 0.75)  # of the whole rear face
+    assert tail.intensity_cd == pytest.approx(1000 * 0.9 * 0.75)  # whole rear face
     part = replace(model.model().parts[-1], lamp=beam)
     kept = switched(replace(model.model(), parts=(part,)), ("low_beam",), {}, "driving")
     assert kept.parts[0].lamp.table is beam.table
@@ -268,8 +268,9 @@ def test_axes_scale_obj_colours_and_beams(tmp_path):
 
 
 def test_a_material_has_the_colour_it_states():
-    """In daylight the smoothest reflectance of a colour has that colour. The reflectance has
-    bands of 20 nm: between them it misses by up to 2 codes of 255.
+    """In daylight, the reflectance computed from a colour has that colour.
+
+    The reflectance has bands of 20 nm, and interpolation between them errs by up to 2 codes of 255.
     """
     nm = np.arange(400.0, 701.0, 10.0)
     light = spectrum_of("daylight").at(nm)
@@ -290,7 +291,7 @@ def test_normals_are_smooth_on_a_ball_and_sharp_on_a_box(pack):
     ball = trimesh.creation.icosphere(subdivisions=3)
     smooth = creased(Piece("ball", ball.vertices, ball.faces, "steel"))
     away = (smooth.normals * smooth.vertices).sum(1)
-    assert away.min() > np.cos(np.radians(2))  # faces of 5 degrees
+    assert away.min() > np.cos(np.radians(2))  # each face spans 5 degrees
 
 
 def test_a_sheet_shows_the_things_of_a_pack(pack):

@@ -1,4 +1,4 @@
-"""Charts: their luminances, areas and reflectances against numbers computed another way."""
+"""Charts: luminances, areas and reflectances against independent computations."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from isethdr_core.data import quantities
 from isethdr_core.errors import ConfigError
 from isethdr_core.physics.photometry import luminance, xyz
 
-FLOAT32 = 6e-8  # radiance is stored as float32
+FLOAT32 = 6e-8  # relative rounding of radiance, which is stored as float32
 CHARTS = sorted({c.cls for c in COMPONENTS if ".charts." in c.target}, key=lambda c: c.__name__)
 
 
@@ -43,7 +43,8 @@ def test_every_chart_is_scene_radiance_on_its_field(cls):
         left, top, width, height = row["box"]
         inside = ds.instance.values == row["instance"]
         rows, columns = np.nonzero(inside)
-        # a tile belongs to the part that covers half of it, or most of any: boxes agree to a tile
+        # boxes agree to a tile, since a tile belongs to the part that covers half of it, or more
+        # than any other part
         assert abs(columns.min() - left) <= 1 and abs(columns.max() + 1 - left - width) <= 1
         assert abs(rows.min() - top) <= 1 and abs(rows.max() + 1 - top - height) <= 1
 
@@ -84,10 +85,10 @@ def test_half_plane_agrees_with_counting_points(angle):
     py = (y[:, None] + fine).ravel()
     counted = np.cos(np.radians(angle)) * px[None] + np.sin(np.radians(angle)) * py[:, None] > 0
     counted = counted.reshape(5, 400, 7, 400).mean((1, 3))
-    # 400 points to a side: a line misjudges fewer than one point per row, 1/400, half of it on
+    # 400 points per side: a line misplaces less than one point per row, 1/400, and half of that on
     # average
     assert np.abs(cover - counted).max() < 2.5e-3
-    # a line through the centre of a symmetric grid halves it; four squares cancel to 1e-16 /
+    # a line through the centre halves a symmetric grid; four squared terms cancel to 1e-16 /
     # tan(angle)
     assert cover.mean() == pytest.approx(0.5, abs=1e-10)
 
@@ -100,9 +101,9 @@ def test_slanted_edge_mean_sides_and_slope(angle):
     y = seen(ds)
     assert y.mean() == pytest.approx((200 + 10) / 2, rel=FLOAT32)
     assert y.max() == pytest.approx(200, rel=FLOAT32) and y.min() == pytest.approx(10, rel=FLOAT32)
-    if angle == 5.0:  # the edge's position in each row: dark tiles counted with their share
+    if angle == 5.0:  # edge in each row: sum of dark shares of tiles
         edge = ((200 - y) / 190).sum(1)
-        # clockwise: to the left going down
+        # the edge is turned clockwise: lower rows have it farther left
         np.testing.assert_allclose(np.diff(edge), -np.tan(np.radians(5.0)), rtol=1e-5)
 
 
@@ -120,21 +121,22 @@ def test_disc_area_whatever_its_size_and_place():
         cover = coverage.disc(x, y, pitch, cx, cy, radius)
         assert cover.sum() * pitch**2 == pytest.approx(np.pi * radius**2, rel=1e-10)
         assert cover.min() >= 0 and cover.max() <= 1
-    # a disc larger than the field: rounding of its area, 1e-16, times 50^2 tiles per squared radius
+    # 1e-12 for a disc larger than the field: rounding of its area, 1e-16, times 50^2 tiles per
+    # squared radius
     assert coverage.disc(x, y, pitch, 0.0, 0.0, 5.0).min() == pytest.approx(1.0, abs=1e-12)
     # a disc centred on a corner of four tiles gives a quarter to each
     four = coverage.disc(x, y, pitch, 0.05, 0.05, 0.02)
     np.testing.assert_allclose(
         four[four > 0], np.full(4, np.pi * 0.02**2 / 4 / pitch**2), rtol=1e-12
     )
-    # against counting points
+    # compare with counted points
     fine = (np.arange(200) + 0.5) / 200 * pitch - pitch / 2
     inside = ((x[:, None] + fine).ravel() - 0.017) ** 2 + (
         (y[:, None] + fine).ravel()[:, None] + 0.023
     ) ** 2 < 0.31**2
     counted = inside.reshape(9, 200, 11, 200).mean((1, 3))
-    # the circle crosses a tile in at most two arcs; each row of 200 points is misjudged by less
-    # than one
+    # the circle crosses a tile in at most two arcs, and each misplaces less than one point per row
+    # of 200
     assert np.abs(coverage.disc(x, y, pitch, 0.017, -0.023, 0.31) - counted).max() < 5e-3
 
 
@@ -147,8 +149,8 @@ def test_point_lights_hold_their_energy(diameter_deg):
         ds.radiance.sel(light_group="headlights").values.astype(float), ds.wavelength.values
     )
     area = np.pi * np.tan(np.radians(diameter_deg / 2)) ** 2
-    energy = lamps.reshape(60, 5, 40).sum((0, 2)) * pitch**2  # each disc owns a fifth of the width
-    # float32 tiles
+    energy = lamps.reshape(60, 5, 40).sum((0, 2)) * pitch**2  # a fifth of the width per disc
+    # 1e-6: rounding of tiles to float32
     np.testing.assert_allclose(energy, [area * 10.0 ** (6 - k) for k in range(5)], rtol=1e-6)
     sky = luminance(ds.radiance.sel(light_group="sky").values.astype(float), ds.wavelength.values)
     assert sky.sum() * pitch**2 == pytest.approx(0.1 * (200 * 60 * pitch**2 - 5 * area), rel=1e-6)
@@ -174,8 +176,8 @@ def test_macbeth_patches_reflect_what_they_should():
         middle = ds.radiance.values[0, :, 5 + 10 * (k // 6), 5 + 10 * (k % 6)]
         np.testing.assert_allclose(middle, white * reflectance[k], rtol=3 * FLOAT32)
         assert ds.instance.values[5 + 10 * (k // 6), 5 + 10 * (k % 6)] == k + 1
-    # the grey row is sold by its density: 0.05 (white), 0.23, 0.44, 0.70, 1.05, 1.50; printed to 10
-    # %
+    # the grey row is specified by its densities: 0.05 (white), 0.23, 0.44, 0.70, 1.05, 1.50; prints
+    # keep them to 10 %
     np.testing.assert_allclose(
         seen(ds)[35, 5::10] / 500, 10.0 ** -np.array([0.05, 0.23, 0.44, 0.70, 1.05, 1.50]), rtol=0.1
     )
@@ -188,10 +190,10 @@ def test_uniform_d65_agrees_with_isetcam():
     data = np.load(Path(folder) / "isetcam" / "a_photometry.npz")
     ours = Uniform(1, 1)().radiance.values[0, :, 0, 0].astype(float)
     fine = data["d65_w5"][np.searchsorted(data["wave5"], np.arange(395, 706, 5))]
-    # mean over 10 nm of lines between values at 5 nm
+    # mean over 10 nm of the linear interpolation between values at 5 nm
     theirs = (fine[:-2:2] + 2 * fine[1:-1:2] + fine[2::2]) / 4
-    # ISETCam's D65 is tilted against the CIE table by 1.3e-3 from 380 to 780 nm; values at the
-    # centres would differ by 4 %
+    # 1e-3: ISETCam's D65 differs from the CIE table by a slope of 1.3e-3 from 380 to 780 nm; values
+    # at the centres of bands instead of means would differ by 4 %
     np.testing.assert_allclose(ours / ours.mean(), theirs / theirs.mean(), rtol=1e-3)
 
 
@@ -231,15 +233,17 @@ def test_daylight_is_that_of_the_published_tables(name):
 
     published = colour.SDS_ILLUMINANTS[name]
     nm = published.wavelengths[published.wavelengths >= 360]
-    # tables are printed to two or three decimals of 100; colour-science interpolates what they
-    # leave out in another way
+    # 0.02: tables are printed with two or three decimals, relative to 100, and colour-science
+    # interpolates between their values by another rule
     np.testing.assert_allclose(daylight(DAYLIGHT_K[name])(nm), published[nm], atol=0.02)
 
 
 @pytest.mark.slow
 def test_own_daylight_is_worth_its_lines():
-    """The own tables stay only while a process has its daylight in less than half the time of
-    colour-science.
+    """A process computes daylight from the project's own tables in less than half the time that
+    colour-science takes.
+
+    Otherwise colour-science should replace the tables.
     """
     code = """
 import time
@@ -266,8 +270,10 @@ print(between - start, end - between, abs(ours / theirs - 1).max())
 
 @pytest.mark.parametrize("projection", ["tangent", "equidistant"])
 def test_sizes_are_angles_in_both_projections(projection):
-    """A disc of 20 degrees in a field of 40 covers the same share of the row as the angles, or
-    their tangents.
+    """Sizes on a chart are angles in both projections.
+
+    In a field of 40 degrees, a disc of 20 degrees covers a share of the row that is the ratio of
+    the angles (equidistant) or of their tangents (tangent).
     """
     wide = PointLights(
         width=400,
@@ -280,7 +286,7 @@ def test_sizes_are_angles_in_both_projections(projection):
     tangent = lambda angle_deg: math.tan(math.radians(angle_deg))
     radius_px = 200 * (tangent(10) / tangent(20) if projection == "tangent" else 0.5)
     lamp = luminance(wide.radiance.sel(light_group="headlights").values, wide.wavelength.values)
-    # 1e-5: radiance is float32, coverage of tiles is exact
+    # 1e-5: radiance is float32, while the coverage of tiles is exact
     assert lamp.sum() / lamp.max() == pytest.approx(math.pi * radius_px**2, rel=1e-5)
     bar = MovingTarget(
         width=400, height=20, projection=projection, horizontal_field_deg=40.0, bar_width_deg=20.0

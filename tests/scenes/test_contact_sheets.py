@@ -1,4 +1,4 @@
-"""Contact sheets: which things are chosen, where tiles lie, and that a tile shows the thing."""
+"""Contact sheets: choice of things, positions of tiles, and the picture of a thing in its tile."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Street furniture, signs and buildings: sizes without a mesh, materials, lamps and pictures."""
+"""Street furniture, signs and buildings: sizes known without a mesh, materials, lamps, pictures."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ EVERY = [(group, family) for group in GROUPS for family in names(group)]
 
 @pytest.fixture(scope="module")
 def built():
-    """Two members of every family: one near, one far."""
+    """Return two members of every family: one with near detail, one with far detail."""
     made = {}
     for group, family in EVERY:
         for variant, detail in ((1, "near"), (2, "far")):
@@ -35,7 +35,7 @@ def test_the_size_is_known_without_a_mesh(built, group, family):
         corners = np.concatenate([p.vertices for p in model.parts])
         low = corners.min(0)
         high = corners.max(0)
-        # above the ground: posts and walls go on below it, for slopes
+        # the height is measured above the ground; posts and walls extend below it, for slopes
         assert np.abs([*(high - low)[:2], high[2]] - np.array(thing.size_m)).max() < 0.03
         assert np.abs(low + high)[:2].max() / 2 < 0.02 and low[2] <= 0.02
         assert thing.category in CATEGORIES and thing.group == group
@@ -50,7 +50,7 @@ def test_meshes_are_sound_and_lamps_face_their_axis(built, group, family):
             assert part.material in MATERIALS and np.isfinite(part.vertices).all()
             weight = face_areas(part)
             along = (weight * part.normals[part.faces].mean(1)).sum(1)
-            # normals and faces agree on outside, but on slivers of bent tubes
+            # normals and faces agree about the outer side, except on thin triangles of bent tubes
             assert -along[along < 0].sum() < 0.02 * np.linalg.norm(weight, axis=1).sum(), part.name
             if part.lamp:
                 seen = weight.sum(0) @ np.array(part.lamp.axis)
@@ -81,7 +81,7 @@ def test_there_are_signs_of_every_kind_with_pictures_of_their_own():
                 (p.material, tuple(np.round(p.vertices[:, 1:], 3).ravel().tolist())) for p in pieces
             )
         )
-        # all layers but the back look along +x, within the panel, one before the other
+        # all layers but the back face +x and lie within the panel, one in front of the other
         rim = np.abs(pieces[0].vertices[:, 1:]).max(0)
         for piece in pieces[1:]:
             assert (face_areas(piece)[:, 0] > 0).all(), name
@@ -101,7 +101,7 @@ def test_a_signal_has_a_lamp_for_each_state(built):
 
 
 def test_windows_are_lit_by_their_area(built):
-    """Luminance of lit windows and shop windows: what rooms and shops have."""
+    """The luminance of lit windows and shop windows, cd/m2, is that of rooms and shops."""
     for family in ("house", "apartments", "shop", "office"):
         for part in (p for p in built[family, "near"][1].parts if p.lamp):
             area = np.linalg.norm(face_areas(part), axis=1).sum()

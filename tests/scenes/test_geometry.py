@@ -1,4 +1,6 @@
-"""Meshes against volumes and areas known in closed form; cuts conserve area; outward faces."""
+"""Meshes: volumes and areas against closed forms, cuts that conserve area, faces that look
+outwards.
+"""
 
 from __future__ import annotations
 
@@ -36,11 +38,11 @@ from isethdr_scenes.geometry.mesh.primitives import (
 from isethdr_scenes.geometry.vehicles.headlamp import own_headlamps
 from isethdr_scenes.geometry.vehicles.shell import Shell, loft
 
-ROUNDING = 1e-9  # of sums over some thousand float64 terms
+ROUNDING = 1e-9  # relative rounding of sums over some thousand float64 terms
 
 
 def volume(piece):
-    """Enclosed volume by the divergence theorem; positive when the faces look outwards."""
+    """Return the enclosed volume by the divergence theorem; positive if faces look outwards."""
     return float((face_areas(piece) * piece.vertices[piece.faces].mean(1)).sum() / 3)
 
 
@@ -49,7 +51,7 @@ def area(piece):
 
 
 def open_edge(piece):
-    """Length of the sum of all vector areas: 0 for a closed surface."""
+    """Return the length of the sum of all vector areas, which is 0 for a closed surface."""
     return float(np.linalg.norm(face_areas(piece).sum(0)))
 
 
@@ -87,7 +89,7 @@ def test_box_has_its_volume_and_rounding_takes_away_the_corners():
     inner = np.array(size) - 2 * r  # Steiner's formula for a box grown by r
     faces = 2 * (inner[0] * inner[1] + inner[1] * inner[2] + inner[2] * inner[0]) * r
     exact = inner.prod() + faces + np.pi * r**2 * inner.sum() + 4 / 3 * np.pi * r**3
-    # 5e-3: rounded edges are polygons of few chords, inside the round by a share of r^2
+    # 5e-3: rounded edges are polygons of few chords, which lie inside of the arc by a share of r^2
     assert volume(box((0, 0, 0), size, r=r, n=4)) == pytest.approx(exact, rel=5e-3)
 
 
@@ -96,16 +98,17 @@ def test_ball_and_implicit_ball_converge_to_a_sphere():
     # the inscribed polyhedron of n steps misses about (pi/n)^2 / 4 of each of two angles
     assert volume(ball(radii=(0.5,) * 3, n=40)) == pytest.approx(exact, rel=5e-3)
     sphere = skin_of(cone((0, 0, 0), (0, 0, 0), 0.5, 0.5), 0.025, "sphere", "skin")
-    # step / radius is 1/20: sagitta (1/20)^2
+    # 5e-3: step / radius is 1/20, so the sagitta is of the order of (1/20)^2
     assert volume(sphere) == pytest.approx(exact, rel=5e-3)
-    # normals are central differences of the field over e = 0.7 steps: off by (e / r)^2 / 6 = 2e-4
+    # normals are central differences of the field over e = 0.7 steps; they err by (e / r)^2 / 6 =
+    # 2e-4
     assert np.abs(sphere.normals - unit(sphere.vertices)).max() < 5e-4
     assert open_edge(sphere) < ROUNDING
 
 
 def test_tube_and_lathe_are_closed_cylinders():
     t = tube([(0, 0, 0), (0, 0, 2.0)], 0.1, sides=64)
-    # 0.2 %: a polygon of 64 sides; the caps' rim is where the tube's normals turn
+    # 0.2 %: the section is a polygon of 64 sides
     assert volume(t) == pytest.approx(np.pi * 0.1**2 * 2, rel=2e-3)
     turned = lathe([(1e-6, -1), (0.3, -1), (0.3, 1), (1e-6, 1)], n=128, axis="z")
     assert volume(turned) == pytest.approx(np.pi * 0.3**2 * 2, rel=1e-3)
@@ -136,7 +139,7 @@ def test_both_sides_of_a_cut_hold_what_their_faces_use():
     for k, side in enumerate(cut(sphere, value)[:2]):
         assert np.array_equal(np.unique(side.faces), np.arange(len(side.vertices)))
         rest = value[(value > 0) == k]
-        # after the vertices of that side come both ends of the line in each face
+        # the vertices of that side come first, then both ends of the cutting line in each face
         assert np.array_equal(side.vertices[: len(rest)], sphere.vertices[(value > 0) == k])
         assert side.vertices[len(rest) :] @ [0.6, 0.3, 0.2] == pytest.approx(0.1, abs=1e-12)
     whole, nothing, seam = cut(sphere, np.full(len(sphere.vertices), -1.0))
@@ -157,12 +160,12 @@ def test_polygon_is_a_signed_distance():
     p = np.array([0.0, 2.0, 2.0, 0.0])
     q = np.array([0.0, 0.0, 2.0, 0.75])
     assert square(p, q) == pytest.approx([-1.25, 0.75, np.sqrt(2) - 0.25, -0.5], abs=1e-12)
-    # beyond its reach a point is as far as that: positive, and no further than it is
+    # beyond the reach the distance is the reach: positive, and not larger than the true distance
     assert square(np.array([7.0]), np.array([0.0])) == REACH_M
 
 
 def test_far_edges_of_a_polygon_are_passed_over_without_a_change():
-    """A star of 60 edges, more than are tried one by one, against shapely."""
+    """Compare with shapely for a star of 60 edges, which are too many to try one by one."""
     turn = np.linspace(0, 2 * np.pi, 60, endpoint=False)
     radius = 0.5 + 0.2 * np.cos(9 * turn)
     star = np.stack([radius * np.cos(turn), 0.4 * radius * np.sin(turn)], 1)
@@ -183,7 +186,7 @@ def test_folds_are_left_out_only_where_they_change_no_surface():
     assert np.array_equal(cheap.vertices, whole.vertices)
     assert np.array_equal(cheap.faces, whole.faces)
     smooth = skin_of(blend(limbs, 0.02), 0.012, "cloth", "cloth_red")
-    assert cheap.vertices.shape != smooth.vertices.shape  # there are folds
+    assert cheap.vertices.shape != smooth.vertices.shape  # folds change the mesh
 
 
 def test_a_union_leaves_out_only_parts_that_are_too_far_to_change_it():
@@ -200,7 +203,10 @@ def test_a_union_leaves_out_only_parts_that_are_too_far_to_change_it():
 
 
 def test_tubes_are_the_joined_tubes_bit_by_bit():
-    """One of them runs along the first direction that a tube's sides are drawn from."""
+    """Compare tubes made together with tubes made one by one and joined.
+
+    One of them is parallel to `SIDEWAYS`, the direction from which the sides of a tube are built.
+    """
     rng = np.random.default_rng(4)
     paths = [np.cumsum(rng.uniform(0, 1, (k, 3)), 0) for k in (3, 5, 3, 2)]
     paths.append(np.linspace(0, 1, 5)[:, None] * SIDEWAYS)
@@ -257,7 +263,7 @@ def test_stretched_normals_stay_across_the_surface():
     long = ball(n=40).moved(pose(scale=(3, 1, 1)))
     v = long.vertices
     exact = unit(v / np.array([9.0, 1, 1]))  # gradient of x^2/9 + y^2 + z^2
-    assert np.median(np.abs(long.normals - exact).max(1)) < 0.01  # mesh normals of 40 rings
+    assert np.median(np.abs(long.normals - exact).max(1)) < 0.01  # error of a mesh of 40 rings
 
 
 def test_shell_is_closed_outward_and_symmetric():
@@ -271,7 +277,7 @@ def test_shell_is_closed_outward_and_symmetric():
         (0.9, 3.6),
     )
     assert open_edge(skin) < 1e-6  # the two poles of the end caps are collapsed rings
-    assert 4.0 < volume(skin) < 4.6 * 1.8 * 1.4  # inside its box
+    assert 4.0 < volume(skin) < 4.6 * 1.8 * 1.4  # smaller than its box
     assert skin.vertices[:, 1].min() == pytest.approx(-skin.vertices[:, 1].max(), abs=1e-12)
 
 
@@ -290,7 +296,7 @@ def test_a_model_joins_parts_by_material_but_keeps_lamps_apart():
 def test_own_headlamps_stand_where_they_are_asked_to_and_look_ahead():
     for part in own_headlamps(2.0, 0.65, 0.66).model().parts:
         side = 1 if part.name.endswith("left") else -1
-        # the lens' radius
+        # 0.05 m: radius of the lens
         assert np.allclose(part.vertices.mean(0), (2.0, side * 0.65, 0.66), atol=0.05)
         assert (unit(face_areas(part))[:, 0] > 0.99).all()
 

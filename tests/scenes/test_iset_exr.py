@@ -1,4 +1,4 @@
-"""Reading a scene of the ISETHDR deposit, from files written here in its layout."""
+"""Reading a scene of the ISETHDR data deposit, from files in its layout that the tests write."""
 
 from __future__ import annotations
 
@@ -157,7 +157,7 @@ def planned(folder):
 
 
 def cells():
-    """Return a cell array as MATLAB has it."""
+    """Return an object array, as a MATLAB cell array is read."""
     found = np.empty(SHAPE, object)
     found[:] = [[np.array([5.0])] * SHAPE[1]] * SHAPE[0]
     return found
@@ -199,9 +199,7 @@ def test_a_band_in_two_spellings_is_named(deposit):
 
 
 def test_a_plan_reads_no_light(deposit, monkeypatch, capsys):
-    """Files that are right are planned; a group without a file is refused where a target names
-    it.
-    """
+    """Plan a scene from the names of its files; refuse a target for a missing light group."""
     folder, _ = deposit
     (folder / "1112184733_streetlights.exr").unlink()
     monkeypatch.setattr(iset_exr_files, "_channels", lambda path: pytest.fail("light was read"))

@@ -1,4 +1,4 @@
-"""Import of a tree of the deposit: small stand-ins in its layout, made here."""
+"""Import of a folder tree of the ISETHDR data deposit, from small files in its layout."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def write_exr(path, channels):
 
 
 def write_scene(folder, scene_id, names=("skymap", "headlights"), level=1.0):
-    """Write a scene whose light is `level` times the number of the band."""
+    """Write a scene; the light of a band is `level` x number of the group x number of the band."""
     folder.mkdir(parents=True, exist_ok=True)
     for k, name in enumerate(names, 1):
         channels = {
@@ -58,7 +58,7 @@ def tree(tmp_path):
 
 
 def stores(home):
-    """Return the stored scenes by the identity that the deposit gives them."""
+    """Return the stored scenes by their id in the deposit."""
     found = [open_scene(path) for path in sorted((home / "scenes").glob("*.zarr"))]
     return {data.attrs["scene_id"]: data for data in found}
 

@@ -1,5 +1,5 @@
-"""People, animals and plants drawn from ranges: sizes known without a mesh, ground contact, sound
-meshes, budgets of triangles, eyes that shine.
+"""People, animals and plants drawn from ranges: sizes known without a mesh, ground contact, valid
+meshes, limits on triangles, retroreflecting eyes.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from isethdr_scenes.things.shapes import Ball, Block, Limb, Loft, Mass, Ring, Ro
 
 from isethdr_core.data.categories import CATEGORIES
 
-SIZE_M = 0.03  # what `Thing.size_m` promises
+SIZE_M = 0.03  # largest error of `Thing.size_m` that is promised
 GROUND_M = 0.01
 BUDGETS = {"animal": animals.TRIANGLES, "person": people.TRIANGLES}
 TREES = {"tree": trees, "spring tree": trees, "autumn tree": trees, "winter tree": trees}
@@ -68,7 +68,8 @@ def test_a_person_keeps_its_promises_near_and_in_the_middle():
 def test_a_plant_or_rock_keeps_its_promises_near_and_in_the_middle(group, family):
     near, middle = (check(one(group, family, 1), detail) for detail in ("near", "middle"))
     if group != "rock":
-        # fewer leaves are larger: their area stays within what stretching to the size does to it
+        # coarser levels have fewer and larger leaves; 25 %: stretching the plant to its size
+        # changes their area
         assert _area(middle, "leaves") == pytest.approx(_area(near, "leaves"), rel=0.25)
 
 
@@ -87,11 +88,14 @@ def test_trees_change_with_the_seasons():
     assert "needle" in {part.material for part in needles}
 
 
-PIXELS = 72  # of the height of a silhouette
+PIXELS = 72  # height of the picture of a silhouette, pixels
 
 
 def silhouette(model, across):
-    """Return a picture of the faces seen along one axis, at a common height."""
+    """Return a silhouette (z, x or y) of the faces, scaled to a common height.
+
+    `across` is the horizontal axis of the picture: 0 is x, 1 is y.
+    """
     low, high = extent_m(model)
     scale = 0.95 * PIXELS / (high[2] - low[2])
     picture = np.zeros((2 * PIXELS, PIXELS), bool)
@@ -118,9 +122,9 @@ def test_no_two_silhouettes_are_the_same(group, each):
             model = things.build(one(group, family, seed), "far")
             pictures.append([silhouette(model, across) for across in (0, 1)])
     for first, second in combinations(pictures, 2):
-        # intersection over union, side and front
+        # intersection over union of side and front views
         shared = [(a & b).sum() / (a | b).sum() for a, b in zip(first, second, strict=True)]
-        assert np.mean(shared) < 0.94  # the two that are most alike have 0.931
+        assert np.mean(shared) < 0.94  # the most similar pair has 0.931
 
 
 @pytest.mark.slow
@@ -129,7 +133,7 @@ def test_more_than_seventy_plants_are_distinct():
         thing = one(group, family, seed)
         length, width, height = thing.size_m
         materials = frozenset(p.material for p in things.build(thing, "far").parts)
-        # sizes count as different from 15 % on
+        # sizes are rounded in steps of 15 %
         return family, materials, round(np.log(height) / 0.15), round(np.log(length / width) / 0.15)
 
     groups = ("tree", "autumn tree", "bush")
@@ -163,7 +167,7 @@ def test_an_upright_body_is_as_tall_as_its_height():
         body = Body(height_m=height, heads=6.0 if height < 1.3 else 7.5)
         at = joints(body, Pose(straight, straight, 0.0))
         crown = at["head"][2] + 0.122 * body.head_scale
-        assert crown == pytest.approx(height, abs=0.01)  # the neck leans by a few degrees
+        assert crown == pytest.approx(height, abs=0.01)  # the neck is inclined by a few degrees
         soles = at["ankle_l"][2] - 0.087 * body.scale
         assert soles == pytest.approx(0, abs=1e-9)
 
@@ -192,7 +196,8 @@ def test_thirty_people_are_distinct():
         )
 
     drawn = [told(family, variant) for family in things.names("person") for variant in range(5)]
-    # of 40, each of 8 families five times: family, garments, colours, hat, hair and bag alone
+    # at least 35 of 40 people (8 families, five members each) differ in family, garments, colours,
+    # hat, hair or bag
     assert len(set(drawn)) >= 35
 
 
@@ -204,7 +209,7 @@ def test_an_animal_keeps_its_promises_near_and_in_the_middle():
     assert len(eyes) == 2
     for eye in eyes:
         assert MATERIALS[eye.material].retro is not None
-        # a third of the eye lies in the head, by where its centre is placed
+        # about a third of the eye lies inside the head, by the position of its centre
         assert 0.3 < _share_outside(coat, eye) < 0.95
 
 
@@ -241,7 +246,7 @@ def test_the_same_variant_is_the_same_thing():
 def test_the_extent_of_a_limb_is_that_of_its_surface(shape):
     mass = Mass("limb", "fur", (shape,), step_m=0.02)
     low, high = extent_m(_only(mass.pieces("near")))
-    # a grid of 0.02 m cuts at most 0.02^2 / (8 * 0.07) off a curvature of 1 / 0.07 m
+    # chords of a grid of 0.02 m lie at most 0.02^2 / (8 * 0.07) m inside a curvature of 1 / 0.07 m
     assert low == pytest.approx(mass.extent()[0], abs=1e-3)
     assert high == pytest.approx(mass.extent()[1], abs=1e-3)
 
@@ -257,7 +262,7 @@ def test_the_extent_of_a_limb_is_that_of_its_surface(shape):
 )
 def test_the_extent_of_a_shape_is_that_of_its_mesh(shape):
     low, high = extent_m(_only(shape.pieces("near")))
-    # 8 mm: flat sides between the corners of a round section of 10 sides
+    # 8 mm: a round section is a polygon of 10 sides
     assert low == pytest.approx(shape.extent()[0], abs=8e-3)
     assert high == pytest.approx(shape.extent()[1], abs=8e-3)
 

@@ -1,4 +1,4 @@
-"""Materials and lamp spectra: possible values, and spectra computed a second way."""
+"""Materials and lamp spectra: values in their physical range, and independent computations."""
 
 from __future__ import annotations
 
@@ -31,7 +31,8 @@ def test_materials_have_the_features_a_camera_sees():
         assert at(plant, 760) > 5 * at(plant, 680)  # red edge
     assert at("skin", 650) > 1.5 * at("skin", 550)
     assert at("cloth_red", 640) > 10 * at("cloth_red", 540)
-    # grains cover 30 % of asphalt, so they are brighter than the road that they make
+    # the reflectance of asphalt is that of its grains, which cover 30 % of the road: the road is
+    # darker
     assert at("asphalt", 550) < 0.2 and at("road_paint", 550) > 0.4
 
 
@@ -68,6 +69,6 @@ def test_sky_has_its_luminance_by_the_photometry_of_colour_science():
     colour = pytest.importorskip("colour")
     sky = sky_of(4000.0)
     sd = colour.SpectralDistribution(sky.at(NM), NM)
-    # 1924 V(lambda) and other integration rules
+    # 5e-3: V(lambda) of 1924 and another integration rule
     assert colour.luminous_flux(sd) == pytest.approx(4000.0, rel=5e-3)
     assert min(sky.value) > 0

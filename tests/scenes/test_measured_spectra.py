@@ -15,7 +15,7 @@ from isethdr_scenes.measured_spectra import TABLES, WAVELENGTH_NM, measured
 
 @pytest.fixture
 def looked_up(tmp_path, monkeypatch):
-    """An empty home, and a list that grows by one entry per look-up."""
+    """Set an empty home; return a list with one entry per look-up, and the tables themselves."""
     monkeypatch.setenv("ISETHDR_HOME", str(tmp_path / "home"))
     calls = []
     found = measured_spectra._from_colour_science()

@@ -34,9 +34,9 @@ MAKERS = {
     "guard rail": lambda: roadside.guard_rail(Ground(), 0, 30, 5.6),
     "tunnel": lambda: tube.tunnel(Ground(0.0), -20, 40),
 }
-# built by the same code as another one that is here
+# models built by the same code as another model in `MAKERS`
 LONG = {"hatchback", "suv", "van", "worker", "child", "hind"}
-# least and most length (x), width (y), height (z), m
+# smallest and largest length (x), width (y) and height (z), m
 SIZES = {
     "sedan": ((4.4, 4.9), (1.8, 2.2), (1.3, 1.65)),
     "hatchback": ((3.9, 4.3), (1.75, 2.2), (1.4, 1.65)),
@@ -102,7 +102,8 @@ def test_parts_are_sound(models, name):
             assert np.allclose(np.linalg.norm(part.normals, axis=1), 1, atol=1e-6)
             weight = face_areas(part)
             along = (weight * part.normals[part.faces].mean(1)).sum(1)
-            # shading normals and faces agree on outside, but on slivers where a sheet folds
+            # shading normals and faces agree about the outer side, except on thin triangles where a
+            # sheet folds
             assert -along[along < 0].sum() < 0.02 * np.linalg.norm(weight, axis=1).sum(), part.name
 
 
@@ -113,7 +114,8 @@ def test_lamps_face_their_axis(models, name):
         projected = vector @ np.array(part.lamp.axis)
         whole = np.linalg.norm(face_areas(part), axis=1).sum()
         assert np.linalg.norm(part.lamp.axis) == pytest.approx(1, abs=1e-12)
-        # faces within 60 degrees of the axis emit; a lamp that looks away cannot have its intensity
+        # the mean face is within 60 degrees of the axis; a lamp that faces away cannot have its
+        # intensity
         assert projected > 0.5 * whole > 0, part.name
 
 
@@ -158,7 +160,7 @@ def test_tunnel_is_open_at_its_exit_and_closed_behind(models):
 
 
 def _hits(corner, origin, direction):
-    """Number of triangles hit by a ray (Moeller and Trumbore, 1997)."""
+    """Return the number of triangles hit by a ray (Moeller and Trumbore, 1997)."""
     a = corner[:, 0]
     e1 = corner[:, 1] - corner[:, 0]
     e2 = corner[:, 2] - corner[:, 0]
@@ -183,5 +185,5 @@ def test_eyes_of_a_deer_look_out_of_its_head(head_up):
     eyes = parts["eye_deer"]
     _, nearest = cKDTree(skin.vertices).query(eyes.vertices)
     out = np.einsum("nk,nk->n", eyes.vertices - skin.vertices[nearest], skin.normals[nearest])
-    # a part of each ball; vertices of the skin are 14 mm apart
+    # a part of each eyeball is outside; vertices of the skin are 14 mm apart
     assert (out > 0).mean() > 0.25 and 0.006 < out.max() < 0.03

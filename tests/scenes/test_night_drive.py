@@ -22,9 +22,9 @@ CLASSES = [NightDrive, Tunnel]
 
 @pytest.fixture(scope="module")
 def built():
-    """The scenes with few things: the oncoming car, the one ahead, the truck, and one of the rest.
+    """Return the scenes with few things: oncoming car, car ahead, truck, and few of the others.
 
-    All of the default road takes six seconds.
+    The default road with all its things takes six seconds.
     """
     few = NightDrive(vehicles=(3, 3), people=(2, 2), animals=(1, 1), trees=(4, 4))
     return {NightDrive: few(), Tunnel: Tunnel()()}
@@ -36,7 +36,7 @@ def angle_deg(a, b, seen_from):
 
 
 def tangents(camera, points):
-    """Picture position (right, up) of world points as tangents, and their depth along the axis."""
+    """Return picture positions (right, up) of world points, as tangents, and their depths, m."""
     ahead = np.subtract(camera.target_m, camera.position_m)
     ahead /= np.linalg.norm(ahead)
     right = np.cross(ahead, [0, 0, 1])
@@ -83,7 +83,7 @@ def test_pedestrian_walks_close_beside_the_oncoming_headlamp_and_is_not_hidden(s
     lamp = oncoming_lamp(ground, car.s_m)
     apart = angle_deg(ground.on(person.s_m, person.y_m, 0.7), lamp, seen_from)
     low, high = drive.pedestrian_beside_deg
-    # the range is the horizontal angle; heights differ by half a degree
+    # the range is that of the horizontal angle; the heights differ by half a degree
     assert low - 0.05 <= apart <= high + 0.4
     corner = ground.on(car.s_m - 2.2, car.y_m + 0.94)  # outer front corner of the car
     shoulder = ground.on(person.s_m, person.y_m - 0.25)
@@ -119,14 +119,14 @@ def test_description_of_the_default_road_is_complete():
 
 
 def check_complete(name, scene):
-    """Assert that a description has all that it names and not too many triangles."""
+    """Check that a description defines all that it names, and the number of its triangles."""
     check_description(name, scene)
     assert scene.light_groups() == ("sky", "headlights", "other", "streetlights")
     used = {p.material for m in scene.models.values() for p in m.parts}
     assert used == set(scene.materials)
     assert {o.model for o in scene.objects} == set(scene.models)
     faces = sum(len(p.faces) for m in scene.models.values() for p in m.parts)
-    assert faces < 1.3e6  # what a renderer must hold; a limit on growth
+    assert faces < 1.3e6  # a limit on the renderer's memory
 
 
 @pytest.mark.parametrize(
@@ -272,8 +272,9 @@ def test_impossible_luminaires_say_what_to_type():
 
 
 def test_what_two_scenes_share_is_built_once():
-    """Another scene of the same seed shares its meshes but for what lies on its own ground; names,
-    poses and lamps are its own.
+    """A scene of the same seed shares all meshes except those that follow the ground.
+
+    Names, poses and lamps are separate.
     """
     few = {"vehicles": (1, 1), "people": (1, 1), "animals": (0, 0), "trees": (0, 0)}
     first = NightDrive(**few)()
@@ -297,7 +298,7 @@ def test_what_two_scenes_share_is_built_once():
         }
         for d in (first, again)
     ]
-    assert lamps[0] != lamps[1]  # switched after they are built
+    assert lamps[0] != lamps[1]  # lamps are switched after models are built
 
 
 @pytest.mark.parametrize("people, bicycles", [(1, 0), (2, 1)])

@@ -1,4 +1,4 @@
-"""Families of lamps against all their rules, and files of measured lamps."""
+"""Families of lamps against the rules of their regulations, and files of measured lamps."""
 
 import re
 
@@ -56,7 +56,7 @@ def test_a_lamp_outside_its_rules_is_told_by_name(change, broken):
 
 
 def ies(kind, vertical, level, candela, factor=2.0):
-    """A file of LM-63."""
+    """Return the text of an LM-63 file."""
     text = lambda v: " ".join(f"{x:g}" for x in v)
     head = f"1 1000 {factor:g} {len(vertical)} {len(level)} {kind} 2 0.1 0.1 0 1 1 10"
     rows = "\n".join(map(text, candela))
@@ -70,7 +70,7 @@ def test_a_file_of_lm_63_in_c_planes(tmp_path):
     )
     lamp = read_ies(path)
     at = lambda left, up: lamp.intensity_cd * float(lamp.table.at(left, up))
-    # C0 is to the right, C90 up; all times the multiplier
+    # C0 is to the right, C90 up; all values are scaled by the multiplier
     assert [at(0, 0), at(-45, 0), at(0, 45), at(45, 0), at(0, -45)] == pytest.approx(
         [200, 100, 80, 60, 40]
     )
@@ -92,12 +92,12 @@ def test_a_file_of_lm_63_in_level_angles(tmp_path, kind):
     lamp = read_ies(path)
     at = lambda left, up: lamp.intensity_cd * float(lamp.table.at(left, up))
     assert at(0, 0) == 100
-    # -20 to the right is 20 to the left; 1 %: type B turns about a level axis
+    # the first row is 20 degrees to the left: -20 to the right
     assert [at(20, 0), at(-20, 0), at(0, -10), at(0, 10)] == pytest.approx([20, 80, 40, 60])
 
 
 def ldt(symmetry, planes, candela, angles=(0, 45, 90)):
-    """A file of EULUMDAT of one lamp of 2,000 lm."""
+    """Return the text of a EULUMDAT file of one lamp of 2,000 lm."""
     step = 360 / planes
     head = ["maker", 1, symmetry, planes, step, len(angles), 45, "n", "l", "l", "f", "d"]
     head += [0] * 12 + [0, 1]  # lines 13 to 26: sizes, ratios, factor, tilt, sets of lamps
@@ -124,7 +124,7 @@ def test_a_file_of_eulumdat(tmp_path, symmetry, given, expected):
     path.write_text(ldt(symmetry, 4, [[100, v, 0] for v in given]))
     lamp = read_ldt(path)
     at = lambda left, up: lamp.intensity_cd * float(lamp.table.at(left, up))
-    # per 1000 lm, of a lamp of 2000; C0 right, C90 up, C180 left, C270 down
+    # values are per 1000 lm, and the lamp has 2000 lm; C0 is right, C90 up, C180 left, C270 down
     assert at(0, 0) == pytest.approx(200)
     assert [at(-45, 0), at(0, 45), at(45, 0), at(0, -45)] == pytest.approx(2 * np.array(expected))
 
@@ -168,7 +168,7 @@ def test_a_file_of_lm_63_with_other_counts_than_it_says_is_refused(tmp_path, pla
 
 
 def test_a_file_of_lm_63_that_counts_too_few_planes_is_refused(tmp_path):
-    """Its last plane would be read as candela, and all candela after it at the wrong angle."""
+    """Otherwise its last plane would be read as candela, and all later values at wrong angles."""
     path = tmp_path / "lamp.ies"
     text = ies(1, [0, 45, 90], C_DEG, [[100, 50, 0]] * 5)
     path.write_text(text.replace(" 3 5 1 2 ", " 3 4 1 2 "))

@@ -1,4 +1,4 @@
-"""Pictures and spectral cubes of one's own: light as stated, spectra of RGB, and refusals."""
+"""Pictures and spectral cubes of users: light as stated, spectra of RGB, and refusals."""
 
 from __future__ import annotations
 
@@ -26,7 +26,8 @@ from isethdr_core.testing import check
 from isethdr_core.uncertainty import ledger
 
 FIELD = {"horizontal_field_deg": 40.0}
-# float32 light (6e-8), and the weights of four digits that the standard gives for sRGB's Y
+# relative error: float32 light (6e-8), and the four digits of the weights that the standard gives
+# for sRGB's Y
 FLOAT32 = 2e-7
 BANDS = np.arange(400.0, 701.0, 10.0)
 
@@ -76,12 +77,15 @@ def test_colours_of_rgb_are_kept(rgb):
     y = np.tensordot(to_xyz(CHROMATICITIES["srgb"])[1], light, 1)
     found = xyz(spectra(light, y, reflectances * daylight, BANDS).astype(float), BANDS)
     standard = light.transpose(1, 2, 0) @ np.linalg.inv(XYZ_TO_SRGB).T
-    # 3e-3: white of 31 bands in place of that of the standard, which has Z 0.3 % larger
+    # 3e-3: the white is that of 31 bands, while Z of the standard's white is 0.3 % larger
     np.testing.assert_allclose(found, standard, rtol=3e-3, atol=1e-9)
 
 
 def test_every_value_of_the_accuracy_knob_holds_rgb(tmp_path, rgb):
-    """Otherwise `isethdr study accuracy` of a picture would be refused."""
+    """All values of the accuracy knob keep the colours of RGB.
+
+    Otherwise `isethdr study accuracy` of a picture would be refused.
+    """
     np.save(tmp_path / "a.npy", rgb)
     [knob] = PictureFile.accuracy_knobs
     for step_nm in (*knob.tried(), knob.finest()):
@@ -96,7 +100,7 @@ def test_white_has_the_spectrum_of_the_illuminant(tmp_path, spectrum):
     scene = file()
     wanted = band_means(illuminant(spectrum), BANDS)
     wanted = 80.0 * wanted / luminance(wanted, BANDS)
-    # 1e-6: sums of the primaries' reflectances to 1
+    # 1e-6: the reflectances of the primaries sum to 1 within 1e-6
     np.testing.assert_allclose(
         scene.radiance.values[0], np.broadcast_to(wanted[:, None, None], (31, 3, 5)), rtol=1e-6
     )
@@ -313,7 +317,7 @@ def test_an_array_of_python_runs_through_a_camera_in_one_line(tmp_path, monkeypa
     result = hdr.run(hdr.compose([*overrides, "experiment=own_picture", *small]))
     picture = result.open("picture/bayer")["xyz"].sel(xyz_channel="Y")
     wanted = image @ to_xyz(CHROMATICITIES["srgb"])[1]
-    # 3 %: sRGB through the sensor's colour matrix, mean over the frame
+    # 3 %: colour error of sRGB through the sensor's colour matrix, as a mean over the frame
     assert float(picture.mean()) == pytest.approx(wanted.mean(), rel=0.03)
     cube = xr.DataArray(
         np.ones((2, 3, 4)),

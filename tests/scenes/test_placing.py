@@ -18,7 +18,7 @@ from isethdr_scenes.things.furniture import street_lamps, traffic_lights
 
 from isethdr_core.errors import ConfigError
 
-# kinds whose layouts are quick: the others are among the slow tests
+# kinds with layouts that take little time; the others are tested among the slow tests
 QUICK = ("country_curve", "city_2_lanes", "tunnel", "cycle_street", "country_crest", "city_6_lanes")
 DENSITIES = Densities(10.0, 0.4, 12.0, 2.0, 2.0, 30.0)
 BUSY = Densities(45.0, 0.9, 150.0, 25.0, 12.0, 300.0)
@@ -31,7 +31,8 @@ def laid_out(name: str, seed: int, densities: Densities, mounting: Mounting | No
 
 
 def samples(layout: Layout, count: int = 7) -> tuple[np.ndarray, np.ndarray]:
-    """Points (n, 3) in all things' boxes, in their own poses, and the number of their thing."""
+    """Return points (n, 3) in the boxes of all things, at their poses, and the number of their
+    thing."""
     grid = np.linspace(-0.49, 0.49, count)
     unit = np.stack(np.meshgrid(grid, grid, [0.02, 0.5, 0.98], indexing="ij"), -1).reshape(-1, 3)
     points = []
@@ -46,7 +47,7 @@ def samples(layout: Layout, count: int = 7) -> tuple[np.ndarray, np.ndarray]:
 
 
 def inside_others(layout: Layout) -> list[str]:
-    """Things that hold a point of another one: by their poses in space, without separating axes."""
+    """Return things that contain a point of another thing, found without separating axes."""
     points, owner = samples(layout)
     found = []
     for k, one in enumerate(layout.standing):
@@ -55,10 +56,10 @@ def inside_others(layout: Layout) -> list[str]:
         near &= owner != k
         local = (points[near] - one.pose[:3, 3]) @ one.pose[:3, :3]
         for x, y, length, width, bottom, top in one.foot.scale * np.array(solids(one.foot.thing)):
-            # 1 cm: panels that stand end to end on a hill tilt against each other
+            # 1 cm: panels that stand end to end on a hill are tilted relative to each other
             held = np.abs(local[:, 0] - x) < length / 2 - 0.01
             held &= np.abs(local[:, 1] - y) < width / 2 - 0.01
-            # 20 cm: on slopes a thing stands on the mean of the heights below it
+            # 20 cm: on slopes, a thing stands on the mean height of the ground below it
             held &= (local[:, 2] > bottom + 0.2) & (local[:, 2] < top - 0.2)
             for j in set(owner[near][held]):
                 other = layout.standing[j].foot
@@ -86,7 +87,7 @@ def check(layout: Layout, view, in_space: bool = True) -> None:
     check_eye(layout, view)
 
 
-# each quick kind once; further layouts of the same kinds are among the slow tests
+# each quick kind is tested once; further layouts of these kinds are among the slow tests
 @pytest.mark.parametrize(
     "seed", [pytest.param(k, marks=[pytest.mark.slow] * (k >= len(QUICK))) for k in range(20)]
 )
@@ -134,7 +135,7 @@ def test_a_density_that_cannot_be_placed_says_how_many_were_and_proposes_one_tha
 
 
 def test_the_number_of_things_follows_the_density():
-    """Means over seeds: a density is met to the rounding of each lane."""
+    """Compare means over seeds; the number of vehicles is rounded in each lane."""
     counts = {
         density: np.mean(
             [
@@ -148,7 +149,7 @@ def test_the_number_of_things_follows_the_density():
 
 
 def test_boxes_overlap_as_points_say():
-    """Separating axes against a fine grid of points of both boxes."""
+    """Compare separating axes with a fine grid of points of both boxes."""
     rng = np.random.default_rng(4)
     grid = np.linspace(-0.5, 0.5, 41)
     unit = np.stack(np.meshgrid(grid, grid), -1).reshape(-1, 2)
@@ -224,8 +225,9 @@ def test_some_vehicles_are_inside_a_junction():
 
 @pytest.mark.slow
 def test_tufts_stand_beside_the_shoulders_and_nowhere_else():
-    """No tuft is on the road, in anything, or before the camera; and what stands without tufts
-    stands as it did.
+    """No tuft is on the road, inside another thing, or in front of the camera.
+
+    The other things stand where they stand without tufts.
     """
     none = dict(people_per_km=0.0, riders_per_km=0.0, animals_per_km=0.0, parked_share=0.0)
     bare = Street(road="country_curve", seed=3, vehicles_per_km=0.0, plants_per_km=40.0, **none)
@@ -244,4 +246,4 @@ def test_tufts_stand_beside_the_shoulders_and_nowhere_else():
     assert 0.25 <= min(heights) < max(heights) <= 0.35
     middle = layout.base.pose()[:2, 3]
     assert max(np.linalg.norm(one.pose[:2, 3] - middle) for one in tufts) <= 60.0
-    assert len({one.foot.thing for one in tufts}) <= 6  # each is stored once
+    assert len({one.foot.thing for one in tufts}) <= 6  # six shared meshes

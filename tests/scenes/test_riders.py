@@ -13,7 +13,7 @@ from isethdr_scenes.things.registry import RIDDEN
 from isethdr_scenes.things.riding import RidingPosition
 
 VEHICLES = [(group, family) for group in RIDDEN for family in things.names(group)]
-# typical places, so that riders of vehicles without a family of their own are checked too
+# typical riding positions, to check also riders of vehicles that have no family of their own
 POSITIONS = {
     "motorcycle": RidingPosition(
         (-0.2, 0, 0.81),
@@ -26,8 +26,8 @@ POSITIONS = {
         ((0.15, 0.12, 0.29), (0.15, -0.12, 0.29)),
     ),
 }
-TOUCH_M = 0.03  # of hands on grips and soles on pedals
-SIZE_M = 0.03  # what `Thing.size_m` promises
+TOUCH_M = 0.03  # largest distance of hands from grips and of soles from pedals
+SIZE_M = 0.03  # largest error of `Thing.size_m` that is promised
 
 
 def vehicle(group, family, seed=0):
@@ -58,7 +58,7 @@ def test_hands_and_feet_reach_and_bones_keep_their_lengths(height):
                 ("elbow", "wrist", body.forearm_m),
             ):
                 apart = np.linalg.norm(at[f"{a}_{side}"] - at[f"{b}_{side}"])
-                # 0.2 %: a chain that would be stretched stays bent by so much
+                # 0.2 %: a limb that would have to be fully stretched is kept slightly bent
                 assert apart == pytest.approx(length, rel=2e-3)
         over = at["pelvis"] - position.saddle
         assert 0.05 < over[2] < 0.15 and abs(over[1]) < 1e-9
@@ -73,7 +73,7 @@ def test_the_mesh_of_a_rider_touches_grips_and_pedals():
         parts = [p.vertices for p in mesh.parts if p.name in (name, "sole")]
         for point in points:
             nearest = min(np.linalg.norm(v - point, axis=1).min() for v in parts)
-            assert nearest < TOUCH_M + 0.011  # a sampling step of the surface
+            assert nearest < TOUCH_M + 0.011  # plus a sampling step of the surface
 
 
 def test_a_rider_alone_has_the_box_that_it_states():
@@ -109,7 +109,7 @@ def test_thirty_five_riders_are_distinct():
         rider = things.rider_of(ridden, np.random.default_rng([seed, 7]))
         mesh = things.build(rider, "far")
         seen.add((family, ridden.paint, frozenset((p.name, p.material) for p in mesh.parts)))
-    # the vehicle's family and paint, and the rider's garments and their materials
+    # riders differ in the vehicle's family or paint, or in garments or their materials
     assert len(seen) >= 45
 
 

@@ -81,7 +81,7 @@ def test_entities_stand_where_the_scenario_puts_them(tmp_path):
     assert [p.name for p in street.input_files()] == ["cut_in.xosc", "way.xodr"]
     base = street.base()
     road = base.network.road("1")
-    # the reference point is the rear axle: the box's middle is 1.4 m ahead of it
+    # the reference point is the rear axle; the middle of the box is 1.4 m ahead of it
     own = base.pose()
     middle = float(base.lane.offset_m(51.4))
     assert road.line.beside(own[None, :2, 3])[0][0] == pytest.approx(51.4, abs=1e-6)
@@ -94,7 +94,7 @@ def test_entities_stand_where_the_scenario_puts_them(tmp_path):
         s, t, _ = (float(v[0]) for v in road.line.beside(one.pose[None, :2, 3]))
         seen[name] = s, t, one.foot.heading_rad - heading
     assert seen["Lead"] == pytest.approx((71.4, middle, 0.0), abs=1e-6)
-    # on a left lane the traffic goes against s, and a relative heading counts from it
+    # on a left lane, traffic drives against s, and a relative heading counts from that direction
     turn = np.pi + 0.5
     aside = -middle + 1.4 * np.sin(turn)
     assert seen["Oncoming"][:2] == pytest.approx((120 + 1.4 * np.cos(turn), aside), abs=1e-6)
@@ -102,7 +102,7 @@ def test_entities_stand_where_the_scenario_puts_them(tmp_path):
     assert seen["Walker"] == pytest.approx((80.0, -6.0, 0.0), abs=1e-6)
     assert found["Bus"].foot.heading_rad == pytest.approx(0.1)
     assert found["Lead"].foot.thing.group == "car" and found["Bus"].foot.thing.group == "bus"
-    assert found["Lead"].foot.thing.size_m[0] == pytest.approx(4.5, abs=0.4)  # the nearest car
+    assert found["Lead"].foot.thing.size_m[0] == pytest.approx(4.5, abs=0.4)  # nearest size
     layout = street.plan()
     assert not (rules.overlaps(layout) + rules.off_the_ground(layout) + rules.misplaced(layout))
     told = "\n".join(street._start.notes)
@@ -110,7 +110,7 @@ def test_entities_stand_where_the_scenario_puts_them(tmp_path):
         assert words in told
     other = Street(seed=1, scenario=str(path), scenario_ego="Oncoming", **EMPTY)
     turned_pose = other.base().pose()
-    # the car is tilted by the crown, 2.5 %: its axis is turned within that plane
+    # the crown of the road tilts the car by 2.5 %, and its axis is turned within the tilted plane
     assert turned_pose[:2, 0] == pytest.approx(
         [np.cos(heading + turn), np.sin(heading + turn)], abs=0.025**2
     )

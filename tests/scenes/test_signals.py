@@ -1,4 +1,4 @@
-"""Traffic lights that change: their order, their times, and the drivers who heed them."""
+"""Traffic lights that change: order and durations of their states, and drivers who obey them."""
 
 from __future__ import annotations
 
@@ -56,10 +56,10 @@ def test_groups_take_turns_and_one_of_them_is_always_red():
             after = dict(red="red_amber", red_amber="green", green="amber", amber="red")
             assert all(after[a] == b for (a, _), (b, _) in pairwise(runs))
             limits = dict(green=GREEN_S, amber=AMBER_S, red_amber=RED_AMBER_S)
-            for state, count in runs[1:-1]:  # the first and the last are cut
+            for state, count in runs[1:-1]:  # the first and the last run are incomplete
                 if state != "red":
                     low, high = limits[state]
-                    # the ends of a state are known to one step each
+                    # both ends of a state are known to one step
                     assert low - STEP_S <= count * STEP_S <= high + STEP_S
 
 
@@ -89,7 +89,7 @@ def test_lamps_follow_the_plan_and_layouts_at_time_0_keep_their_lamps(street):
 
 
 def passed_lines(street: Street, end_s: float) -> list[tuple[str, str, str]]:
-    """Return who passed the line of a signal by a time: name, road, and what it showed."""
+    """Return (vehicle, road, state of the signal) of all that passed a stop line before `end_s`."""
     simulation = street._simulation
     plan = signal_plan(street.moment(0.0).layout.signals)
     passed = []
@@ -120,7 +120,7 @@ def test_the_camera_car_stops_at_red_and_starts_at_green(street):
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", range(3, 6))
 def test_nobody_passes_at_red_and_many_at_green(seed):
-    """Over 45 s each group has had its green."""
+    """Within 45 s, each group has had a green phase."""
     shown = [state for _, _, state in passed_lines(quiet(seed=seed, vehicles_per_km=25.0), 45.0)]
     assert set(shown) <= {"green", "amber"}
     assert shown.count("green") >= 4

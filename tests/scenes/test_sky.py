@@ -1,4 +1,6 @@
-"""The sky of an hour: levels against published ones, smoothness, and the dome as a table."""
+"""The sky at a given hour: light levels against published ones, smoothness, and the sky dome as a
+table.
+"""
 
 import sys
 
@@ -41,7 +43,7 @@ def test_a_citys_zenith_is_as_bright_as_published():
     nm = np.array(sky.wavelength_nm)
     zenith = xyz(sky.radiance(sky_direction(90, 0), nm), nm, axis=-1)[1]
     assert 5e-3 < zenith < 5e-2
-    # 1 %: the patterns are a fit
+    # 1 %: the patterns are fitted
     assert zenith == pytest.approx(night_light.zenith_cd_m2(9), rel=0.01)
 
 
@@ -62,7 +64,7 @@ def test_twilight_falls_steadily():
 
 @pytest.mark.parametrize("altitude", [5.0, 0.2, -0.3, -0.83, -3.0, -7.5, -15.0])
 def test_the_dome_has_the_light_of_the_formula(altitude):
-    # 0.3 %: the formula is for the night's own light alone integrated in steps of a degree here
+    # 0.3 %: only the light of the night sky is integrated, in steps of a degree here
     expected = illuminance.sun_illuminance_lx(altitude) + night_lx()
     assert lux(sun_elevation_deg=altitude) == pytest.approx(expected, rel=0.003)
 
@@ -75,8 +77,8 @@ def test_the_dome_has_the_light_of_the_formula(altitude):
     ],
 )
 def test_nothing_jumps_where_models_meet(joint):
-    # a step of 0.01 degrees changes the light by at most 1.2 %; the pieces of the published fit
-    # meet within 0.4 %
+    # 1.6 %: a step of 0.01 degrees changes the light by at most 1.2 %, and the pieces of the
+    # published fit agree to 0.4 % where they meet
     above, below = (lux(sun_elevation_deg=joint + d) for d in (0.005, -0.005))
     assert above / below == pytest.approx(1, abs=0.016)
 
@@ -87,7 +89,7 @@ def test_a_full_moon_is_as_bright_as_the_formula_whatever_its_altitude():
         assert lux(moon_elevation_deg=altitude) == pytest.approx(float(expected), rel=0.003)
     half = domes.dome_of(SkyState(moon_elevation_deg=40.0, moon_phase_deg=90.0)).discs[0]
     full = domes.dome_of(SkyState(moon_elevation_deg=40.0)).discs[0]
-    # the full moon has 2,000 to 6,000 cd/m2, the half moon an eighth of its light
+    # the full moon has 2,000 to 6,000 cd/m2, and the half moon an eighth of its light
     assert 2e3 < luminance_of(full.radiance.at(NM)) < 6e3
     assert luminance_of(half.radiance.at(NM)) < 0.15 * luminance_of(full.radiance.at(NM))
 
@@ -107,7 +109,7 @@ def test_the_sky_of_a_day_is_mitsubas_with_its_sun():
 
 
 def test_turning_the_sun_turns_the_sky():
-    # 65 degrees is 13 steps of the grid: exact
+    # 65 degrees are 13 whole steps of the grid, so there is no interpolation
     still, turned = (
         domes.dome_of(SkyState(sun_elevation_deg=-4.0, sun_azimuth_deg=a)) for a in (0.0, 65.0)
     )
@@ -119,7 +121,7 @@ def test_a_pattern_is_looked_up_at_its_nodes_and_between():
     up = sky_elevations_deg(65)
     pattern = 2 + np.sin(np.radians(up))[:, None] * np.ones(72)
     assert pattern_at(pattern, sky_direction(up[40], 35)) == pytest.approx(pattern[40, 0])
-    # linear between nodes: 1e-3 of a sine
+    # 1e-3: linear interpolation of a sine between nodes
     assert pattern_at(pattern, sky_direction(33.3, 2.2)) == pytest.approx(
         2 + np.sin(np.radians(33.3)), rel=1e-3
     )
@@ -149,11 +151,12 @@ def test_a_place_and_a_time():
     pytest.importorskip("ephem")
     where = {"latitude_deg": 48.1372, "longitude_deg": 11.5755, "heading_deg": 90.0}
     state = sky_state("noon", {**where, "time_utc": "2026-06-21T11:15"})
-    # solar noon of Munich in summer time: 90 - 48.14 + 23.44 degrees, in the south, which is to
-    # the right of a road to the east; 0.1 degrees: equation of time within a quarter of a minute
+    # Solar noon in Munich in summer: an elevation of 90 - 48.14 + 23.44 degrees, in the south,
+    # which is to the right of a road that leads east. 0.1 degrees: the equation of time is within a
+    # quarter of a minute.
     assert state.sun_elevation_deg == pytest.approx(65.30, abs=0.1)
     assert state.sun_azimuth_deg == pytest.approx(90, abs=2)
-    # 2026-08-28 04:18 UTC is full moon, with an eclipse
+    # 2026-08-28 04:18 UTC: full moon, with an eclipse
     full = sky_state("noon", {**where, "time_utc": "2026-08-28T04:18+00:00"})
     assert full.moon_phase_deg < 1.5
 

@@ -1,4 +1,4 @@
-"""The scene `stored`: light, labels and errors of a store, by its name alone."""
+"""The scene `stored`: light, labels and errors of a store, selected by its name."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ NOISE = ErrorTerm(
 
 @pytest.fixture
 def kept(isethdr_home):
-    """Store light of two groups over four decades, as a renderer leaves it; return it."""
+    """Store light of two groups over four decades, as a renderer does, and return the light."""
     groups = world().light_groups()[:2]
     level = 10 ** np.random.default_rng(2).uniform(-6, -2, (2, 7, 8, 12))
     instance = np.arange(96, dtype=np.uint32).reshape(8, 12)

@@ -18,8 +18,8 @@ from isethdr_scenes.things import build, draw
 from isethdr_core.conformance.scene import check_description
 from isethdr_core.errors import CatalogError, ConfigError
 
-BYTES = 100e6  # of the meshes of a scene: 75 bytes a triangle, and a third more
-IN_TUNNEL = 1  # a seed whose car starts in the tunnel
+BYTES = 100e6  # limit for the meshes of a scene: 75 bytes per triangle, and a third more
+IN_TUNNEL = 1  # seed with a camera car that starts in the tunnel
 EMPTY = dict(
     parked_share=0.0,
     people_per_km=0.0,
@@ -31,7 +31,7 @@ EMPTY = dict(
 
 @pytest.fixture(scope="module")
 def quiet():
-    """A country road with two or three vehicles."""
+    """Return a country road with two or three vehicles, and its description."""
     street = Street(seed=1, road="country_crest", vehicles_per_km=4.0, **EMPTY)
     return street, street()
 
@@ -77,7 +77,7 @@ def test_by_day_vehicles_have_daytime_lamps_in_place_of_the_others(quiet):
         assert {k for k in by_night if "indicator" in k or "brake" in k} <= by_day
     described = day()
     lamps = [p.lamp for m in described.models.values() for p in m.parts if p.lamp]
-    # of its own car, too: the least and the most of UN R148
+    # 400 to 1200 cd are the limits of UN R148; lamps of the camera car are included
     assert all(400 <= lamp.intensity_cd <= 1200 for lamp in lamps if lamp.group == "headlights")
     assert {lamp.group for lamp in lamps} == set(day.light_groups()) - {"sky"}
 
@@ -138,7 +138,7 @@ def test_a_camera_in_the_wall_of_a_tunnel_is_an_error_before_any_mesh():
 
 
 def test_where_a_shifted_camera_looks_nothing_is_built():
-    """Beside a city street, where buildings would stand: they make room."""
+    """Shift the camera to the side of a city street, where buildings would stand otherwise."""
     street = Street(seed=1, road="city_2_lanes", vehicles_per_km=0.0, camera_left_m=-17.0, **EMPTY)
     assert not rules.before_camera(street.plan(), street.eye().viewpoint())
 
@@ -162,7 +162,7 @@ def test_no_thing_has_more_triangles_than_the_budget_counts(group):
     for _ in range(12):
         thing = draw(group, rng)
         if group == "rider":
-            continue  # with its vehicle; alone it has less
+            continue  # the count includes the vehicle
         for detail, most in zip(("near", "middle", "far"), TRIANGLES[group]):
             count = sum(len(p.faces) for p in build(thing, detail).parts)
             assert count <= most, (thing, detail)
@@ -175,7 +175,7 @@ def test_a_road_file_is_a_street_named_by_its_content(tmp_path):
     street = Street(road=str(path), **fields)
     assert tuple(street.input_files()) == (path,) and not tuple(Street(**fields).input_files())
     street.check_files()
-    # a kind that was written is the same street, but for the rounding of its poses
+    # the written road file gives the same street as the kind, up to rounding of poses
     kept = Street(road="country_crest", **fields).plan()
     for one, other in zip(street.plan().standing, kept.standing, strict=True):
         assert one.foot.thing == other.foot.thing

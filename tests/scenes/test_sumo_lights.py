@@ -1,4 +1,4 @@
-"""Traffic lights that SUMO's drivers heed: the picture shows what SUMO reports."""
+"""Traffic lights that SUMO's drivers obey: the picture shows the states that SUMO reports."""
 
 from __future__ import annotations
 
@@ -27,8 +27,9 @@ from isethdr_scenes.traffic.sumo.traffic import shown
 
 needs_sumo = pytest.mark.skipif(find_spec("sumo") is None, reason="needs the extra `traffic`")
 
-# A crossing that netconvert 1.28 made and SUMO 1.28 ran (city_crossing, seed 1): by edge, the ways
-# over the junction with their index in the light's states
+# A crossing converted by netconvert 1.28 and run by SUMO 1.28 (city_crossing, seed 1). For each
+# edge: index of its first connection in the state of the light, and the directions of its
+# connections.
 EDGES = {"1": (10, "rrssl"), "2": (5, "rrssl"), "3": (0, "rrssl"), "4": (15, "rrssl")}
 STATES_OF_SUMO = {
     82.8: "rrrrrGGGGgrrrrrGGGGg",
@@ -37,8 +38,8 @@ STATES_OF_SUMO = {
     88.4: "uuuuurrrrruuuuurrrrr",
     89.8: "GGGGgrrrrrGGGGgrrrrr",
 }
-# x, y, angle, speed, acceleration, signals: a car that waits at the line of road 1, and the
-# camera's car behind it
+# x, y, angle, speed, acceleration, signals of a car that waits at the stop line of road 1, and of
+# the camera car behind it
 CAR = {
     82.8: (-23.69, -4.64, 108.9305, 0.0, 0.0, 8),
     88.4: (-23.69, -4.64, 108.9305, 0.0, 0.0, 8),
@@ -105,7 +106,7 @@ def test_the_picture_shows_the_recorded_states_and_who_waits_brakes(crossing, re
             assert feet[f"signal {road}"].lamps == STATES[letters[states[first]]], (time_s, road)
         red = states[EDGES["1"][0]] != "G"
         assert ("brake" in feet["car car"].lamps) == red
-    # between two reports the earlier one holds
+    # between two reports, the earlier one is valid
     assert lights.state("2", 84.9) == "amber"
     assert lights.state("elsewhere", 84.9) == ""
 
@@ -129,8 +130,10 @@ QUIET = dict(people_per_km=0.0, animals_per_km=0.0, plants_per_km=0.0, parked_sh
 
 
 def count_waiting(street: Street, first_s: float) -> int:
-    """Return how often, in 30 s from a second of the simulation on, a vehicle stands at red up to
-    0.8 m before its line; and check that the lights are those of the plan.
+    """Count vehicles that stand at red, up to 0.8 m before their stop line.
+
+    The count is summed over all steps of 30 s from `first_s` of the simulation. The function also
+    checks that the lights follow the plan, and that the brake lamps are on.
     """
     layout = street.plan()
     sumo = street._sumo
@@ -140,7 +143,7 @@ def count_waiting(street: Street, first_s: float) -> int:
         second_s = first_s + k * STEP_S
         for road in layout.signals.state:
             seen = sumo.lights.state(road, second_s)
-            # SUMO changes its lights with the steps: up to one earlier or later than the plan
+            # SUMO changes lights at its steps, so up to one step earlier or later than planned
             planned = {plan.state(road, (k + off) * STEP_S) for off in (-1, 0, 1)}
             assert seen in planned, (road, second_s)
         for journey in sumo.journeys.values():
@@ -172,7 +175,7 @@ def test_drivers_of_sumo_stand_at_red_before_the_line():
 @needs_sumo
 @pytest.mark.slow
 def test_drivers_of_a_route_file_stand_at_red_before_the_line(crossing, tmp_path):
-    """Two cars on each road that leads to the crossing, which are there within 30 s."""
+    """Let two cars drive on each road to the crossing; they arrive within 30 s."""
     cars = []
     for edge in net_of(crossing.network).edges.values():
         for way in edge.ways[:1]:
@@ -181,7 +184,7 @@ def test_drivers_of_a_route_file_stand_at_red_before_the_line(crossing, tmp_path
                 name = f"{edge.name}.{k}"
                 cars.append(f"<vehicle id='{name}' depart='{4 * k}'>{route}</vehicle>")
     path = tmp_path / "cars.rou.xml"
-    cars.sort(key=lambda car: "depart='4'" in car)  # SUMO reads them in the order of departure
+    cars.sort(key=lambda car: "depart='4'" in car)  # SUMO reads cars by departure
     path.write_text(f"<routes>{''.join(cars)}</routes>")
     street = Street(road="city_crossing", seed=1, traffic=str(path), traffic_start_s=8.0, **QUIET)
     assert count_waiting(street, 8.0) > 50

@@ -1,4 +1,6 @@
-"""Traffic by SUMO: on its lanes, within limits, lamps as reported, the same from the same seed."""
+"""Traffic by SUMO: vehicles on their lanes and within speed limits, lamps as reported, the same
+traffic from the same seed.
+"""
 
 from __future__ import annotations
 
@@ -24,7 +26,7 @@ from isethdr_scenes.traffic.sumo.traffic import check_shortage
 from isethdr_core.errors import CatalogError, ConfigError
 
 EMPTY = dict(people_per_km=0.0, plants_per_km=0.0, animals_per_km=0.0, parked_share=0.0)
-ON_LANE_M = 0.05  # SUMO's lanes are polylines with a point each metre, to the centimetre
+ON_LANE_M = 0.05  # error of SUMO's lanes: polylines with a point per metre, rounded to 1 cm
 
 
 def installed() -> bool:
@@ -39,13 +41,16 @@ needs_sumo = pytest.mark.skipif(not installed(), reason="needs the extra `traffi
 
 
 def there(layout: Layout) -> Layout:
-    """The layout without what is not there, and without bridges, under which the ground is."""
+    """Return the layout without absent things, and without things on bridges.
+
+    The ground of a thing on a bridge would be that below the bridge.
+    """
     kept = [one for one in layout.standing if not one.gone and not one.foot.level]
     return replace(layout, standing=tuple(kept))
 
 
 def check(street: Street, times_s: tuple[float, ...], on_lane_m: float) -> None:
-    """Check the rules of a layout, and that all who drive are on their lanes within limits."""
+    """Check the rules of layouts, and that vehicles are on their lanes and within the limits."""
     for time_s in times_s:
         layout = there(street.moment(time_s).layout)
         assert not rules.overlaps(layout), time_s
@@ -55,7 +60,7 @@ def check(street: Street, times_s: tuple[float, ...], on_lane_m: float) -> None:
             journey = street._sumo.journeys.get(one.name.partition(" ")[2])
             if journey is None:
                 continue
-            # the front of a vehicle is on its lane; its middle cuts a bend's corner
+            # the front of a vehicle is on its lane, while its middle cuts the corner in bends
             state = journey.at(street.traffic_start_s + time_s)
             lane = street._sumo._below.at(state.front_m, state.heading_rad)
             assert lane is not None and abs(lane.aside_m) < on_lane_m, (one.name, lane)
@@ -67,7 +72,7 @@ def check(street: Street, times_s: tuple[float, ...], on_lane_m: float) -> None:
 
 @pytest.fixture(scope="module")
 def junction():
-    """A junction of two country roads, where vehicles turn and wait."""
+    """Return a junction of two country roads, where vehicles turn and wait."""
     return Street(road="country_t_junction", seed=1, traffic="sumo", vehicles_per_km=12.0, **EMPTY)
 
 
@@ -100,8 +105,10 @@ def test_frames_are_sumos_steps_and_names_stay(junction):
 
 @needs_sumo
 def test_lamps_are_those_that_sumo_reports(junction):
-    """The brake lamps of a vehicle are on where SUMO's signal is. SUMO puts it on for who brakes
-    harder than rolling and air do, (0.05 + 0.005 v) v (MSVehicle::setBrakingSignals), or stands.
+    """The brake lamps of a vehicle are on when SUMO's brake signal is on.
+
+    SUMO sets the signal for vehicles that stand, or that decelerate more than by rolling resistance
+    and drag, (0.05 + 0.005 v) v (MSVehicle::setBrakingSignals).
     """
     sumo = junction._sumo
     braking = rolling = turning = 0
@@ -125,7 +132,7 @@ def test_lamps_are_those_that_sumo_reports(junction):
             assert sides == left | right
             turning += len(sides)
             assert ("brake" in standing.foot.lamps) == bool(state.signals & Signal.BRAKE)
-    assert turning  # as all are on at first, those of vehicles that will come, too
+    assert turning  # indicators start lit, also those of vehicles that will come
 
 
 @needs_sumo
@@ -155,7 +162,7 @@ def test_the_same_seed_gives_the_same_traffic(junction):
 @pytest.mark.parametrize("road", names())
 def test_on_all_kinds_of_road_nobody_meets_anybody(road):
     street = Street(road=road, seed=2, traffic="sumo", vehicles_per_km=12.0, riders_per_km=10.0)
-    check(street, (0.0, 0.5, 3.1), 2.2)  # half a lane and the tail of a lane change
+    check(street, (0.0, 0.5, 3.1), 2.2)  # half a lane, and lane changes
 
 
 TYPE = '<vType id="c" vClass="{kind}" length="4.5"/>'
@@ -209,7 +216,10 @@ def test_bad_files_of_traffic_are_one_error_each(tmp_path):
 @needs_sumo
 @pytest.mark.slow
 def test_a_configuration_drives_on_a_shifted_net_of_the_file(tmp_path):
-    """SUMO's coordinates may be shifted: the net says by how much. Its own step length is kept."""
+    """Read a SUMO configuration with a net that states a shift of its coordinates.
+
+    The step length of the configuration is kept.
+    """
     write(file_of(kind("country_straight", 1)), tmp_path / "road.xodr")
     call("netconvert", ["--opendrive=road.xodr", "--output-file=road.net.xml"], tmp_path)
     edge = next(iter(read((tmp_path / "road.net.xml").read_bytes()).edges))
@@ -232,7 +242,7 @@ def test_a_configuration_drives_on_a_shifted_net_of_the_file(tmp_path):
 @needs_sumo
 @pytest.mark.slow
 def test_a_density_that_does_not_fit_says_how_many_were_placed(monkeypatch):
-    """Of 145 in a kilometre, all but touching, SUMO places half; here that is too few."""
+    """SUMO places half of 145 vehicles per km, which almost touch; the test requires 80 %."""
     monkeypatch.setattr("isethdr_scenes.traffic.sumo.traffic.LEAST", 0.8)
     street = Street(road="country_straight", traffic="sumo", vehicles_per_km=145.0, **EMPTY)
     with pytest.raises(ConfigError, match=r"only \d+ of \d+ vehicles .* second 60.*scene.vehicles"):

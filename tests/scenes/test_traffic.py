@@ -1,4 +1,4 @@
-"""Traffic that moves on: nobody meets anybody, speeds are plausible, names and numbers stay."""
+"""Traffic over time: no collisions, plausible speeds, names and instance numbers that stay."""
 
 from __future__ import annotations
 
@@ -42,7 +42,10 @@ TIMES_S = (0.31, 1.7, 4.0)
 
 
 def there(layout: Layout) -> Layout:
-    """The layout without what has left, and without bridges, under which the ground is."""
+    """Return the layout without things that have left, and without things on bridges.
+
+    The ground of a thing on a bridge would be that below the bridge.
+    """
     kept = [one for one in layout.standing if not one.gone and not one.foot.level]
     return replace(layout, standing=tuple(kept))
 
@@ -73,8 +76,10 @@ def test_on_all_kinds_of_road_nobody_meets_anybody(road):
 
 @pytest.mark.parametrize(("family", "seed"), [("man", 1), ("teenager", 0)])
 def test_the_room_of_a_walking_person_holds_every_step(family, seed):
-    """Limbs swing around an even walk: the middle of the extent moves by up to 8 cm. The room is
-    looked at in eight poses of a step, between which it was 0.1 mm short at most.
+    """The space reserved for a walking person contains the person in every phase of a step.
+
+    Limbs swing, so the middle of the extent moves by up to 8 cm relative to uniform motion. The
+    space is computed from eight poses of a step; between them it was too small by at most 0.1 mm.
     """
     thing = draw("person", np.random.default_rng(seed), family)
     assert gait.walking_speed_m_s(thing) > 0
@@ -86,7 +91,7 @@ def test_the_room_of_a_walking_person_holds_every_step(family, seed):
 
 
 def test_positions_follow_speeds(village):
-    """The way of a tenth of a second is the mean of the speeds at its ends times its length."""
+    """The distance driven in a step of 0.1 s is the mean of the speeds at its ends times 0.1 s."""
     simulation = village._simulation
     states = [simulation.at(k / 10) for k in range(20)]
     for before, after in zip(states, states[1:]):
@@ -95,7 +100,7 @@ def test_positions_follow_speeds(village):
             if other.gone or one.lane.key != other.lane.key:
                 continue
             way = other.lane.s_m - one.lane.s_m
-            # whoever had to stop at once has not moved in that step
+            # a vehicle that had to stop at once does not move in that step
             mean = (one.speed_m_s + other.speed_m_s) / 2 if way else 0.0
             assert way == pytest.approx(0.1 * mean, abs=1e-9)
             assert 0 <= other.speed_m_s <= 1.05 * village.base().speed_limit_kmh / 3.6
@@ -143,14 +148,17 @@ def test_the_end_of_the_road_is_an_error_before_anything_is_built():
 
 
 def test_indicators_blink_as_the_rule_says():
-    """UN R48: 60 to 120 times a minute. Each vehicle has its own time, and starts lit."""
+    """Indicators blink 60 to 120 times per minute (UN R48).
+
+    Each vehicle has its own rhythm and starts lit.
+    """
     assert 1 <= BLINKS_PER_S <= 2
     states = []
     for seed in range(3):
         foot = Foot("car", draw("car", np.random.default_rng(seed)), 0.0, 0.0, 0.0, "driving")
         lit_at = [lit("indicator_rear:left", foot, t) for t in np.arange(0, 10, 0.01)]
         assert lit_at[0]
-        assert sum(lit_at) == pytest.approx(500, abs=35)  # half of the time, within half a blink
+        assert sum(lit_at) == pytest.approx(500, abs=35)  # half of the time, to half a blink
         assert sum(a != b for a, b in zip(lit_at, lit_at[1:])) == pytest.approx(30, abs=1)
         assert all(lit("tail", foot, t) for t in (0.0, 0.4, 7.0))
         states.append(lit_at)
@@ -165,19 +173,22 @@ def test_the_driver_model_keeps_its_laws():
     speed = 10.0
     gap = (STANDSTILL_M + speed * TIME_GAP_S) / np.sqrt(1 - (speed / free) ** EXPONENT)
     assert acceleration_m_s2(speed, free, gap, speed) == pytest.approx(0.0, abs=1e-12)
-    # far from a wall, the braking is the kinematic one over the comfortable one, squared
+    # far from a wall, the deceleration is the square of the kinematic one over the comfortable one
     speed = 20.0
     gap = 400.0
     near = acceleration_m_s2(speed, 1e6, gap, 0.0, 0.0) - ACCELERATION_M_S2
     kinematic = speed**2 / (2 * (gap))
     expected = -(kinematic**2) / BRAKING_M_S2
-    assert near == pytest.approx(expected, rel=0.15)  # the gap at a standstill is left out
+    assert near == pytest.approx(expected, rel=0.15)  # neglects the standstill gap
     assert speed_that_stops_m_s(STANDSTILL_M, 0.0) == 0.0
     assert speed_that_stops_m_s(0.0, 9.0) == 9.0
 
 
 def soles(body, at):
-    """The rounds of heel and toe of both feet: the lowest point's place and height, m."""
+    """Return position along x and height, m, of the lowest points of heel and toe of both feet.
+
+    Heel and toe are rounded and roll on the ground.
+    """
     found = {}
     for side in "lr":
         along = at[f"foot_{side}"]
@@ -185,7 +196,7 @@ def soles(body, at):
         for name, (reach, radius) in (("heel", HEEL), ("toe", TOE)):
             middle = reach * along - (ANKLE_M - radius) * across
             middle = at[f"ankle_{side}"] + body.scale * middle
-            # a round that rolls by an angle is further by radius times angle
+            # a round that rolls by an angle moves by radius times angle
             rolled = -body.scale * radius * float(np.arcsin(along[2]))
             found[side, name] = middle[0] - rolled, middle[2] - radius * body.scale
     return found
@@ -193,7 +204,7 @@ def soles(body, at):
 
 @pytest.mark.parametrize("hip_deg", [10.0, 20.0, 31.0])
 def test_a_foot_on_the_ground_stays_where_it_is(hip_deg):
-    """The body walks on evenly. The round that is on the ground rolls, and does not slide."""
+    """The body moves uniformly, and the heel or toe on the ground rolls without sliding."""
     body = Body(height_m=1.72)
     swing = Swing(hip_deg)
     cycle_m = 2 * swing.step_m(body)
@@ -214,9 +225,10 @@ def test_a_foot_on_the_ground_stays_where_it_is(hip_deg):
             assert low[0] <= low[1] + 1e-9  # the foot that swings is above the ground
             grounds.append(low[0])
         hip_m = body.leg * body.height_m - np.array(grounds)
-        # the hips go up and down by less than on stiff legs, which rise by 1 - cos of their swing
+        # the hips move up and down by less than on stiff legs, for which it is 1 - cos of the swing
+        # angle
         stiff = (body.thigh_m + body.shin_m) * (1 - np.cos(np.radians(hip_deg)))
-        assert 0.0 < np.ptp(hip_m) < stiff + 0.005  # the ankles go a little more forward than back
+        assert 0.0 < np.ptp(hip_m) < stiff + 0.005  # ankles swing farther forward than back
         for found in places.values():
             assert np.ptp(found) < 1e-9
         apart = np.mean(places["toe"]) - np.mean(places["heel"])
@@ -232,12 +244,13 @@ def test_left_and_right_take_turns():
             assert later[f"{part}_r"] == pytest.approx(mirrored, abs=1e-12)
     stretched = joints(body, walking(body, 0.0, Swing(25.0)))
     assert stretched["ankle_l"][0] > 0.2 > -0.2 > stretched["ankle_r"][0]
-    assert stretched["wrist_l"][0] < stretched["wrist_r"][0]  # arms against legs
+    assert stretched["wrist_l"][0] < stretched["wrist_r"][0]  # arms swing opposite to legs
 
 
 def test_people_walk_on_evenly_by_the_steps_that_they_take():
-    """The middle of a person's extent moves with arms and legs; the body, from which it is
-    counted, moves evenly.
+    """The body of a walking person moves uniformly, by the length of the steps.
+
+    The middle of the person's extent moves relative to the body, with arms and legs.
     """
     means = {"man": (0.79, 0.02), "woman": (0.66, 0.02)}
     for family, (step_m, within) in means.items():

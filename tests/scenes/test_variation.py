@@ -1,4 +1,4 @@
-"""Materials that differ from object to object, dust on vehicles, and signs of a night road."""
+"""Materials that vary between objects, dust on vehicles, and signs of a night road."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ def models(count, material):
 
 
 def own(count, material, seed=0):
-    """The materials that models of one material get."""
+    """Return the varied materials of `count` models that have the same material."""
     changed, materials = varied(models(count, material), MATERIALS, seed)
     assert {p.material for m in changed.values() for p in m.parts} == set(materials)
     return [materials[changed[f"car{k}"].parts[0].material] for k in range(count)]
@@ -36,7 +36,8 @@ def test_the_mean_of_many_objects_is_the_spectrum_of_the_class(name):
     values = np.array([spectrum.at(NM) for spectrum in clean])
     assert (values.std(0) / values.mean(0)).min() > 0.05 and (values <= 0.92).all()
     base = MATERIALS[name].reflectance.at(NM)
-    # 12 % of each over the root of 300 is 0.7 %; the mean of a lognormal is 0.7 % higher
+    # objects vary by 12 %, so the mean of 300 has a standard error of 0.7 %; the mean of a
+    # lognormal distribution is 0.7 % higher
     np.testing.assert_allclose(values.mean(0), base, rtol=0.06)
 
 
@@ -93,11 +94,14 @@ def test_a_sign_faces_who_comes_and_stands_on_the_ground(name):
 
 
 def test_no_material_is_one_flat_spectrum_but_those_that_say_why():
-    """All that a street or a night drive can use: paint is under dust, all others have a look."""
+    """Every material of a street or night drive has a texture: dust on paint, a look on others.
+
+    The exceptions are listed with their reason.
+    """
     plain = {n for n in MATERIALS if look_of(n) is None and not n.startswith(DIRTY)}
     assert plain == set(PLAIN)
     assert not set(PLAIN) & set(LOOKS)
-    # what is plain is glass, a lamp or a retro-reflector
+    # materials without a texture are glass, covers of lamps or retro-reflectors
     for name, why in PLAIN.items():
         material = MATERIALS[name]
         assert why.startswith(("a pane", "cover of a lamp", "a retro-reflector"))
@@ -118,12 +122,12 @@ def test_what_an_asset_pack_colours_has_the_look_of_its_finish():
 
 @pytest.mark.parametrize("name", ["fur", "cloth_white", "skin"])
 def test_a_material_that_varies_keeps_its_mean_under_its_texture(name):
-    """As scenes build it: the texture first, then one about the spectrum of each object."""
+    """Vary a material as scenes do: first add its texture, then vary the spectrum per object."""
     once = varied(models(1, name), {name: MATERIALS[name]}, 3)[1]
     twice = varied(models(1, name), used(models(1, name), seed=3), 3)[1]
     (first,) = once.values()
     (second,) = twice.values()
-    # the nodes of both differ: linear between them
+    # 1 %: the spectra have different nodes, with linear interpolation between them
     np.testing.assert_allclose(
         second.mean_reflectance().at(NM), first.mean_reflectance().at(NM), rtol=0.01
     )

@@ -1,4 +1,4 @@
-"""Vehicles drawn from ranges: sizes known without a mesh, sound meshes, lamps that shine outwards,
+"""Vehicles drawn from ranges: sizes known without a mesh, valid meshes, lamps that shine outwards,
 levels of detail.
 """
 
@@ -20,9 +20,9 @@ from isethdr_core.data.categories import CATEGORIES
 
 GROUPS = ("car", "truck", "bus", "motorcycle", "bicycle")
 FAMILIES = [(group, family) for group in GROUPS for family in things.names(group)]
-SIZE_M = 0.03  # what `Thing.size_m` promises
+SIZE_M = 0.03  # largest error of `Thing.size_m` that is promised
 GROUND_M = 0.01
-# most triangles of a thing, near, middle and far
+# largest number of triangles of a thing, by level of detail
 TRIANGLES = {
     "car": {"near": 125_000, "middle": 50_000, "far": 20_000},
     "truck": {"near": 76_000, "middle": 40_000, "far": 16_000},
@@ -79,14 +79,15 @@ def check_lamps(model, kinds):
         area = face_areas(part).sum(0)
         axis = np.array(part.lamp.axis)
         assert area @ axis > 0.5 * np.linalg.norm(area), part.name
-        # a lamp ahead of the middle shines ahead, one behind it to the rear
+        # a lamp in the front half shines forwards, a lamp in the rear half backwards
         if abs(axis[0]) > 0.5 and part.lamp.kind != "brake_high":
             assert axis[0] * part.vertices[:, 0].mean() > 0, part.name
     assert kinds <= set(parts)
     return parts
 
 
-# each group has one builder: some families run with the quick tests, all with the slow
+# each group has one builder, so some families are enough for the quick tests; the slow tests run
+# all
 QUICK = {"city_car", "tipper", "midi_bus", "motorcycle", "scooter", "city_bicycle"}
 SOME = [
     (group, family) if family in QUICK else pytest.param(group, family, marks=pytest.mark.slow)
@@ -150,12 +151,13 @@ def test_a_far_car_has_the_silhouettes_of_a_near_one():
     thing = one("car", "estate")
     for axis in (0, 1):  # from the side and from the front
         seen = [filled(things.build(thing, detail), axis) for detail in ("near", "far")]
-        # 4 %: cells of 10 cm move the outline of a car of 1.8 m by some centimetres
+        # 4 %: the far mesh has cells of 10 cm, which move the outline of a car of 1.8 m by some
+        # centimetres
         assert np.logical_and(*seen).sum() > 0.96 * np.logical_or(*seen).sum()
 
 
 def filled(model, axis):
-    """Pixels of 1 cm that a model of at most 6 m hides."""
+    """Return a mask of 1 cm pixels that a model of at most 6 m covers, seen along an axis."""
     picture = Image.new("1", (600, 300))
     draw = ImageDraw.Draw(picture)
     for part in model.parts:
@@ -198,25 +200,25 @@ def test_lamps_of_both_sides_are_alike():
     for kind, places in sides.items():
         left = sorted(y for y in places if y > 0)
         right = sorted(-y for y in places if y < 0)
-        # the sheet of the body is cut along its own triangles, a few mm wide there
+        # 2 cm: the sheet of the body is cut along its triangles, which are a few mm wide there
         assert left == pytest.approx(right, abs=0.02), kind
 
 
 def triangle(height):
-    """Silhouettes of a right triangle from the side, and of a full square from the front."""
+    """Return two silhouettes: a right triangle from the side, a full square from the front."""
     x, z = np.meshgrid(np.arange(200) + 0.5, 199.5 - np.arange(200))
     return np.stack([z < height * (200 - x), np.ones_like(x, bool)])
 
 
 def test_likeness_is_the_intersection_over_the_union_of_the_worse_view():
-    # triangles of one base: the lower one is inside the higher one
-    assert likeness(triangle(1.0), triangle(0.5)) == pytest.approx(0.5, abs=0.01)  # of pixels
+    # triangles with the same base: the lower one lies inside the higher one
+    assert likeness(triangle(1.0), triangle(0.5)) == pytest.approx(0.5, abs=0.01)  # whole pixels
     assert likeness(triangle(0.8), triangle(0.8)) == 1
 
 
 @pytest.mark.slow
 def test_silhouettes_have_the_areas_of_a_vehicles_views():
-    """Against the union of the projected triangles."""
+    """Compare the area of silhouettes with that of the union of the projected triangles."""
     thing = one("truck", "tipper")
     corners = np.concatenate([p.vertices[p.faces] for p in things.build(thing, "far").parts])
     length, _, height = thing.size_m
@@ -224,12 +226,12 @@ def test_silhouettes_have_the_areas_of_a_vehicles_views():
     for k, axis in enumerate((0, 1)):
         flat = shapely.polygons(corners[:, :, [axis, 2]])
         area = shapely.union_all(flat[shapely.area(flat) > 1e-9]).area
-        # pixels that the outline crosses count as whole ones
+        # 4 %: pixels on the outline count as whole pixels
         seen = shown[k].sum() / shown.shape[2] ** 2 * length**2
         assert area < seen < 1.04 * area
         rows = np.flatnonzero(shown[k].any(1))
         tall = (rows[-1] - rows[0] + 1) / shown.shape[2] * length
-        assert tall == pytest.approx(height, abs=0.02)  # of 5 mm pixels
+        assert tall == pytest.approx(height, abs=0.02)  # pixels of 5 mm
 
 
 def test_a_fleet_is_the_same_for_a_seed_and_holds_no_two_that_are_alike():
@@ -244,18 +246,18 @@ def test_a_fleet_is_the_same_for_a_seed_and_holds_no_two_that_are_alike():
 
 @pytest.mark.slow
 def test_no_two_of_80_vehicles_are_alike():
-    """All 3160 pairs, by silhouettes of twice as many pixels as they were chosen by."""
+    """Compare all 3160 pairs by silhouettes with twice the pixels of those used for the choice."""
     shown = np.array([silhouettes(thing, 2 * PIXELS) for thing in fleet(80)])
     alike = []
     for view in shown.swapaxes(0, 1):
-        # products of zeros and ones count the pixels of both, exactly: fewer than 2 ** 24
+        # products of zeros and ones count common pixels; below 2 ** 24 float32 is exact
         flat = view.reshape(len(view), -1).astype(np.float32)
         both = flat @ flat.T
         area = np.diag(both)
         alike.append(both / (area[:, None] + area - both))
     pairs = np.min(alike, 0)[np.triu_indices(80, 1)]
     assert len(pairs) == 3160 and pairs.max() <= ALIKE
-    # float32 rounds the ratio
+    # 1e-6: the ratio is rounded to float32
     assert pairs[0] == pytest.approx(likeness(shown[0], shown[1]), rel=1e-6)
 
 

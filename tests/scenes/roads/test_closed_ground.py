@@ -1,4 +1,4 @@
-"""Closed ground of every kind of road: vertical rays across it hit one surface without steps."""
+"""Closed ground of every kind of road: vertical rays hit one continuous surface, without steps."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from isethdr_scenes.roads import kinds
 from isethdr_scenes.roads.surface import surface
 
 PAINTED = ("line", "crosswalk", "stop_line", "parking_line", "arrow")
-ALONG_M = 7.0  # between two rows of rays
-ACROSS_M = 0.1  # between two rays of a row
-BESIDE_M = 8.0  # of a road's edges that the rays reach: over ditch and verge
-KERB_M = 0.16  # the highest kerb of a kind is 0.15 m
-SLOPE = 1.0  # of the land between two rays: an embankment has 1 / 1.7, the wall of a ditch more
-SAME_M = 2e-3  # between a deck's chords and the road's height: two stations' HEIGHT_M
+ALONG_M = 7.0  # distance between two rows of rays
+ACROSS_M = 0.1  # distance between two rays of a row
+BESIDE_M = 8.0  # distance beyond a road's edges that the rays cover: ditch and verge
+KERB_M = 0.16  # largest step that counts as a kerb; the highest kerb of a kind is 0.15 m
+SLOPE = 1.0  # largest slope of the land; an embankment has 1 / 1.7, the wall of a ditch more
+SAME_M = 2e-3  # largest height of a deck's chords off the road: HEIGHT_M of two stations
 
 
 class Rays(NamedTuple):
@@ -25,7 +25,7 @@ class Rays(NamedTuple):
 
     points: np.ndarray  # (n, 2)
     row: np.ndarray  # (n,) number of the row
-    where: list[str]  # of each row
+    where: list[str]  # position of each row, as text
     deck_m: np.ndarray  # (n,) height of the bridge over the ray, or NaN
 
 
@@ -81,7 +81,8 @@ def faults(network, found) -> list[str]:
     across = rays(network)
     low, high = hits(parts, across.points)
     ground = np.isfinite(low)
-    # beside a tunnel's road only its roof is there; ground and roof meet above its portals alone
+    # next to the road of a tunnel there is only its roof; ground and roof meet only above its
+    # portals
     roofed = np.isfinite(hits(named["roof"], across.points)[0])
     told = []
 
@@ -90,7 +91,7 @@ def faults(network, found) -> list[str]:
             told.append(f"{across.where[across.row[k]]}: {what} at {across.points[k]}")
 
     tell(~ground & ~roofed, "a ray falls through")
-    # a ray on the line of a kerb meets both its sides
+    # a ray on the line of a kerb hits both of its edges
     tell(high - low > KERB_M, "two surfaces above each other")
     same = (across.row[1:] == across.row[:-1]) & ground[1:] & ground[:-1]
     step = np.where(same, np.maximum(high[1:] - low[:-1], high[:-1] - low[1:]), 0.0)
@@ -130,7 +131,7 @@ def test_the_land_falls_from_an_abutment_and_rises_to_a_roof(name):
     if name == "bridge":
         z = network.height(*road.line.points(span.start_m + np.linspace(0.1, 3.0, 9), 0.0).T)
         before = float(road.height(span.start_m, 0.0))
-        assert z[0] == pytest.approx(before, abs=0.1)  # it was metres below
+        assert z[0] == pytest.approx(before, abs=0.1)  # without a fill, metres lower
     else:
         left = float(road.edges(middle)[1])
         z = network.height(*road.line.points(middle, left + 1.2 + np.linspace(0.05, 3.0, 9)).T)

@@ -1,4 +1,4 @@
-"""Kinds of base road: sound networks, drawn within their ranges, the same for the same seed."""
+"""Kinds of base road: valid networks, drawn within their ranges, the same for the same seed."""
 
 from __future__ import annotations
 
@@ -19,14 +19,14 @@ from isethdr_core.errors import ConfigError
 
 
 def allowed(ranges):
-    """Return the least and the greatest width by type of lane that a kind declares."""
+    """Return the smallest and the largest width, m, that a kind declares, by type of lane."""
     told = [*ranges["right"], *ranges.get("below", [])]
     told += [] if ranges.get("left", "mirror") == "mirror" else ranges["left"]
     told += [("driving", *ranges[n]) for n in ("works_lane_m", "ring_m") if n in ranges]
     told += [("parking", *ranges["bay_m"])] if "bay_m" in ranges else []
     return {
         kind: (min(x[1] for x in told if x[0] == kind), max(x[2] for x in told if x[0] == kind))
-        for kind in {x[0] for x in told} - {"shoulder"}  # a shoulder gives way to tapers
+        for kind in {x[0] for x in told} - {"shoulder"}  # tapers narrow a shoulder
     }
 
 
@@ -39,7 +39,7 @@ def check(name, seed):
     assert base.lane.type == "driving" and 0 <= base.start_m < base.lane.length_m
     pose = base.pose()
     assert pose[:3, 2] @ [0, 0, 1] > 0.99 and pose[0, 0] ** 2 + pose[1, 0] ** 2 > 0.98
-    # who drives on goes 100 m further, or to the end of the network
+    # follow the lanes for 100 m, or to the end of the network
     key = base.start
     driven = base.lane.length_m - base.start_m
     while network.successors(key):
@@ -102,7 +102,7 @@ def test_way_ends_at_its_pose(aside):
 def test_parabola_joins_the_grades():
     heights = grades([0.05, -0.03], [Vertex(100.0, 1000.0)])
     assert heights.slope([59.9, 140.1]) == pytest.approx([0.05, -0.03])
-    assert heights.at(59.0) == pytest.approx(2.95)  # still on the first grade
+    assert heights.at(59.0) == pytest.approx(2.95)  # on the first grade
     assert heights.bend(100.0) == pytest.approx(-1 / 1000)
     # at the vertex the parabola lies R dg^2 / 8 under it
     assert heights.at(100.0) == pytest.approx(5.0 - 1000 * 0.08**2 / 8)
@@ -115,7 +115,7 @@ def test_chords_between_stations_stay_near_the_road():
         ends = road.points(s, t)
         middle = road.points((s[1:] + s[:-1]) / 2, t)
         off = (ends[1:] + ends[:-1]) / 2 - middle
-        assert np.hypot(*off[:, :2].T).max() < 1.2 * PLAN_M  # of the line at t, not of t = 0
+        assert np.hypot(*off[:, :2].T).max() < 1.2 * PLAN_M  # at t, not on the line
         assert np.abs(off[:, 2]).max() < 1.2 * HEIGHT_M
 
 
@@ -127,7 +127,7 @@ def test_dashes_have_their_length_and_arrows_point_with_the_traffic():
     heads = [p.st_m for p in found if p.name == "arrow" and np.ptp(p.st_m[..., 1]) > 0.5]
     for head in heads:
         ahead = head[1].mean(0)[0] - head[0].mean(0)[0]
-        assert ahead * head[0, 0, 1] < 0  # right of the middle ahead, left of it backwards
+        assert ahead * head[0, 0, 1] < 0  # ahead on the right, backwards on the left
 
 
 def test_top_view_shows_the_road_and_the_car():

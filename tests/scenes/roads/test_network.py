@@ -1,4 +1,4 @@
-"""Reference lines, lanes and the height of the ground, held to closed forms and integrations."""
+"""Reference lines, lanes and the height of the ground against closed forms and integrations."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ def test_spiral_of_many_turns_keeps_its_precision():
     fine = np.linspace(0, 200, 400001)
     heading = -0.2 * fine + 0.7 / 200 * fine**2 / 2
     x = np.trapezoid(np.cos(heading), fine)
-    assert record.end.x_m == pytest.approx(x, abs=1e-5)  # of the trapezoids: h^2 / 12 * 0.5 * 200
+    assert record.end.x_m == pytest.approx(x, abs=1e-5)  # trapezoid rule: h^2 / 12 * 0.5 * 200
 
 
 def test_points_are_found_again_beside_the_line(road):
@@ -97,7 +97,7 @@ def test_pose_on_a_lane_stands_on_the_surface(road):
         ahead = lane.points(70 + h) - lane.points(70 - h)
         assert pose[:3, 0] == pytest.approx(ahead / np.linalg.norm(ahead), abs=1e-4)
         assert np.linalg.det(pose[:3, :3]) == pytest.approx(1) and pose[2, 2] > 0.99
-        aside = lane.at(70.0, 0.5)[:3, 3]  # on the same plane: the surface is straight across
+        aside = lane.at(70.0, 0.5)[:3, 3]  # the surface is straight across the lane
         assert (aside - pose[:3, 3]) @ pose[:3, 2] == pytest.approx(0, abs=1e-4)
         assert network.height(*pose[:2, 3]) == pytest.approx(pose[2, 3], abs=1e-9)
     right, left = (lane for lane in network.lanes() if lane.section == 0)
@@ -112,7 +112,7 @@ def test_ground_is_continuous_from_road_over_pavement_to_land(road):
     for side, edge in zip((-1, 1), edges):
         t = np.stack([edge - side * 0.01, edge + side * 0.01], 1).ravel()
         z = network.height(*road.line.points(s, t).T).reshape(-1, 2)
-        assert np.abs(np.diff(z)).max() < 0.02  # a step of 2 cm, no steeper than a slope of 1
+        assert np.abs(np.diff(z)).max() < 0.02  # 2 cm apart: a slope of 1 at most
     kerb = network.height(*road.line.points(50.0, [3.4, 3.6]).T)
     assert kerb[1] - kerb[0] == pytest.approx(0.12 - 0.2 * 0.025 + 0.2 * np.tan(0.02), abs=1e-9)
     assert network.lane_types(*road.line.points(50.0, [-3, -4, -9]).T) == [
@@ -129,7 +129,7 @@ def test_free_areas_leave_out_other_roads(road):
     )
     network = Network((road, side))
     verges = network.free_areas("verge")
-    assert len([a for a in verges if a.road is road]) == 3  # one side is cut in two
+    assert len([a for a in verges if a.road is road]) == 3  # the other road divides one side
     for area in verges:
         pose = area.at(area.length_m / 2, 0.5)
         assert network.lane_types(*pose[:2, 3]) == [""]

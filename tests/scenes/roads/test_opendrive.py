@@ -1,4 +1,6 @@
-"""OpenDRIVE files: what is written is read back, curves keep their law, mistakes are one error."""
+"""OpenDRIVE files: networks survive writing and reading, curves follow their formulas, and each
+mistake is one error.
+"""
 
 from __future__ import annotations
 
@@ -62,12 +64,12 @@ def own_road(folder, **parts):
 
 
 def painted(marks):
-    """Return marks as they show: dashes only of broken lines."""
+    """Return marks without the lengths of dashes and gaps, except for broken lines."""
     return [m if "broken" in m.kind else m._replace(dash_m=0.0, gap_m=0.0) for m in marks]
 
 
 def compare(name: str, seed: int, path) -> None:
-    """Hold a kind that was written and read to itself."""
+    """Compare a kind that was written and read with the original."""
     network = kind(name, seed).network
     ids = numbered(network)
     write(RoadFile(network, name, "+proj=tmerc <&>"), path)
@@ -78,7 +80,8 @@ def compare(name: str, seed: int, path) -> None:
     constant = lambda p: all(not any(piece[2:]) for piece in p.pieces)
     for road in network.roads:
         again = back[str(ids["road", road.name])]
-        # a crossfall that changes is written as rows with straight lines between them
+        # a crossfall that changes is written as rows of a shape with linear interpolation between
+        # them
         exact = all(map(constant, road.crossfall))
         bound = 1e-9 if exact else SHAPE_M
         assert (again.type, again.speed_limit_kmh) == (road.type, road.speed_limit_kmh)
@@ -95,7 +98,7 @@ def compare(name: str, seed: int, path) -> None:
                     other.type,
                     other.raised_m,
                 )
-                linked = _known(lane, road, k)  # what the section beside has not is no link
+                linked = _known(lane, road, k)  # no link to lanes that are not there
                 assert (linked.predecessor, linked.successor) == (
                     other.predecessor,
                     other.successor,
@@ -138,14 +141,15 @@ def test_a_cubic_curve_has_its_arc_length_as_s():
         u = 11 * p - p**3
         v = 6 * p * p - 3 * p**3
         x, y, heading, _ = curve.at(s)
-        # the parameter is interpolated between 257 places: h^4 / 384 of its fourth derivative
+        # 1e-8: the parameter is interpolated between 257 points, with an error of h^4 / 384 times
+        # its fourth derivative
         assert x == pytest.approx(5 + u * np.cos(0.4) - v * np.sin(0.4), abs=1e-8)
         assert y == pytest.approx(1 + u * np.sin(0.4) + v * np.cos(0.4), abs=1e-8)
         slope = np.arctan2(12 * p - 9 * p * p, 11 - 3 * p * p)
         assert heading == pytest.approx(0.4 + slope, abs=1e-8)
     h = 1e-4
     turn = float(curve.at(6 + h).heading_rad - curve.at(6 - h).heading_rad)
-    # curvature is by arc length, s is scaled
+    # the curvature refers to arc length, while s is scaled
     assert curve.at(6.0).curvature_per_m == pytest.approx(turn / (2 * h) * 12 / whole, rel=1e-5)
 
 
@@ -168,7 +172,7 @@ def test_curves_of_a_file_follow_their_polynomials(tmp_path):
     poly = geometry.format('<poly3 a="0" b="0" c="0.01" d="0"/>')
     road = own_road(tmp_path, plan=poly)
     x, y = road.line.points(40.0)
-    # the arc length of a parabola y = k x^2 in closed form
+    # arc length of a parabola y = k x^2 in closed form
     k = 0.01
     u = float(x) - 1
     length = u / 2 * np.sqrt(1 + 4 * k * k * u * u) + np.arcsinh(2 * k * u) / (4 * k)
@@ -179,7 +183,7 @@ def test_curves_of_a_file_follow_their_polynomials(tmp_path):
     along = geometry.format(f'<paramPoly3 {zero.format(1, 3 / 1600)} pRange="arcLength"/>')
     s = np.linspace(0, 40, 9)
     lines = [own_road(tmp_path, plan=plan).line.points(s) for plan in (normal, along)]
-    assert np.abs(lines[0] - lines[1]).max() < 1e-9  # the same curve over p and over 40 p
+    assert np.abs(lines[0] - lines[1]).max() < 1e-9  # the same curve, parameters p and 40 p
 
 
 def test_superelevation_crossfall_shape_and_offset_are_heights_and_places(tmp_path):
@@ -189,7 +193,7 @@ def test_superelevation_crossfall_shape_and_offset_are_heights_and_places(tmp_pa
     )
     offset = '<laneOffset s="10" a="0.5" b="0.1" c="0" d="0"/>'
     road = own_road(tmp_path, across=across, offset=offset)
-    # the left side is up, both sides fall outwards
+    # the superelevation raises the left side, the crossfall lowers both sides outwards
     assert float(road.height(5, 2.0)) == pytest.approx(2 * np.tan(0.02) - 0.06, abs=1e-12)
     assert float(road.height(5, -2.0)) == pytest.approx(-2 * np.tan(0.02) - 0.06, abs=1e-12)
     inner, outer = road.borders(0, 20.0)[-1]
@@ -291,7 +295,7 @@ def test_lanes_of_linked_roads_that_do_not_meet_are_one_error(tmp_path):
     write(RoadFile(network), path)
     text = path.read_text()
     starts = [m.start() for m in re.finditer("<planView>", text)]
-    at = text.index(' x="', starts[1]) + 4  # the second road, aside by 2 m
+    at = text.index(' x="', starts[1]) + 4  # move the second road by 2 m sideways
     end = text.index('"', text.index(' y="', at) + 4)
     first = text.index(' y="', at) + 4
     path.write_text(text[:first] + repr(float(text[first:end]) + 2.0) + text[end:])
@@ -353,7 +357,7 @@ def test_a_road_high_over_another_gets_a_bridge_that_the_file_does_not_state():
     found, changed = with_overpasses(bare)
     assert changed == ("above",) and not found.road("below").structures
     (made,) = found.road("above").structures
-    # the kind's own bridge leaves the same room for the embankments
+    # the bridge of the kind leaves the same space for the embankments
     assert made.start_m == pytest.approx(span.start_m, abs=4.0)
     assert made.length_m == pytest.approx(span.length_m, abs=8.0)
     assert with_overpasses(network) == (network, ())

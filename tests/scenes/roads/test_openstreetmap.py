@@ -1,4 +1,6 @@
-"""OpenStreetMap by netconvert: what is no map, and what a converter returns, without SUMO."""
+"""OpenStreetMap by netconvert: files that are no map, and results of a stand-in for netconvert, so
+that SUMO is not needed.
+"""
 
 from __future__ import annotations
 
@@ -23,7 +25,7 @@ def mapped(folder, text=STREET):
 
 @pytest.fixture
 def only_here(tmp_path, monkeypatch):
-    """Let the path lead to one folder alone, and return it."""
+    """Restrict PATH to one folder, and return the folder."""
     folder = tmp_path / "bin"
     folder.mkdir()
     monkeypatch.setenv("PATH", str(folder))
@@ -32,7 +34,7 @@ def only_here(tmp_path, monkeypatch):
 
 
 def tool(folder, body):
-    """Put a converter there that is a Python script."""
+    """Write a Python script to a folder as a stand-in for the converter."""
     path = folder / TOOL
     path.write_text(f"#!{sys.base_prefix}/bin/python3\nimport sys\n{body}")
     path.chmod(0o755)

@@ -1,4 +1,4 @@
-"""Meshes of roads and land: no hole, no overlap, no open step, markings just above the road."""
+"""Meshes of roads and land: no holes, overlaps or open steps; markings just above the road."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ def pieces(found):
 
 
 def closed(name, seed):
-    """Return the sides of triangles that no second triangle shares, and the plan's area."""
+    """Return the sides of triangles that only one triangle has, and the area in plan, m2."""
     found = surface(kinds.kind(name, seed).network)
     corners = np.concatenate([p.vertices[p.faces] for p in pieces(found)])
     keys = np.round(corners * [1000, 1000, 2000]).astype(np.int64)
@@ -36,8 +36,8 @@ def closed(name, seed):
 )
 def test_ground_has_no_hole(name):
     single, area = closed(name, 1)
-    # only the rim of the land is open, and a rim that runs round once encloses the plan's area:
-    # a hole, an overlap or a missing triangle would change one of both
+    # Only the rim of the land is open, and a rim that goes round once encloses the area in plan. A
+    # hole, an overlap or a missing triangle would change the rim or the area.
     a = single[:, 0]
     b = single[:, 1]
     rim = (a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]).sum() / 2
