@@ -37,7 +37,7 @@ CUBE_FACES = np.array(
 
 
 def quad(half_y, half_z, x=0.0):
-    """A rectangle in the plane x = const that faces +x."""
+    """Return a rectangle in the plane x = const that faces +x."""
     v = np.array(
         [[x, -half_y, -half_z], [x, half_y, -half_z], [x, half_y, half_z], [x, -half_y, half_z]],
         float,
@@ -50,7 +50,7 @@ def part(mesh, material="grey", lamp=None, name="part"):
 
 
 def pose(x=0.0, y=0.0, z=0.0, turn_deg=0.0, scale=1.0, pitch_deg=0.0):
-    """Turn by pitch about y, then about z, then move."""
+    """Return a pose: scale, rotation by pitch about y, then rotation about z, then a shift."""
     a, b = np.radians([turn_deg, pitch_deg])
     out = np.eye(4)
     turn = np.array([[np.cos(a), -np.sin(a), 0], [np.sin(a), np.cos(a), 0], [0, 0, 1]])
@@ -61,7 +61,10 @@ def pose(x=0.0, y=0.0, z=0.0, turn_deg=0.0, scale=1.0, pitch_deg=0.0):
 
 
 def describe(parts_at, camera=None, sky=None, materials=()):
-    """parts_at: list of (name, category, tuple of parts, pose), each a model of its own."""
+    """Return a scene description with one model for each entry of `parts_at`.
+
+    Each entry is (name, category, tuple of parts, pose).
+    """
     models = {name: Model(name, tuple(parts)) for name, _, parts, _ in parts_at}
     objects = tuple(Placed(name, name, category, p) for name, category, _, p in parts_at)
     known = {
@@ -75,8 +78,8 @@ def describe(parts_at, camera=None, sky=None, materials=()):
 
 
 def street(boxes=12, seed=3):
-    """A street at night: ground, boxes, two street lamps, a car's head lamps and tail lamps, a dim
-    sky.
+    """Return a street at night: ground, boxes, two street lamps, head lamps and tail lamps of cars,
+    and a dim sky.
     """
     nm = np.arange(360.0, 831.0, 5)
     bell = lambda c, s: np.exp(-0.5 * ((nm - c) / s) ** 2)
@@ -149,11 +152,11 @@ def street(boxes=12, seed=3):
 def mitsubas_own(  # noqa: PLR0913 - a helper of tests
     scene, settings, view, lamps, group, bands_nm, sampler="independent"
 ):
-    """The independent way: Mitsuba's own `path` and `specfilm`, the emitter plugin for lamps, the
-    group's lamps alone.
+    """Return an independent renderer of one light group, made of Mitsuba's own parts.
 
-    Returns a function of seed and samples: pictures (band, y, x) without the lamps seen directly.
-    With four bands a film no noise comes from the choice of wavelength.
+    It uses Mitsuba's `path` and `specfilm`, the emitter plugin for lamps, and only the lamps of the
+    group. The result is a function of seed and samples that returns pictures (band, y, x) without
+    lamps seen directly. A film has four bands, so that the choice of wavelengths adds no noise.
     """
     import mitsuba as mi
     from isethdr_mitsuba.lamps.beam_lamp import beam_lamp, film, sensor
@@ -174,7 +177,7 @@ def mitsubas_own(  # noqa: PLR0913 - a helper of tests
     films = []
     for k in range(0, len(bands_nm), 4):
         some = bands_nm[k : k + 4]
-        # films of equal size
+        # add bands, so that all films have four
         some = np.r_[some, some[-1] + settings.step_nm * np.arange(1, 4 - len(some) + 1)]
         camera = sensor(view, film(some, settings.step_nm, view.shape[1], view.shape[0]))
         films.append(mi.load_dict(camera | {"sampler": {"type": sampler}}))
@@ -195,7 +198,7 @@ def mitsubas_own(  # noqa: PLR0913 - a helper of tests
 
 @pytest.fixture(scope="session")
 def make():
-    """The builders above, as one namespace."""
+    """Return the builders above in one namespace."""
     return SimpleNamespace(
         quad=quad,
         part=part,

@@ -44,10 +44,10 @@ def test_runs_on_one_scene_are_renderings_of_their_own(make, monkeypatch):
     assert long.attrs["noise"]["streetlights"] < few.attrs["noise"]["streetlights"]
 
     groups = [str(g) for g in long.light_group.values]
-    assert sky.any() and (seen[groups.index("sky")] == sky).all()  # of no lamp
+    assert sky.any() and (seen[groups.index("sky")] == sky).all()  # no lamp
     seen = seen & ~sky
     tile = float(few.x[1] - few.x[0])
-    # where they stand: y to the left, over x ahead
+    # positions of the lamps: y to the left over x ahead, as tangents
     for group, low, high in (
         ("headlights", -2.6 / 22, -1.2 / 22),
         ("other", 1.2 / 16, 2.6 / 16),
@@ -60,6 +60,7 @@ def test_runs_on_one_scene_are_renderings_of_their_own(make, monkeypatch):
     after = denoised(few)[:, 1]
     k = groups.index("streetlights")
     errors = [transport.median_error(look[k], truth[k], ~seen[k]) for look in (before, after)]
-    assert errors[1] < 0.7 * errors[0]  # at the least what twice the paths would do
-    # stated to a factor of 1.5, and half of 1296 tiles in one street
+    assert errors[1] < 0.7 * errors[0]  # denoising is at least as good as twice the paths
+    # a factor of 2: the noise is stated to a factor of 1.5, and only half of 1296 tiles of one
+    # street count
     assert 0.5 < transport.own_errors(few)["streetlights"] / errors[0] < 2.0

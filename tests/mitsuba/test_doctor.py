@@ -34,7 +34,7 @@ def test_a_variant_that_aborts_is_found_out_in_a_child(monkeypatch, tmp_path):
         assert doctor.choose_variant("auto") == "scalar_spectral"
         with pytest.raises(ConfigError, match="libllvm19"):
             doctor.choose_variant("llvm")
-        # kept, so that the next process need not try again
+        # the result is stored, so that the next process does not try again
         assert (
             json.loads((tmp_path / "isethdr" / "mitsuba_variants.json").read_text())["found"]
             == found
@@ -77,7 +77,7 @@ def test_importing_the_plugin_imports_nothing_heavy():
 
 @pytest.mark.slow
 def test_the_renderer_names_its_compiler_where_it_rendered():
-    """Recorded with each scene: the last bits depend on it."""
+    """The variant is recorded with each scene, since the last bits depend on it."""
     code = (
         "from isethdr_mitsuba.renderer import MitsubaRenderer as R; print(R().kernels()); import"
         " mitsuba as mi;mi.set_variant('scalar_spectral'); print(R().kernels())"

@@ -1,4 +1,4 @@
-"""Light groups that are taken over from another frame are those of a new rendering."""
+"""Light groups reused from another frame equal those of a new rendering."""
 
 from dataclasses import dataclass, replace
 from types import SimpleNamespace
@@ -26,8 +26,9 @@ IN_SEQUENCE = {}  # carried exposures: none
 
 @dataclass(frozen=True)
 class Street:
-    """A street at night whose tail lamps are `factor` times as bright; 0: they are off. The camera
-    drives on by `driven_m`.
+    """A street at night with tail lamps `factor` times as bright, or off at 0.
+
+    The camera has moved forwards by `driven_m`.
     """
 
     make: ClassVar[Any] = None
@@ -62,7 +63,7 @@ def made(make, monkeypatch):
 
 
 def frame(home, monkeypatch, scene, demand=LABELLED, exposures=IN_SEQUENCE, **settings):
-    """Return the light of a frame, and its ledger."""
+    """Return the scene radiance of a frame, and its ledger."""
     monkeypatch.setenv("ISETHDR_HOME", str(home))
     renderer = MitsubaRenderer(**{**SIZE, "samples": 16, "variant": "llvm", **settings})
     chain = SimpleNamespace(
@@ -88,7 +89,7 @@ def luminance(light):
 
 @dataclass(frozen=True, eq=False)
 class LikeACamera:
-    """The limit of a camera: shot noise of the light of all groups, and a floor."""
+    """The noise limit of a camera: shot noise of the light of all groups, and a floor."""
 
     electrons: float = 30.0  # per cd/m2
 
@@ -135,14 +136,14 @@ def test_by_need_the_group_that_changes_meets_the_limit_beside_the_others(tmp_pa
     judge = luminance(frame(tmp_path / "judge", monkeypatch, now, samples=2048)[0])
     limit = LikeACamera()(light).xyz[1]
     stated = np.sqrt((light.xyz_noise.values[:, 1] ** 2).sum(0))
-    # one tile in a hundred is given up, and counts of paths are whole steps
+    # one tile in a hundred may exceed the limit, and numbers of paths are whole steps
     assert np.quantile(stated / limit, 0.95) < 1.3 * SHARE
     found = luminance(light)
     error = (sum(found.values()) - sum(judge.values())) / limit
-    assert np.quantile(np.abs(error), 0.9) < 2 * SHARE  # as of a rendering of the whole
+    assert np.quantile(np.abs(error), 0.9) < 2 * SHARE  # as for a new rendering of all groups
     for g, group in enumerate(found):
         noise = np.sqrt((light.xyz_noise.values[g, 1] ** 2).sum())
-        # 24 renderings spread twice as wide as stated in the group whose light is rarest
+        # in the group with the rarest light, 24 renderings spread twice as widely as stated
         assert found[group].sum() == pytest.approx(
             judge[group].sum(), abs=10 * noise + 1e-4 * judge[group].sum()
         )
@@ -163,7 +164,7 @@ def test_light_too_noisy_for_what_a_frame_allows_is_rendered_anew(tmp_path, monk
 def test_render_noise_of_frames_that_move_is_uncorrelated_and_not_a_frozen_pattern(
     tmp_path, monkeypatch
 ):
-    drives = [Street(driven_m=way_m) for way_m in (0.0, 1e-3)]  # far less than a tile
+    drives = [Street(driven_m=way_m) for way_m in (0.0, 1e-3)]  # much less than a tile
     judges = [
         luminance(frame(tmp_path / "judge", monkeypatch, scene, samples=1024, seed=7)[0])["sky"]
         for scene in drives
@@ -172,10 +173,10 @@ def test_render_noise_of_frames_that_move_is_uncorrelated_and_not_a_frozen_patte
     for kind, exposures in (("sequence", {}), ("single shots", None)):
         home = tmp_path / kind
         lights = [frame(home, monkeypatch, scene, exposures=exposures)[0] for scene in drives]
-        # light of the sky has no rare paths, whose skewed noise would be alike by its mean
+        # light of the sky has no rare paths, whose skewed noise would be correlated
         noise = [luminance(one)["sky"] / judge - 1 for one, judge in zip(lights, judges)]
-        used = (np.abs(noise) > 1e-3).all(0)  # a tile that shows the sky alone has none
+        used = (np.abs(noise) > 1e-3).all(0)  # a tile that shows only sky has no noise
         correlation[kind] = np.corrcoef(noise[0][used], noise[1][used])[0, 1]
-    # of n independent values it spreads by 1 / sqrt(n)
+    # the correlation of n independent values has a standard deviation of 1 / sqrt(n)
     assert abs(correlation["sequence"]) < 4 / np.sqrt(used.sum())
-    assert correlation["single shots"] > 0.5  # one seed: the pattern stands still
+    assert correlation["single shots"] > 0.5  # same seed, same pattern

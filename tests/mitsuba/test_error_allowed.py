@@ -1,5 +1,5 @@
-"""Paths until the noise is low enough: simulated passes of known noise, and a picture against a
-long rendering.
+"""Paths are added until the noise is low enough: simulated passes with known noise, and a picture
+against a long rendering.
 """
 
 from dataclasses import dataclass
@@ -23,15 +23,17 @@ BANDS = np.array([500.0, 550.0, 600.0])
 
 
 def made_up(spreads, asked):
-    """A pass of known light and noise: per path and tile, light 1 with relative standard deviation
-    `spreads[group]`.
+    """Return a function of one pass with known light and noise.
+
+    Each path of a tile has light 1 with the relative standard deviation `spreads[group]`. The
+    function appends its calls to `asked`.
     """
 
     def one_pass(seed, samples, wanted):
         asked.append((samples, tuple(wanted)))
         for g in wanted:
             rng = np.random.default_rng([seed, g])
-            # a mean of exponentials: positive and skew, as light is
+            # a gamma distribution: positive and skewed, as light is
             shape = samples / spreads[g] ** 2
             level = rng.gamma(shape, 1 / shape, SHAPE[0] * SHAPE[1])
             for band in range(len(BANDS)):
@@ -46,24 +48,26 @@ def test_each_group_goes_on_until_its_noise_is_allowed():
     settings = SimpleNamespace(samples=32, error_allowed=0.1, most_samples=10_000, seed=1)
     found = estimate(made_up(spreads, asked), settings, Frame(("sky", "near", "far"), BANDS, SHAPE))
     assert (found.noise <= 0.1).all() and found.samples[0] == 32
-    # paths needed: (spread / 0.1)^2 = 225 and 1600; a last step may overshoot by a tenth, and four
-    # passes know their noise to as much
+    # (spread / 0.1)^2 = 225 and 1600 paths are needed; the last step may overshoot by a tenth, and
+    # four passes determine their noise to a tenth
     assert found.samples[1] == pytest.approx(225, rel=0.35) and found.samples[2] == pytest.approx(
         1600, rel=0.35
     )
     error = np.abs(found.radiance[:, 1] - 1).reshape(3, -1)
     assert (np.median(error, 1) < 0.1).all()
-    # standard errors are told apart from what they estimate: the median deviation of a normal is
-    # 0.6745 of one
+    # compare the stated standard errors with the true ones; the median deviation of a normal
+    # distribution is 0.6745 standard errors
     np.testing.assert_allclose(np.median(error, 1) / 0.6745, found.noise, rtol=0.2)
-    # a group that is there is rendered no further
+    # groups that meet the limit are not rendered further
     assert asked[-1][1] == (2,)
 
 
 @pytest.mark.parametrize("spread, samples", [(4.0, 16), (8.0, 16), (8.0, 64)])
 def test_light_that_few_paths_meet_has_its_noise_stated(spread, samples):
-    """Four passes meet much of such light in few tiles: the spread of each tile's own would say
-    1.24 to 1.32 times too little.
+    """State the noise of light that few paths find, with four passes.
+
+    Few tiles receive most of such light in four passes, so that the spread within each tile would
+    state 1.24 to 1.32 times too little noise.
     """
     off = []
     stated = []
@@ -75,8 +79,8 @@ def test_light_that_few_paths_meet_has_its_noise_stated(spread, samples):
         )
         off.append(np.median(np.abs(found.radiance[0, 1] - 1)) / 0.6745)
         stated.append(found.noise[0])
-    # medians of 768 tiles, eight times: each known to 2 %; measured 0.89 to 0.97, as halves are
-    # more skew than the whole
+    # each is the mean of eight medians of 768 tiles, known to 2 %; measured: 0.89 to 0.97, since
+    # halves are more skewed than the whole
     assert 0.8 < np.mean(off) / np.mean(stated) < 1.1
 
 
@@ -114,12 +118,12 @@ def test_the_ladder_of_paths_climbs_and_is_one_for_all():
         rungs.append(paths)
         paths = next_rung(paths)
     assert rungs == [1, 2, 3, 4, 6, 8, 12, 16, 24, 32, 48, 64, 80, 96, 112, 128, 160, 192, 224, 256]
-    # from wherever paths began
+    # also from numbers between the rungs
     assert [next_rung(n) for n in (17, 63, 65, 79, 100, 300)] == [24, 64, 80, 80, 112, 320]
 
 
 def test_the_paths_of_a_group_depend_neither_on_other_groups_nor_on_the_overscan():
-    """Made-up passes whose tiles beyond the field are three times as noisy as those of it."""
+    """Simulate passes with tiles in the overscan three times as noisy as those in the field."""
     settings = SimpleNamespace(samples=16, error_allowed=0.1, most_samples=10_000, seed=4)
     inside = np.zeros(SHAPE, bool)
     field = slice(3, SHAPE[0] - 3), slice(4, SHAPE[1] - 4)
@@ -170,8 +174,9 @@ def test_a_group_that_cannot_get_there_is_given_up_and_said_so(make, capsys):
 
 
 def test_known_paths_are_not_followed_again_and_count(make):
-    """Made-up passes: what is asked for beside 200 known paths, and what is said of all of them
-    together.
+    """Simulate passes in addition to known paths.
+
+    The noise of new and known paths together is stated, and only the missing paths are traced.
     """
     spreads = (0.1, 1.5, 4.0)
     asked = []
@@ -181,15 +186,15 @@ def test_known_paths_are_not_followed_again_and_count(make):
         made_up(spreads, asked), settings, Frame(("sky", "near", "far"), BANDS, SHAPE), known=known
     )
     assert list(found.first) == [0, 200, 1000] and found.samples[0] == 32
-    # 25 and 800 more; the last step may overshoot by a tenth, and few passes know their noise to as
-    # much
+    # 25 and 800 more paths are needed; the last step may overshoot by a tenth, and few passes
+    # determine their noise to a tenth
     assert found.samples[1] < 80 and found.samples[2] == pytest.approx(800, rel=0.35)
     assert (found.whole_noise <= 0.1).all()
     own = spreads[2] / np.sqrt(found.samples[2])
     assert found.noise[2] == pytest.approx(own, rel=0.2) and found.whole_noise[2] == pytest.approx(
         4 / np.sqrt(800 + found.samples[2]), rel=0.1
     )
-    # groups that are at other paths are in no pass together
+    # groups with different numbers of paths are in different passes
     assert all(len(wanted) == 1 for _, wanted in asked)
     few = SimpleNamespace(samples=201, error_allowed=None, most_samples=10_000, seed=1)
     assert (
@@ -200,8 +205,9 @@ def test_known_paths_are_not_followed_again_and_count(make):
 
 @pytest.mark.slow
 def test_a_finer_demand_is_met_by_more_paths(make, offer, isethdr_home):
-    """A street through the store: a coarse demand, a finer one, and both together against a
-    rendering of other paths.
+    """Meet a finer demand by adding paths to those of a coarse demand in the store.
+
+    Their mean agrees with a rendering of other paths.
     """
     from isethdr_core.demand import Demand
     from isethdr_core.pipeline.chain import Chain
@@ -236,7 +242,7 @@ def test_a_finer_demand_is_met_by_more_paths(make, offer, isethdr_home):
         f"{first} of {both} samples per tile of light group streetlights"
     ]
     assert fine.attrs["noise"]["streetlights"] <= 0.08 < coarse.attrs["noise"]["streetlights"]
-    # the second store holds the other paths alone, and both make the mean
+    # the second store holds only the new paths; the result is the mean of both
     more = open_store(isethdr_home / "scenes" / f"{ids[1]}.zarr")
     assert more.attrs["path_span"] == {"streetlights": [first, both]}
     want = (
@@ -250,8 +256,8 @@ def test_a_finer_demand_is_met_by_more_paths(make, offer, isethdr_home):
         and len(list((isethdr_home / "scenes").glob("*.zarr"))) == 2
         and np.array_equal(again.radiance.values, fine.radiance.values)
     )
-    # as a rendering of as many paths all at once: the median of tiles, 1.25 / sqrt(tiles) of their
-    # noise
+    # agrees with one rendering of more paths: the standard error of the median over tiles is 1.25 /
+    # sqrt(tiles) of their noise
     once = MitsubaRenderer(
         width=24, height=14, margin=0.0, step_nm=100.0, max_depth=3, seed=2, samples=4 * both
     )(make.street(2), Demand(groups=("streetlights",)))
@@ -262,8 +268,9 @@ def test_a_finer_demand_is_met_by_more_paths(make, offer, isethdr_home):
 
 @pytest.mark.slow
 def test_the_true_error_is_below_the_allowed_one(make):
-    """At 96 x 54, against a picture of many more paths with other seeds, in the unit of the
-    renderer's own estimate.
+    """Compare a picture of 96 x 54 tiles with one of many more paths and another seed.
+
+    The error is computed as the renderer computes its own estimate.
     """
     scene = make.street(6)
     settings = {"width": 96, "height": 54, "margin": 0.0, "step_nm": 100.0}
@@ -275,7 +282,7 @@ def test_the_true_error_is_below_the_allowed_one(make):
             luminance(d.radiance.sel(light_group=group).values.astype(float), d.wavelength.values)
             for d in (ds, long)
         )
-        # lamps seen directly have no noise, and drown the rest
+        # exclude lamps seen directly, which have no noise and dominate the light
         b = np.where(b < np.quantile(b, 0.99), b, 0)
         used = b > 0.01 * b.mean()
         error = weighted_median(np.abs(a[used] / b[used] - 1), b[used])
@@ -283,13 +290,14 @@ def test_the_true_error_is_below_the_allowed_one(make):
             group, "allowed 0.05, stated", noise, "true", error, "long", long.attrs["noise"][group]
         )
         assert noise <= 0.05 and error <= 0.05
-        # nor is it far below for no use: two thirds of a standard error, within a factor of three
+        # nor is the error much smaller than stated: two thirds of a standard error, within a factor
+        # of three
         assert group == "sky" or error > 0.6745 * noise / 3
 
 
 @pytest.mark.parametrize(
     "samples", [40, 43, 7]
-)  # halves of one size, of nearly one, and passes of two paths and of one
+)  # equal halves, nearly equal halves, and passes of two paths and of one path
 def test_halves_of_the_paths_differ_as_the_mean_differs_from_the_truth(samples):
     settings = SimpleNamespace(samples=samples, error_allowed=None, most_samples=10_000, seed=1)
     spread = 0.7
@@ -297,7 +305,8 @@ def test_halves_of_the_paths_differ_as_the_mean_differs_from_the_truth(samples):
     mean = luminance(found.radiance[0], BANDS).ravel()
     half = found.half_difference[0].ravel()
     true = luminance(np.ones(len(BANDS)), BANDS)
-    # 768 tiles know a variance of skew light to 8 % and a correlation to 4 %: three of these
+    # 768 tiles determine the variance of skewed light to 8 % and a correlation to 4 %; three times
+    # these
     assert np.mean(half**2) == pytest.approx((spread * true) ** 2 / samples, rel=0.24)
     assert abs(np.corrcoef(half, mean)[0, 1]) < 0.12 and abs(
         half.mean()
@@ -314,7 +323,10 @@ def test_one_pass_alone_has_no_halves():
 
 
 def test_tiles_that_look_into_the_sky_say_nothing_of_those_that_it_lights():
-    """Two thirds of the light have no noise: the noise is that of the rest, as if it were alone."""
+    """Tiles of open sky, with two thirds of the light, have no noise.
+
+    The stated noise is that of the other tiles, as if there were no sky.
+    """
     lit = np.arange(SHAPE[0] * SHAPE[1]) % 2 == 0
     alone = []
     noisy = made_up((0.7,), [])
@@ -326,7 +338,8 @@ def test_tiles_that_look_into_the_sky_say_nothing_of_those_that_it_lights():
     settings = SimpleNamespace(samples=64, error_allowed=None, most_samples=10_000, seed=1)
     for one_pass in (half_seen, noisy):
         alone.append(float(estimate(one_pass, settings, Frame(("sky",), BANDS, SHAPE)).noise[0]))
-    # 384 and 768 tiles, three splits of them: a median known to 6 and 4 %, three of both
+    # 20 %: medians of 384 and 768 tiles, with three splits, are known to 6 % and 4 %; three times
+    # both
     assert alone[0] == pytest.approx(0.7 / 8, rel=0.2) and alone[0] == pytest.approx(
         alone[1], rel=0.2
     )

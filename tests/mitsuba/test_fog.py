@@ -17,7 +17,7 @@ from isethdr_core.scene import Fog, PhaseLobe, SkyDome, SkyPart, flat, fog_of
 
 BAND = {"first_nm": 550.0, "last_nm": 550.0, "margin": 0.0}
 NM = np.arange(360.0, 831.0)
-# W sr-1 nm-1 per candela of a flat spectrum
+# radiant intensity of a flat spectrum, W sr-1 nm-1 per candela
 PER_CD = 1 / (LM_PER_W * float(v_lambda(NM).sum()))
 
 
@@ -33,15 +33,16 @@ def light(scene, samples=256, **settings):
 
 
 def lamp_beside(make, place, candela=100.0):
-    """Return a small Lambertian lamp that looks along -y, towards the line of sight."""
+    """Return a small Lambertian lamp that shines along -y, towards the line of sight."""
     lamp = make.lamp("lamp", "other", candela, make.flat(1.0), (0, -1.0, 0))
     lying = (make.quad(0.02, 0.02)[0][:, [1, 0, 2]], make.quad(0.02, 0.02)[1])
     return "lamp", "post", (make.part(lying, "black", lamp),), make.pose(*place)
 
 
 def airlight(fog, place, until_m=400.0, candela=100.0):
-    """Return the radiance at 550 nm of such a lamp's light that fog scatters once into the x axis,
-    by a plain sum over millimetres.
+    """Return the radiance at 550 nm of light of that lamp that fog scatters once into the x axis.
+
+    The integral along the axis is a plain sum with steps of 1 mm.
     """
     along = (np.arange(round(until_m * 1000)) + 0.5) * 1e-3
     way = np.asarray(place) - along[:, None] * [1.0, 0, 0]
@@ -53,7 +54,7 @@ def airlight(fog, place, until_m=400.0, candela=100.0):
 
 @pytest.mark.slow
 def test_lamps_and_lit_surfaces_fade_by_the_way_of_their_light(make):
-    """A lamp seen at 20 m, and a wall at 30 m that a lamp lights from 10 m: exp(-sigma d)."""
+    """Compare with exp(-sigma d): a lamp at 20 m, and a wall at 30 m lit by a lamp 10 m away."""
     back = lambda half: (make.quad(half, half)[0] * [-1, 1, 1], make.quad(half, half)[1][:, ::-1])
     shown = make.lamp("drl", "headlights", 50.0, make.flat(1.0), (-1.0, 0, 0))
     onto = make.lamp("street", "streetlights", 900.0, make.flat(1.0), (1.0, 0, 0))
@@ -71,11 +72,12 @@ def test_lamps_and_lit_surfaces_fade_by_the_way_of_their_light(make):
     groups = scene.light_groups()
     lamp, wall = (groups.index(g) for g in ("headlights", "streetlights"))
     lit = clear[lamp] > 0.1 * clear[lamp].max()
-    # the piece of a lamp: exact but for its mean distance
+    # 1e-5: the part of a lamp in a tile is faded by its mean distance
     np.testing.assert_allclose(
         foggy[lamp][lit], clear[lamp][lit] * fog.transmission(20.0), rtol=1e-5
     )
-    # 30 m from the wall, 10 to 10.05 m to the lamp
+    # the way of the light: 30 m from the wall to the camera, and 10 to 10.05 m from the lamp to the
+    # wall
     np.testing.assert_allclose(foggy[wall], clear[wall] * fog.transmission(40.03), rtol=2e-3)
 
 
@@ -84,14 +86,16 @@ def test_airlight_of_one_lamp_is_the_integral_along_the_ray(make):
     scene = make.describe([lamp_beside(make, place)], make.camera((0, 0, 0), (1, 0, 0), 0.2, 1.0))
     fog = Fog(0.04, albedo=0.9, lobes=(PhaseLobe(0.8, 0.7), PhaseLobe(0.2, -0.5)))
     found = light(replace(scene, fog=fog), 1024)[0].mean()
-    # 16 tiles of 1024 paths leave 0.2 % of noise
+    # 0.5 %: 16 tiles of 1024 paths have 0.2 % of noise
     assert found == pytest.approx(airlight(fog, place), rel=5e-3)
 
 
 @pytest.mark.slow
 def test_no_airlight_in_a_shadow(make):
-    """A wall between the lamp and all that the camera's rays pass: nothing is left; one that hides
-    the far part of the rays: the integral over the near part.
+    """Airlight vanishes where a wall hides the lamp from the camera's rays.
+
+    A wall along all of the rays leaves no light. A wall along their far part leaves the integral
+    over the near part.
     """
     place = (12.0, 6.0, 0.0)
     lying = (make.quad(500, 50)[0][:, [1, 0, 2]], make.quad(500, 50)[1])
@@ -100,16 +104,18 @@ def test_no_airlight_in_a_shadow(make):
     camera = make.camera((0, 0, 0), (1, 0, 0), 0.2, 1.0)
     behind = lambda x: replace(make.describe([lamp_beside(make, place), wall(x)], camera), fog=fog)
     assert light(behind(0), 64).max() == 0
-    # the wall begins at 12 m, below the lamp, and hides all that is farther; noise of 0.2 %, and
-    # the lamp is 4 cm wide
+    # the wall begins at 12 m, below the lamp, and hides the lamp from all points farther away; 1 %:
+    # noise of 0.2 %, and a lamp 4 cm wide
     found = light(behind(512), 1024)[0].mean()
     assert found == pytest.approx(airlight(fog, place, until_m=12.0), rel=1e-2)
 
 
 @pytest.mark.slow
 def test_black_targets_fade_into_the_sky_as_koschmieder_says(make):
-    """L = L_sky (1 - exp(-sigma d)): a small black target before an even sky, with a slope of the
-    extinction; the sky itself stays as it is.
+    """Compare with Koschmieder's law, L = L_sky (1 - exp(-sigma d)), for a small black target.
+
+    The extinction is constant or depends on wavelength. The radiance of the uniform sky does not
+    change.
     """
     sky = make.flat(1e-3)
     target = (make.quad(0.02, 0.02)[0] * [-1, 1, 1], make.quad(0.02, 0.02)[1][:, ::-1])
@@ -121,7 +127,7 @@ def test_black_targets_fade_into_the_sky_as_koschmieder_says(make):
     wide = (PhaseLobe(1.0, 0.3),)
     for fog in (replace(fog_of(150.0), lobes=wide), Fog(0.01, 1.5, lobes=wide)):
         found = light(replace(scene, fog=fog), 1024)[0]
-        # the target hides the light behind it from fog within a decimetre before it: 0.2 %
+        # 0.5 %: the target shades the fog within a decimetre in front of it, which is 0.2 %
         wanted = 1e-3 * (1 - fog.transmission(50.0, 550.0))
         assert found.mean() == pytest.approx(wanted, rel=5e-3)
     beside = replace(scene, camera=make.camera((0, 0, 0), (1, 1, 0), 0.2, 1.0), fog=fog_of(150.0))
@@ -130,8 +136,9 @@ def test_black_targets_fade_into_the_sky_as_koschmieder_says(make):
 
 @pytest.mark.slow
 def test_no_more_light_leaves_than_came_in(make):
-    """White ground and a white wall in fog that absorbs nothing, below an even sky: no tile is
-    brighter than the sky; and little is lost.
+    """Energy conservation: under a uniform sky, no tile of a white scene is brighter than the sky.
+
+    Ground and wall are white, and the fog does not absorb, so little light is lost.
     """
     white = make.material("white", reflectance=make.flat(1.0))
     ground = (make.quad(300, 300)[0][:, [2, 1, 0]] * [-1, 1, 1], make.quad(300, 300)[1])
@@ -152,7 +159,7 @@ def test_no_more_light_leaves_than_came_in(make):
 
 
 def test_drawn_directions_follow_the_phase_function():
-    """Mean cosine and shares within cones of 400 thousand directions, for all lobes together."""
+    """Compare mean cosine and shares within cones of 400,000 directions with the phase function."""
     import drjit as dr
     from isethdr_mitsuba.paths.camera_rays import stream
     from isethdr_mitsuba.paths.fog_tables import FogTables
@@ -165,7 +172,7 @@ def test_drawn_directions_follow_the_phase_function():
     cosine = np.array(dr.dot(tables.scattered(forward, rng), forward), float)
     angle = np.linspace(0, np.pi, 100_001)
     density = 2 * np.pi * fog.phase(np.cos(angle)) * np.sin(angle)
-    # five standard deviations of a share of 400 thousand
+    # five standard deviations of a share of 400,000
     for cone_deg in (1.0, 10.0, 40.0, 90.0, 150.0):
         inside = angle <= np.radians(cone_deg)
         wanted = np.trapezoid(density[inside], angle[inside])
@@ -176,8 +183,9 @@ def test_drawn_directions_follow_the_phase_function():
 
 @pytest.mark.slow
 def test_far_visibility_is_clear_air_and_clear_air_calls_no_fog(make, monkeypatch):
-    """The same random numbers: at 10^9 m the picture is that of clear air. That one is rendered
-    with all of fog's code taken away.
+    """With the same random numbers, the picture at a visibility of 10^9 m is that of clear air.
+
+    Clear air is rendered with all of the fog's code removed.
     """
     from isethdr_mitsuba.paths import integrator
 
@@ -186,7 +194,8 @@ def test_far_visibility_is_clear_air_and_clear_air_calls_no_fog(make, monkeypatc
     for name in ("FogTables", "AirlightLamps", "from_lamps", "from_sky"):
         monkeypatch.setattr(integrator, name, None)
     clear = light(scene, 16)
-    # what 10^9 m of fog leave out, and float32; sky pixels are airlight there, of another band mean
+    # 1e-3: extinction at a visibility of 10^9 m, float32, and tiles of sky, which are airlight in
+    # fog, with another mean over a band
     np.testing.assert_allclose(foggy, clear, rtol=1e-3, atol=1e-7 * clear.max())
 
 
@@ -240,7 +249,10 @@ def lux_of_wall(scene):
 
 
 def test_a_sky_with_a_gradient_becomes_even_in_fog(make):
-    """With as much light on level ground; the variant without a compiler refuses fog."""
+    """The uniform sky gives the same illuminance on level ground as the sky with a gradient.
+
+    The variant without a compiler refuses fog.
+    """
     from isethdr_mitsuba.fog import in_fog
 
     pattern = np.linspace(0, 2, 9)[:, None] * np.ones((9, 8))
@@ -255,8 +267,10 @@ def test_a_sky_with_a_gradient_becomes_even_in_fog(make):
 
 @pytest.mark.slow
 def test_volpath_finds_the_same_light():
-    """Mitsuba's own integrator. By night: paths of two segments, from lamps by way of surfaces or
-    of fog. By day: all orders, where surfaces are black and nothing is left out.
+    """Compare with Mitsuba's own integrator `volpath`.
+
+    By night, paths have two segments: from lamps by surfaces or fog. By day, surfaces are black,
+    and all orders of scattering count.
     """
     from isethdr_measured import fog_scattering as study
     from isethdr_measured.fog_reference import volpath_pictures
@@ -276,6 +290,6 @@ def test_volpath_finds_the_same_light():
         for tiles in study.regions_of(scene, group).values():
             a, b = (each[:, tiles].mean(1) for each in (ours, theirs))
             error = np.hypot(a.std(ddof=1), b.std(ddof=1)) / np.sqrt(8)
-            # Student's t of 14 degrees of freedom, eight regions: 5 is one in 600; noise of lamps
-            # has long tails, of which eight batches see little
+            # Student's t with 14 degrees of freedom in eight regions: beyond 5 once in 600. The
+            # noise of lamps has long tails, which eight batches underestimate.
             assert abs(a.mean() - b.mean()) < max(5 * error, 0.02 * b.mean())

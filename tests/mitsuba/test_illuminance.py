@@ -13,11 +13,15 @@ from isethdr_core.scene import SkyDome, SkyPart
 
 CANDELA = 3000.0
 NM = np.arange(360.0, 831.0)
-UNIT = LM_PER_W * 1e-3 * float(v_lambda(NM).sum())  # cd/m2 of an even sky of 1e-3 W m-2 sr-1 nm-1
+# luminance, cd/m2, of a uniform sky of 1e-3 W m-2 sr-1 nm-1
+UNIT = LM_PER_W * 1e-3 * float(v_lambda(NM).sum())
 
 
 def lit(make, objects, camera=None, sky=None, variant="llvm"):
-    """Return {name: {light group: lx}} of the visible objects, without rendering."""
+    """Return the illuminance, lx, of visible objects: {name: {light group: lx}}.
+
+    Nothing is rendered.
+    """
     mi.set_variant(choose_variant(variant))
     from isethdr_mitsuba.labels import label_tiles
     from isethdr_mitsuba.world.geometry import build_world
@@ -41,24 +45,24 @@ def panel(make, x_m, half_m=0.5):
 
 
 def lamp_at(make, x_m, y_m, group="headlights", turn_deg=0.0):
-    """Return a small Lambertian lamp that looks along +x, turned to the left by an angle."""
+    """Return a small Lambertian lamp that shines along +x, turned to the left by an angle."""
     lamp = make.lamp("test", group, CANDELA, make.flat(1.0))
     part = make.part(make.quad(0.01, 0.01), "black", lamp)
     return "lamp", "post", (part,), make.pose(x_m, y_m, 0, turn_deg)
 
 
 def test_one_lamp_follows_inverse_square_and_cosine(make):
-    """A lamp 10 m in front of the wall, and beside the line of sight by 0, 5 and 10 m."""
+    """Compare with the closed form for a lamp 10 m from the wall and 0, 5 and 10 m to the side."""
     for aside_m in (0.0, 5.0, 10.0):
         found = lit(make, [panel(make, 20.0, 0.05), lamp_at(make, 10.0, aside_m)])["wall"]
         away_m = np.hypot(10.0, aside_m)
-        cosine = 10.0 / away_m  # of the lamp and of the wall
-        # the wall's points are up to 5 cm off its middle, which is 0.5 % of the way
+        cosine = 10.0 / away_m  # at the lamp and at the wall
+        # 1 %: points of the wall are up to 5 cm from its middle, which is 0.5 % of the distance
         assert found["headlights"] == pytest.approx(CANDELA * cosine**2 / away_m**2, rel=0.01)
 
 
 def test_the_plane_is_upright_and_turned_to_the_camera_whatever_the_surface(make):
-    """A floor and a slope are lit as an upright plane at their places is."""
+    """The illuminance of a floor and a slope is that on an upright plane at their position."""
     floor = facing_back(make.quad(0.05, 0.3))
     for pitch_deg in (-90.0, -160.0):
         part = make.part(floor)
@@ -105,26 +109,29 @@ def test_an_even_sky_gives_half_of_pi_l_above_ground_and_all_of_it_without(make)
     ground = make.quad(4000.0, 4000.0)[0][:, [2, 1, 0]] * [1, 1, -1], make.quad(1, 1)[1][:, ::-1]
     road = "road", "road", (make.part(ground),), make.pose(0.0, 0, -1.0)
     found = lit(make, [wall, road], sky=sky)["wall"]["sky"]
-    # 16 points with 64 directions each, spread evenly: a few of the 1024 are on the wrong side
+    # 2 %: of 16 x 64 stratified directions, a few are on the wrong side of the horizon
     assert found == pytest.approx(np.pi * UNIT / 2, rel=0.02)
 
 
 def test_a_sky_with_a_gradient_is_integrated_over_the_half_that_the_wall_sees(make):
-    """L = L0 (1 + cos(azimuth)); the wall faces azimuth 180 degrees. With a counted from there, the
-    part of 1 gives pi, and that of -cos(a) gives -(integral of cos(up)^2) (integral of cos(a)^2) =
-    -(pi / 2)^2.
+    """Compare with the closed form for L = L0 (1 + cos(azimuth)) and a wall that faces 180 degrees.
+
+    With the azimuth a counted from there, the term 1 gives pi. The term -cos(a) gives -(integral of
+    cos(up)^2) (integral of cos(a)^2) = -(pi / 2)^2.
     """
     azimuth = np.radians(np.arange(360.0))
     sky = SkyDome((SkyPart(make.flat(1e-3), np.tile(1 + np.cos(azimuth), (181, 1))),))
     found = lit(make, [panel(make, 20.0, 0.1)], sky=sky)["wall"]["sky"]
-    # 16 points with 64 directions: the mean of 1024 values that vary by a third of themselves
+    # 1 %: 16 points with 64 directions each, a mean of 1024 values that vary by a third
     assert found == pytest.approx(UNIT * (np.pi - np.pi**2 / 4), rel=0.01)
 
 
 @pytest.mark.slow
 def test_a_matt_wall_is_as_bright_as_its_illuminance_says(make):
-    """L = reflectance E / pi of the wall in the rendered picture, with direct light alone; a board
-    shades half of it from one of two lamps, and a ground hides half of the sky.
+    """Compare the rendered luminance of a wall with L = reflectance x E / pi, with direct light
+    only.
+
+    A board shades half of the wall from one of two lamps, and the ground hides half of the sky.
     """
     from isethdr_mitsuba.renderer import MitsubaRenderer
     from scipy.ndimage import binary_erosion
@@ -144,20 +151,23 @@ def test_a_matt_wall_is_as_bright_as_its_illuminance_says(make):
     scene = make.describe(objects, camera, make.flat(1e-3))
     settings = {"margin": 0.0, "step_nm": 20.0, "max_depth": 2, "samples": 256}
     ds = MitsubaRenderer(width=24, height=24, **settings)(scene, Demand(labels={"instance"}))
-    wall = binary_erosion(ds.instance.values == 1)  # tiles at its edge show the sky as well
+    wall = binary_erosion(ds.instance.values == 1)  # edge tiles also show sky
     [row] = [row for row in ds.attrs["objects"] if row["name"] == "wall"]
     for group, lux in row["illuminance_lx"].items():
         seen = luminance(ds.radiance.sel(light_group=group).values, ds.wavelength.values)[wall]
-        # noise of the picture 0.5 %; 32 places and 14 rows of tiles see the edge of the shadow
+        # 1.5 %: 0.5 % of noise in the picture; 32 points and 14 rows of tiles sample the edge of
+        # the shadow
         assert seen.mean() == pytest.approx(0.5 * lux / np.pi, rel=0.015), group
         assert lux > 1.0
 
 
 @pytest.mark.slow
 def test_few_places_are_near_many_on_a_night_drive(monkeypatch):
-    """Values above 0.01 lx against ten times the places and four times the points of each lamp.
-    Half of them are within 10 % and nine of ten within 30 %: edges of beams and shadows lie on
-    objects, and 32 places of an object that is half lit have a standard error of 18 %.
+    """Compare values above 0.01 lx with ten times the points of objects and four times those of
+    lamps.
+
+    Half of the values are within 10 %, and nine of ten within 30 %. Edges of beams and shadows lie
+    on objects, and 32 points of a half lit object have a standard error of 18 %.
     """
     from isethdr_core.config.composition import compose
     from isethdr_core.pipeline.chain import chain

@@ -16,8 +16,9 @@ ALL = Demand(labels=frozenset(LABELS))
 
 @pytest.fixture(scope="module")
 def boxes(make):
-    """Two unit boxes 10 m and 20 m ahead, the nearer one left of the axis and in front of half of
-    the farther one.
+    """Return a rendering of two boxes, 2 m wide, with faces 10 m and 20 m ahead.
+
+    The nearer box is left of the axis and hides half of the farther one.
     """
     parts = (make.part(make.cube),)
     scene = make.describe(
@@ -53,14 +54,14 @@ def test_instances_match_projected_boxes_tile_for_tile(boxes):
 def test_depth_is_along_the_axis_and_distance_along_the_ray(boxes):
     instance, depth, distance = (boxes[n].values for n in ("instance", "depth", "distance"))
     x, y = np.meshgrid(boxes.x, boxes.y)
-    # float32: 1e-6 of 20 m
+    # float32: relative error of 1e-6
     np.testing.assert_allclose(depth[instance == 1], 10, rtol=2e-6)
     np.testing.assert_allclose(depth[instance == 2], 20, rtol=2e-6)
     np.testing.assert_allclose(
         distance[instance > 0], (depth * np.sqrt(1 + x**2 + y**2))[instance > 0], rtol=2e-6
     )
     assert np.isinf(depth[instance == 0]).all() and np.isinf(distance[instance == 0]).all()
-    # the boxes show their -x sides to the camera
+    # the camera sees the -x faces of the boxes
     np.testing.assert_allclose(
         boxes.normal.values[instance > 0],
         np.broadcast_to([-1, 0, 0], ((instance > 0).sum(), 3)),
@@ -88,12 +89,15 @@ def test_object_table(boxes):
 
 
 def test_the_whole_box_of_a_hidden_object_and_the_part_beyond_the_field(boxes):
-    """Tiles are 2 tan(20 degrees) / 200 wide; the margin is 20 tiles across and 10 down."""
+    """Compare whole boxes of objects, in tiles, with closed forms.
+
+    Tiles are 2 tan(20 degrees) / 200 wide; the overscan is 20 tiles on the left and 10 at the top.
+    """
     near, far = boxes.attrs["objects"]
     pitch = 2 * np.tan(np.radians(20)) / 200
     half = 0.05 / pitch
     np.testing.assert_allclose(far["box_full"], [120 - half, 60 - half, 2 * half, 2 * half])
-    # the near box reaches from 0 to the tangent 0.2 on the left: within the field of 0.364
+    # the near box extends to a tangent of 0.2 on the left, which is within the field of 0.364
     np.testing.assert_allclose(near["box_full"], [120 - 4 * half, 60 - 2 * half] + [4 * half] * 2)
     assert (near["truncation"], far["truncation"]) == pytest.approx((0.0, 0.0), abs=1e-12)
 
@@ -111,7 +115,7 @@ def test_truncation_is_the_share_beyond_the_field(make):
     whole = whole_object(panel, make.pose(10.0, edge_m + 0.5), view)
     assert truncation(whole.box, view) == pytest.approx(0.75)
     beside = whole_object(panel, make.pose(0.5, 1.0, turn_deg=90.0), view)
-    reach = np.tan(np.radians(75.0)) / view.pitch_x  # it goes on behind the camera
+    reach = np.tan(np.radians(75.0)) / view.pitch_x  # the panel continues behind the camera
     assert beside.box[0] == pytest.approx(60 - reach) and truncation(beside.box, view) > 0.9
 
 

@@ -41,13 +41,13 @@ def one_lamp(make, mesh, camera, pose=None, **fields):
 
 
 def facing(make, half_y, half_z, x=0.0):
-    """A rectangle that faces -x, towards the camera at the origin."""
+    """Return a rectangle that faces -x, towards the camera at the origin."""
     v, f = make.quad(half_y, half_z, x)
     return v, f[:, ::-1]
 
 
 def flux(ds):
-    """Sum of luminance x tile area in tangents, cd/m2."""
+    """Return the sum of luminance x tile area in tangents, cd/m2."""
     return (
         luminance(ds.radiance.values[0], ds.wavelength.values).sum()
         * ds.attrs["pitch_x"]
@@ -58,8 +58,9 @@ def flux(ds):
 @pytest.mark.slow
 @pytest.mark.parametrize("half_m", [1e-4, 0.01, 0.1, 0.7])
 def test_a_lamp_of_any_size_keeps_its_flux(make, half_m):
-    """A facing square at depth d covers (2 h / d)^2 in tangents, from a millionth of a tile to many
-    tiles.
+    """Compare with the closed form: a facing square at depth d covers (2 h / d)^2 in tangents.
+
+    Its size is between a millionth of a tile and many tiles.
     """
     scene = one_lamp(
         make,
@@ -67,8 +68,8 @@ def test_a_lamp_of_any_size_keeps_its_flux(make, half_m):
         make.camera((0, 0, 0), (1, 0.013, -0.007), 20.0, 1.0),
     )
     ds = MitsubaRenderer(width=32, height=32, **RENDER)(scene)
-    # the camera looks 0.8 degrees past the lamp: solid angle by tangents is that of the square seen
-    # on the tilted plane
+    # the camera looks 0.8 degrees past the lamp, so the area in tangents is that of the square
+    # projected on the tilted plane
     corner = np.array(
         [
             [20.0, y, z]
@@ -81,13 +82,13 @@ def test_a_lamp_of_any_size_keeps_its_flux(make, half_m):
     px = corner @ right / (corner @ forward)
     py = corner @ np.cross(forward, right) / (corner @ forward)
     area = abs(np.dot(px, np.roll(py, 1)) - np.dot(py, np.roll(px, 1))) / 2
-    # the cube is stored in float32, and the bands see V with 10 nm steps where the lamp is weighed
-    # with 1 nm ones: 1e-4
+    # 3e-4: the cube is stored in float32; V(lambda) has steps of 10 nm in the bands, but 1 nm for
+    # the lamp: 1e-4
     assert flux(ds) == pytest.approx(800 / (2 * half_m) ** 2 * area, rel=3e-4)
 
 
 def test_the_footprint_on_tiles_is_the_polygon_itself(make):
-    """A tile's luminance is that of the lamp times the part of the tile which the square covers."""
+    """The luminance of a tile is that of the lamp times the part of the tile that it covers."""
     scene = one_lamp(
         make, facing(make, 0.3, 0.2, 10.0), make.camera((0, 0, 0), (1, 0, 0), 20.0, 1.0)
     )
@@ -109,7 +110,7 @@ def test_the_footprint_on_tiles_is_the_polygon_itself(make):
 def test_a_half_hidden_lamp_sends_half_and_says_how_well_that_is_known(make):
     camera = make.camera((0, 0, 0), (1, 0, 0), 20.0, 1.0)
     whole = one_lamp(make, facing(make, 0.01, 0.01, 20.0), camera)
-    # covers y > 0
+    # the wall covers y > 0
     wall = make.describe(
         [("wall", "post", (make.part(facing(make, 1.0, 1.0)),), make.pose(10.0, 1.0))]
     )
@@ -139,7 +140,7 @@ def test_a_lamp_that_faces_away_or_stands_behind_is_not_seen(make):
 
 @pytest.mark.parametrize("angle_deg", [0.0, 5.0, 12.0, 20.0, 28.0, 31.0, 60.0])
 def test_beam_pattern_against_its_formula(make, angle_deg):
-    """Luminance of a lamp seen at an angle from its axis: smoothstep of the cosine plus the
+    """Compare with the formula: smoothstep of the cosine of the angle from the axis, plus a
     Lambertian floor.
     """
     fields = {"inner_deg": 10.0, "outer_deg": 30.0, "lambertian_share": 0.02}
@@ -157,7 +158,8 @@ def test_beam_pattern_against_its_formula(make, angle_deg):
     floor = 0.02 / 0.98 * 2 * ((1 - ci**2) / 2 + d * (co / 2 + 0.35 * d))
     # candela x foreshortening / d^2
     wanted = 800.0 * c / 20.0**2 * (t * t * (3 - 2 * t) + floor) / (1 + floor)
-    # 10 cm at 20 m spans 0.3 degrees, over which the pattern bends: 1e-3 of the axis value
+    # 1e-3 of the value on the axis: a lamp of 10 cm at 20 m spans 0.3 degrees, over which the
+    # pattern is curved
     assert flux(ds) == pytest.approx(
         wanted, rel=1e-3, abs=1e-3 * 800 / 20**2 * (28 < angle_deg < 32)
     )
@@ -180,7 +182,7 @@ def test_flux_against_numerical_integration(make, normalise):
     c = (np.arange(200_000) + 0.5) / 200_000
     beam = 2 * np.pi * np.mean(placed.pattern(c) * c) * placed.peak_cd_m2 * placed.area_m2
     floor = np.pi * placed.floor / (1 + placed.floor) * placed.peak_cd_m2 * placed.area_m2
-    assert floor / beam == pytest.approx(0.02, rel=1e-5)  # midpoint rule on a smooth function: 1e-9
+    assert floor / beam == pytest.approx(0.02, rel=1e-5)  # the midpoint rule errs by 1e-9
     if normalise == "flux":
         assert beam == pytest.approx(np.pi * 800.0, rel=1e-5)
     else:
@@ -188,7 +190,8 @@ def test_flux_against_numerical_integration(make, normalise):
 
 
 def test_flux_of_a_curved_lamp_needs_no_flat_face(make):
-    """Two rectangles tilted by +-20 degrees: quadrature over directions against a dense sum."""
+    """Compare the flux of two rectangles tilted by +-20 degrees with a dense sum over
+    directions."""
     v = np.array(
         [
             [0, 0, 0],
@@ -226,7 +229,8 @@ def test_flux_of_a_curved_lamp_needs_no_flat_face(make):
     seen = np.maximum(direction @ area.T, 0).sum(1)
     total = 4 * np.pi * np.mean(placed.pattern(direction @ placed.axis) * seen) * placed.peak_cd_m2
     projected = np.maximum(area @ placed.axis, 0).sum()
-    # flux of the Lambertian lamp of 800 cd; the sum over 400 k directions is good to 1e-4
+    # the flux is that of a Lambertian lamp of 800 cd; 5e-4: the sum over 400,000 directions errs by
+    # 1e-4
     assert total == pytest.approx(np.pi * placed.area_m2 * 800.0 / projected, rel=5e-4)
 
 
@@ -248,7 +252,7 @@ def test_a_lamp_turned_inside_out_is_refused(make):
 
 @pytest.mark.parametrize("count", [1, 2, 7, 1000])
 def test_a_triangle_is_drawn_as_often_as_its_chance_says(count):
-    """What a table of even chances and second choices adds up to, over twelve decades of them."""
+    """The alias table adds up to the chances of triangles, which span twelve decades."""
     import mitsuba as mi
     from isethdr_mitsuba.doctor import choose_variant
 
@@ -259,5 +263,5 @@ def test_a_triangle_is_drawn_as_often_as_its_chance_says(count):
     threshold, other = alias_table(chance)
     assert (threshold >= 0).all() and (threshold <= 1).all()
     drawn = (threshold + np.bincount(other, 1 - threshold, count)) / count
-    # sums of up to a thousand float64 of order 1
+    # 1e-12: sums of up to a thousand float64 numbers of order 1
     np.testing.assert_allclose(drawn, chance / chance.sum(), rtol=1e-12, atol=1e-15)

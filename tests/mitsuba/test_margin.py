@@ -1,4 +1,4 @@
-"""The margin left out: the tiles of the camera's field hold the same bits, labels included."""
+"""Rendering without overscan: tiles of the camera's field have the same bits, labels included."""
 
 import numpy as np
 import pytest

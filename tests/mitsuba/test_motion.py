@@ -23,7 +23,7 @@ def shifted(x_m=0.0, y_m=0.0, z_m=0.0):
 
 
 def motion(camera, pose, number=1, projection="tangent", first=AHEAD):
-    """Motion of a wall 25 m ahead, or of the sky, in a field of 20 x 10 tiles."""
+    """Return view, x, y and motion of a wall 25 m ahead, or of the sky, on 20 x 10 tiles."""
     objects = (Placed("wall", "wall", "building", np.eye(4)),)
     following = NextFrame(0.1, camera, (pose,))
     scene = SceneDescription("wall", {}, objects, {}, first, None, following)
@@ -39,14 +39,14 @@ def motion(camera, pose, number=1, projection="tangent", first=AHEAD):
 
 def test_a_camera_that_drives_on_sees_everything_flow_from_the_axis():
     view, x, y, found = motion(Camera((2.0, 0.0, 0.0), (12.0, 0.0, 0.0), 40.0, 2.0), np.eye(4))
-    # float32: 6e-8 of a coordinate below 0.4
+    # 1e-7: float32, 6e-8 of a coordinate below 0.4
     growth = WALL_M / (WALL_M - 2.0) - 1
     np.testing.assert_allclose(found[..., 0], growth * x, atol=1e-7)
     np.testing.assert_allclose(found[..., 1], growth * y, atol=1e-7)
 
 
 def test_an_object_moves_by_its_way_over_its_distance():
-    # the world's left is the picture's left: x of the field counts to the right, y down
+    # left in the world is left in the picture; x of the field points right, y down
     *_, found = motion(AHEAD, shifted(0.0, 0.5, 0.25))
     np.testing.assert_allclose(found[..., 0], -0.5 / WALL_M, atol=1e-7)
     np.testing.assert_allclose(found[..., 1], -0.25 / WALL_M, atol=1e-7)
@@ -61,12 +61,12 @@ def test_the_sky_moves_by_turns_alone():
     turn = np.radians(2.0)
     turned = Camera((5.0, 0.0, 0.0), (5 + np.cos(turn), np.sin(turn), 0.0), 40.0, 2.0)
     _, x, y, found = motion(turned, np.eye(4), number=0)
-    # a turn to the left moves the picture to the right: tangents add
+    # a turn of the camera to the left moves the picture to the right, by the angle of the turn
     np.testing.assert_allclose(x + found[..., 0], np.tan(np.arctan(x) + turn), atol=1e-6)
     wide = Camera((0.0, 0.0, 0.0), (10.0, 0.0, 0.0), 40.0, 2.0, "equidistant")
     level = Camera((5.0, 0.0, 0.0), turned.target_m, 40.0, 2.0, "equidistant")
     view, x, y, found = motion(level, np.eye(4), number=0, first=wide)
-    middle = np.abs(view.y).argmin()  # half a tile off the horizon: angles add nearly
+    middle = np.abs(view.y).argmin()  # half a tile from the horizon, so angles almost add
     np.testing.assert_allclose(found[middle, :, 0], turn, rtol=2e-3)
 
 

@@ -1,5 +1,5 @@
-"""More paths where cameras need them: the mean light does not change, and unused tiles get no
-further paths.
+"""More paths where cameras need them: the mean light does not change, and tiles that no camera uses
+get no further paths.
 """
 
 import numpy as np
@@ -31,7 +31,7 @@ def llvm():
 
 
 def like_a_camera(luminance):
-    """Return limits: shot noise and a floor; nobody looks at the first column."""
+    """Return noise limits: shot noise and a floor; no camera sees the first column."""
     scale = 30.0 / luminance.mean()  # electrons per cd/m2
     limit = np.sqrt(luminance * scale + 1) / scale
     limit[:, 0] = np.inf
@@ -43,7 +43,7 @@ def rounds(paths, seed):
 
 
 def rendered(paths, seed, luminance):
-    """Return the rounds of a rendering by limits that are known beforehand."""
+    """Return the rounds of a rendering with noise limits that are known beforehand."""
     found = rounds(paths, seed)
     render_by_need(found, lambda _: like_a_camera(luminance), SHARE)
     return found
@@ -69,22 +69,25 @@ def test_noise_is_brought_to_the_limit_without_a_change_of_light(make):
     assert taken[:, 1:].max() > 64
     light = sum(t.mean()[:, 1] for t in found.buffers) / 2
     error = (light.sum(0).reshape(16, 24) - judge.sum(0)) / like_a_camera(judge.sum(0)).xyz[1]
-    # 0.5 is asked for; one tile in a hundred is given up, and some light is rarer than known
+    # a share of 0.5 is required; one tile in a hundred may exceed it, and some light is rarer than
+    # estimated
     assert np.quantile(np.abs(error[:, 1:]), 0.9) < 2 * SHARE
     stated = np.sqrt((found.xyz_noise()[:, 1] ** 2).sum(0)).reshape(16, 24)
     stated = (stated / like_a_camera(judge.sum(0)).xyz[1])[:, 1:]
     assert np.quantile(stated, 0.95) < 1.3 * SHARE
     for g in range(len(judge)):
         noise = np.sqrt((found.xyz_noise()[g, 1] ** 2).sum())
-        # 24 renderings spread twice as wide as stated in the group whose light is rarest
+        # in the group with the rarest light, 24 renderings spread twice as widely as stated
         assert light[g].sum() == pytest.approx(
             judge[g].sum(), abs=10 * noise + 1e-4 * judge[g].sum()
         )
 
 
 def test_affordable_paths_have_the_mean_that_is_allowed():
-    """The tiles need 0 to 999 paths of either group and have none: the factor is the ratio of the
-    means, but for numbers of paths in steps of 8 (3.5 more of each group in the mean).
+    """The factor on needed paths is the ratio of the allowed and the needed mean.
+
+    The tiles need 0 to 999 paths of each group and have none. Numbers of paths are multiples of 8,
+    which adds 3.5 per group in the mean.
     """
     needed = np.stack([np.arange(1000.0), np.arange(1000.0)[::-1]])
     have = np.zeros((2, 1000))
@@ -92,15 +95,15 @@ def test_affordable_paths_have_the_mean_that_is_allowed():
     assert factor == pytest.approx((350.0 - 7.0) / needed.sum(0).mean(), rel=0.01)
     assert (more_paths(factor * needed, have)).sum(0).mean() <= 350.0
     assert affordable(needed, have, 1e4) == 1.0
-    assert affordable(needed, have + 400.0, 350.0) < 0.4001  # nothing is left to follow
+    assert affordable(needed, have + 400.0, 350.0) < 0.4001  # no path is left
 
 
 @pytest.mark.slow
 def test_a_mean_number_of_paths_is_kept_and_the_noise_rises_alike_in_all_tiles(
     make, monkeypatch, capsys
 ):
-    """The needed paths fall by one factor. Noise rises by its root, and no tile is left out."""
-    monkeypatch.setattr(need_driven, "MANY", 16)  # said of this small picture, too
+    """The needed paths of all tiles are reduced by one factor, and noise rises by its root."""
+    monkeypatch.setattr(need_driven, "MANY", 16)  # print the advice for this small picture, too
     scene = make.street(6)
     paths = follower(scene, MitsubaRenderer(**SIZE), scene.light_groups())
     luminance = judged(paths, 256).sum(0)
@@ -172,16 +175,16 @@ def test_the_renderer_goes_by_the_cameras_where_it_is_asked_for_nothing_else(mak
     ds = settings(scene, demand)
     assert ds.attrs["limit_share"] == settings.noise_share_allowed
     assert ds.sizes["y"] == 16 and np.isfinite(ds.xyz_noise).all()
-    # half of what the two buffers differ by is what the noise says
+    # half the difference between the two buffers has the stated noise
     lit = ds.xyz_noise[1, 1].values > 0
     ratio = ds.half_difference[1].values[lit] / ds.xyz_noise[1, 1].values[lit]
-    # batches of points that are spread evenly say up to twice too much
+    # batches of a low-discrepancy sequence overstate the noise by up to a factor of two
     assert 0.4 < np.sqrt(np.mean(ratio**2)) < 1.5
 
 
 @pytest.mark.slow
 def test_plans_do_not_bias_any_group(make):
-    """50 renderings, each planned by what it found, against 50 times the paths."""
+    """Compare 50 renderings, each planned from its own first paths, with 50 times the paths."""
     scene = make.street(8)
     paths = follower(scene, MitsubaRenderer(**SIZE), scene.light_groups())
     luminance = judged(paths, 1024, 4).sum(0)
@@ -189,7 +192,7 @@ def test_plans_do_not_bias_any_group(make):
     taken = []
     for seed in range(50):
         found = rounds(paths, seed)
-        # the limit follows from the noisy picture, as a run's does
+        # the limit follows from the noisy picture, as in a run
         render_by_need(found, lambda _, f=found: like_a_camera(smoothed(f, luminance)), SHARE)
         light.append(sum(t.mean()[:, 1] for t in found.buffers).sum(1) / 2)
         taken.append(sum(t.paths for t in found.buffers).mean())
@@ -207,6 +210,6 @@ def test_plans_do_not_bias_any_group(make):
 
 
 def smoothed(found, luminance):
-    """Return the luminance that the rounds found so far, no darker than a tenth of the truth."""
+    """Return the luminance found by the rounds so far, at least a tenth of the true one."""
     light = sum(t.mean()[:, 1] for t in found.buffers).sum(0).reshape(16, 24) / 2
     return np.maximum(light, 0.1 * luminance)

@@ -1,4 +1,4 @@
-"""The road ahead in the own dipped beams: by formula, and rendered."""
+"""Luminance of the road ahead in the dipped beams of the camera car: by formula, and rendered."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from .world.bsdf_probe import value
 
 EYE_M = np.array([0.0, 0.0, 1.3])
 AHEAD_M, ASIDE_M, HEIGHT_M = OWN_LAMPS
-LINE_M = -1.7  # edge line, to the left
+LINE_M = -1.7  # y of the edge line
 
 
 @pytest.fixture(autouse=True)
@@ -34,8 +34,8 @@ def llvm():
 
 
 def by_formula(material, metres, across=0.0):
-    """Luminance, cd/m2, of a flat road and illuminance on a plane that faces the lamps, lx, at
-    distances from the lamps: both lamps are points.
+    """Return the luminance of a flat road, cd/m2, and the illuminance on a plane that faces the
+    lamps, lx, at distances from the lamps. Both lamps are points.
     """
     bsdf = mi.load_dict(surface(material, 400.0, 700.0))
     beam = lamp("low_beam", (1.0, 0.0, 0.0))
@@ -75,13 +75,13 @@ def test_the_luminance_of_the_road_falls_from_10_to_50_m():
     for across in (0.0, LINE_M):
         found, _ = by_formula(road_materials(DEFAULT)["asphalt"], metres, across)
         assert (np.diff(found) < 0).all()
-        # what was measured at night on a road: FHWA-HRT-04-138, appendix I, table 13, four places
-        # across the road; lamps of today are up to twice as bright
+        # limits from measurements on a road at night: FHWA-HRT-04-138, appendix I, table 13, four
+        # positions across the road; modern lamps are up to twice as bright
         assert 0.11 < found[0] < 2 * 0.58 and 0.03 < found[-1] < 2 * 0.11
 
 
 def flat_road():
-    """A straight road with the edge line to the left, and the own lamps."""
+    """Return a straight road with an edge line, and the lamps of the camera car."""
 
     def strip(name, y, z, material):
         corners = [[-20, y[0], z], [300, y[0], z], [300, y[1], z], [-20, y[1], z]]
@@ -99,7 +99,7 @@ def flat_road():
     materials = road_materials(DEFAULT)
     for part in lamps.parts:
         materials[part.material] = MATERIALS[part.material]
-    # tiles of 0.2 x 0.02 degrees: half a metre of the road at 30 m
+    # tiles of 0.1 x 0.01 degrees: four of them cover half a metre along the road at 30 m
     camera = Camera(tuple(EYE_M), (AHEAD_M + 30.0, -0.85, 0.0), 4.0, 20.0)
     return SceneDescription("flat", {"road": road, "lamps": lamps}, objects, materials, camera)
 
@@ -116,6 +116,6 @@ def test_the_rendered_road_has_the_luminance_of_the_formula():
         column = int(x.argmin())
         seen = found[row - 2 : row + 2, column - 1 : column + 2].mean()
         (formula,), _ = by_formula(materials[material], [30.0], across)
-        # bands see 99.6 % of the luminance; lamps of 5 cm, tiles of 1 m along the road: 1 %; paths
-        # 1 %
+        # 3 %: bands contain 99.6 % of the luminance; lamps of 5 cm and half a metre of road:
+        # 1 %; noise of paths: 1 %
         assert seen == pytest.approx(formula, rel=0.03)

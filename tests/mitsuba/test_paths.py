@@ -1,4 +1,6 @@
-"""Drawing and sharing the paths of a pass: the same light for all lanes, shares and places."""
+"""Sampling and sharing of the paths of a pass: the light does not depend on the number of lanes, on
+shared rays or on the wavelengths.
+"""
 
 import numpy as np
 import pytest
@@ -28,8 +30,9 @@ def picture(one_pass, groups, bands, seed, samples, wanted=None):
 
 @pytest.mark.parametrize("samples", [1, 7, 130, 259, 1000])
 def test_every_path_counts_once(make, samples):
-    """A white ball below an even sky looks like the sky, path by path: no path may be lost or
-    counted twice, however they share rays and lanes.
+    """Under a uniform sky a white ball has the radiance of the sky, in every path.
+
+    So no path is lost or counted twice, however paths share rays and lanes.
     """
     sky = make.spectrum((390.0, 740.0), (1.0, 1.0))
     white = make.material("white", reflectance=make.flat(1.0))
@@ -41,12 +44,14 @@ def test_every_path_counts_once(make, samples):
         ["sky"],
     )
     for _, _, values in one_pass(3, samples, None):
-        np.testing.assert_allclose(values, 1.0, rtol=2e-5)  # float32 sums of up to a thousand
+        np.testing.assert_allclose(values, 1.0, rtol=2e-5)  # float32 sums of 1000 paths
 
 
 def test_a_coloured_ball_below_a_coloured_sky(make):
-    """A convex body sees nothing but the sky: its light is the mean over a band of sky times
-    reflectance, of slopes that a mean of each would miss.
+    """Compare with the mean over a band of sky times reflectance, for a convex body.
+
+    Such a body receives light from the sky only. The product of the separate means would be wrong,
+    since both spectra have slopes.
     """
     sky = make.spectrum((345.0, 445.0, 545.0, 645.0, 745.0), (0.1, 1.0, 0.2, 0.9, 0.3))
     colour = make.spectrum((345.0, 400.0, 500.0, 610.0, 745.0), (0.9, 0.1, 0.8, 0.2, 1.0))
@@ -69,16 +74,16 @@ def test_a_coloured_ball_below_a_coloured_sky(make):
     apart = np.array(
         [np.mean(sky.at(nm + fine)) * np.mean(colour.at(nm + fine)) for nm in settings.bands_nm()]
     )
-    # 200 places a band, each visited 30 +- 1 times a tile; light of 36 tiles. The middle of the
-    # ball fills the picture
+    # 2e-4: 200 wavelengths per band, each sampled 30 +- 1 times per tile, in 36 tiles; the ball
+    # fills the picture
     np.testing.assert_allclose(found.mean(1), truth, rtol=2e-4)
     assert np.abs(apart / truth - 1).max() > 0.05
 
 
 @pytest.mark.slow
 def test_lanes_and_shared_rays_give_the_light_of_paths_alone(make, monkeypatch):
-    """Sixteen lanes a tile and four paths a camera ray, against one path after the other, each on a
-    ray of its own.
+    """Compare 16 lanes per tile and 4 paths per camera ray with one path at a time, each with its
+    own camera ray.
     """
     from isethdr_mitsuba.paths import work_items
 
@@ -105,8 +110,8 @@ def test_lanes_and_shared_rays_give_the_light_of_paths_alone(make, monkeypatch):
     lit = a.mean(0) > 0.01 * a.mean((0, 2))[:, None]
     # 1e-5: float32 sums
     z = (a.mean(0) - b.mean(0))[lit] / np.maximum(error, 1e-5 * a.mean(0))[lit]
-    # Student's t with 14 degrees of freedom, 1.08 wide, of 35 blocks: no block beyond 5, and no
-    # bias of all of them
+    # Student's t with 14 degrees of freedom (standard deviation 1.08), of 35 blocks: no block is
+    # beyond 5, and their mean shows no bias
     assert lit.sum() > 30 and np.abs(z).max() < 5 and abs(z.mean()) < 4 / np.sqrt(len(z))
 
 
@@ -127,8 +132,10 @@ def test_a_group_alone_is_the_same_with_lanes_and_shared_rays(make, samples):
 
 @pytest.mark.parametrize("samples", [64, 512])
 def test_first_directions_are_spread_evenly(make, samples):
-    """A wall that a black one at right angles hides half of the sky from: half of the paths find
-    it, where each chose for itself as a coin would fall.
+    """A black wall hides half of the sky from a wall at a right angle to it.
+
+    Half of the paths find the sky. With independent directions, the number of these paths would
+    have the variance of coin tosses.
     """
     behind = lambda mesh: (mesh[0], mesh[1][:, ::-1])
     wall = make.part(behind(make.quad(9.0, 9.0, 5.0)))
@@ -143,16 +150,17 @@ def test_first_directions_are_spread_evenly(make, samples):
     )
     passes = 12
     found = np.stack([next(v for _, _, v in one_pass(k, samples, None)) for k in range(passes)])
-    # of 0.5 x 0.5, all or nothing with even chances: a standard deviation as large as the mean
+    # standard deviation for coin tosses: the light of a path is 0.5 or 0, with a mean of 0.25
     coins = 0.25 / np.sqrt(samples)
     assert found.mean() == pytest.approx(0.25, abs=5 * coins / np.sqrt(found.size))
-    # 768 numbers know a variance to 5 %; measured are 0.03 and 0.005 of that of coins
+    # 768 numbers determine a variance to 5 %; measured: 0.03 and 0.005 of that of coin tosses
     assert found.var() < 0.1 * coins**2
 
 
 def test_all_places_together_are_the_mean_of_a_band():
-    """Tables of any shape between whole nanometres, bands that begin at whole and half ones, any
-    offset: the trapezoid rule to rounding.
+    """The mean over all wavelengths of a band is its integral by the trapezoid rule, to rounding.
+
+    The tables are linear between whole nanometres, and bands begin at whole or half nanometres.
     """
     from isethdr_mitsuba.paths.spectra import SPECTRUM_NM, BandTable
 
@@ -163,7 +171,8 @@ def test_all_places_together_are_the_mean_of_a_band():
         (1.0, [555.0]),
         (150.0, [475.0]),
     ):
-        # knots at quarters: exact for what is linear between halves
+        # steps of 1/8 nm: the trapezoid rule is exact for a function that is linear between half
+        # nanometres
         fine = np.linspace(-step / 2, step / 2, int(4 * step) + 1)
         truth = np.stack(
             [
@@ -192,14 +201,15 @@ def test_bands_that_begin_anywhere_are_right_on_average():
     table = BandTable([row], [503.21], 7.3)
     fine = np.linspace(-3.65, 3.65, 200_001)
     mean = np.mean([table.at((k + 0.5) / 64).mean(0)[0, 0] for k in range(64)])
-    # 64 x 30 midpoints over 7.3 nm of straight pieces: 1 / (24 x 1920^2) of the change of slope,
-    # and the dense sum
+    # 1e-5: 64 x 30 midpoints over 7.3 nm of linear pieces err by 1 / (24 x 1920^2) of the change of
+    # slope; the dense sum errs, too
     assert mean == pytest.approx(np.interp(503.21 + fine, SPECTRUM_NM, row).mean(), rel=1e-5)
 
 
 def test_tiles_have_offsets_of_their_own():
-    """Neighbours must not see the same wavelengths: the mean over many tiles scatters from pass to
-    pass as independent numbers do.
+    """Tiles have independent random offsets, so that neighbours do not use the same wavelengths.
+
+    The mean over many tiles varies between passes as the mean of independent numbers does.
     """
     import mitsuba as mi
     from isethdr_mitsuba.paths.camera_rays import offsets
@@ -219,7 +229,7 @@ def test_tiles_have_offsets_of_their_own():
         ],
         1,
     )
-    # even numbers vary by 1 / 12; a variance of 400 means is known to 7 %, 5 times that is allowed;
-    # the mean of all, to 5 standard errors
+    # Uniform numbers have a variance of 1 / 12. The variance of 400 means is known to 7 %; five
+    # times that is allowed. The mean of all is allowed 5 standard errors.
     np.testing.assert_allclose(means.var(0, ddof=1) * 12 * tiles, 1, atol=0.35)
     np.testing.assert_allclose(means.mean(0), 0.5, atol=5 / np.sqrt(12 * tiles * passes))

@@ -1,5 +1,5 @@
-"""The way without a compiler: lamps as spots against their formula, and its pictures against the
-compiled ones.
+"""The scalar variant, without a compiler: lamps as spots against their formula, and pictures
+against those of compiled variants.
 """
 
 import numpy as np
@@ -46,8 +46,8 @@ def towards(angle_deg):
 
 @pytest.mark.parametrize(("inner", "outer"), [(0.9, 1.6), (10.0, 30.0), (55.0, 80.0), (90.0, 90.0)])
 def test_spots_have_the_candela_of_the_lamp(make, inner, outer):
-    """A flat lamp has candela I cos (beam + floor) / (1 + floor) at every angle from its axis,
-    spots or not.
+    """Compare spots with the formula of a flat lamp, I cos (beam + floor) / (1 + floor), at angles
+    from its axis.
     """
     (placed,) = lamps = placed_lamps(
         one_lamp(make, make.quad(0.4, 0.25), inner_deg=inner, outer_deg=outer)
@@ -68,10 +68,10 @@ def test_spots_have_the_candela_of_the_lamp(make, inner, outer):
         / (1 + placed.floor)
         * np.maximum(cosine, 0)
     )
-    # the nearest of 128 texels across: the beam may fall by 1.5 / 14 from one texel to the next
-    # where it is steepest
+    # 6 %: a spot uses the nearest of 128 texels across; where the beam is steepest, it falls by up
+    # to 1.5 / 14 from one texel to the next
     np.testing.assert_allclose(found, wanted, rtol=0.02, atol=0.06 * 800 if outer < 90 else 1e-9)
-    # and the flux, which texels cannot shift: solid angle x candela on rings
+    # compare the flux, which texels do not change: solid angle x candela on rings
     rings = (np.arange(20000) + 0.5) / 20000 * 90
     ring = 2 * np.pi * np.sin(np.radians(rings)) * np.radians(90 / 20000)
     flux = sum(s.candela(towards(rings)) for s in spots(lamps)) @ ring
@@ -83,12 +83,13 @@ def test_spots_have_the_candela_of_the_lamp(make, inner, outer):
         * c
         @ ring
     )
-    # one azimuth over square texels: 1 %; 0.12 % of a Lambertian lamp lies beyond the widest spot
+    # 1.2 %: a single azimuth over square texels, 1 %; 0.12 % of a Lambertian lamp's light is beyond
+    # the widest spot
     assert flux == pytest.approx(truth, rel=0.012)
 
 
 def test_spots_of_a_curved_lamp_add_up_to_its_faces(make):
-    """Two rectangles tilted by 20 degrees: candela is the sum of the faces seen."""
+    """Compare spots of two rectangles tilted by 20 degrees with the sum of their visible faces."""
     v = np.array(
         [
             [0, 0, 0],
@@ -112,8 +113,8 @@ def test_spots_of_a_curved_lamp_add_up_to_its_faces(make):
         / 2
     )
     wanted = lamps[0].peak_cd_m2 * np.maximum(towards(angle) @ area.T, 0).sum(1)
-    # texels of 0.18 in tangents, at 40 degrees 6 degrees wide, over which the candela fall by 9 %:
-    # half of that
+    # 5 %: texels are 0.18 wide in tangents, 6 degrees at 40 degrees; the intensity falls by 9 %
+    # over a texel, and the nearest texel errs by half of that
     np.testing.assert_allclose(
         sum(s.candela(towards(angle)) for s in spots(lamps)), wanted, rtol=0.05
     )
@@ -121,11 +122,12 @@ def test_spots_of_a_curved_lamp_add_up_to_its_faces(make):
 
 @pytest.mark.parametrize("angle_deg", [pytest.param(15.0, marks=pytest.mark.slow), 60.0])
 def test_a_wall_is_lit_by_the_candela(make, angle_deg):
-    """Rendered: the luminance of a wall 20 m away, as by the compiled way, whose inverse square law
-    has its own test.
+    """Compare the rendered luminance of a wall 20 m away with that of the compiled variant.
+
+    The inverse square law of the compiled variant has its own test.
     """
     lamp = make.lamp("drl", "headlights", 500.0, make.flat(1.0), (1, 0, 0), 10.0, 30.0, 0.02)
-    # the lamp turns, the wall and the camera stand
+    # the lamp is turned; the wall and the camera are not
     scene = make.describe(
         [
             (
@@ -158,8 +160,8 @@ def test_a_wall_is_lit_by_the_candela(make, angle_deg):
     fast = luminance(
         MitsubaRenderer(**settings)(scene).radiance.values[0], np.arange(400.0, 701, 100)
     ).mean()
-    # beam and floor are two spots, one of which is looked for at a time: 4096 paths know their sum
-    # to 0.5 %; texels 0.5 %
+    # 2 %: beam and floor are two spots, and each path samples one of them, so 4096 paths determine
+    # their sum to 0.5 %; texels err by 0.5 %
     assert fast > 0 and slow == pytest.approx(fast, rel=0.02)
 
 
@@ -168,8 +170,8 @@ def test_a_mirror_shows_the_lamp_itself(make):
     """No spot can be seen in a mirror; the lamp's own faces can."""
     lamp = make.lamp("drl", "headlights", 500.0, make.flat(1.0), (1, 0, 0), 40.0, 60.0, 0.02)
     wall = make.quad(3.0, 3.0)[0], make.quad(3.0, 3.0)[1][:, ::-1]
-    # the camera looks along +x at a mirror that faces it; the lamp behind the camera shines towards
-    # the mirror
+    # the camera looks along +x at a mirror that faces it; the lamp is behind the camera and shines
+    # towards the mirror
     scene = make.describe(
         [
             ("mirror", "chart", (make.part(wall, "mirror"),), make.pose(4.0)),
@@ -190,13 +192,14 @@ def test_a_mirror_shows_the_lamp_itself(make):
         MitsubaRenderer(**settings, variant=v)(scene).radiance.values for v in ("scalar", "auto")
     )
     assert fast.max() > 0
-    # the image is 1 m wide at 10 m, a third of the field, so that 5400 of the paths meet it: 1.1 %
-    # each, and 1.6 % their difference
+    # 5 %: the image of the lamp is 1 m wide, a third of the field, so 5400 of the paths hit it: 1.1
+    # % of noise in each picture, 1.6 % in their difference
     assert slow.mean() == pytest.approx(fast.mean(), rel=0.05)
 
 
 def test_the_scalar_way_renders_the_same_scene(make):
-    """Sky and lamps, labels and footprint, without LLVM."""
+    """The scalar variant gives the same light of sky and lamps, and the same labels, without
+    LLVM."""
     scene = make.street(2)
     settings = {
         "width": 16,
@@ -217,8 +220,7 @@ def test_the_scalar_way_renders_the_same_scene(make):
     assert (slow.instance.values != fast.instance.values).sum() <= 1
     for group, tolerance in (("sky", 0.02), ("streetlights", 0.05)):
         a, b = (ds.radiance.sel(light_group=group).mean("wavelength").values for ds in (slow, fast))
-        # 256 paths a tile leave some per cent of noise per tile; the median over tiles has a tenth
-        # of that
+        # 256 paths have some per cent of noise per tile; the median over tiles has a tenth of that
         lit = b > 0.01 * b.mean()
         assert np.median(a[lit] / b[lit]) == pytest.approx(1, abs=tolerance)
         assert a.mean() == pytest.approx(b.mean(), rel=2 * tolerance)
@@ -247,7 +249,7 @@ def test_the_scalar_way_needs_square_tiles(make):
 )
 def test_the_advice_on_square_tiles_is_taken(width, aspect):
     good = nearest_square(width, aspect)
-    check_square(*good, aspect)  # what the message says to type is accepted
+    check_square(*good, aspect)  # the size that the message proposes is accepted
     assert abs(good[0] - width) <= 64
     with pytest.raises(ConfigError, match="type renderer.width="):
         check_square(width, round(width / aspect) + 1, aspect)
@@ -266,14 +268,15 @@ def test_the_ledger_says_what_the_lamps_extent_costs(make):
             make.street(2), Demand(groups=("streetlights",))
         )
     (note,) = (e for e in row.errors if e.how == "bound" and "points" in e.label)
-    # boards of 0.8 x 0.4 m in pieces of at most 0.3 m, 7 m above the road: (0.2 / 7)^2
+    # lamps of 0.8 x 0.4 m in pieces of at most 0.3 m, 7 m above the road: an error of about (0.2 /
+    # 7)^2
     assert 1e-5 < note.value < 1e-2
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("group", ["headlights", "streetlights", "other"])
 def test_agrees_with_the_compiled_way(make, group):
-    """Sums of 8 independent pictures each, group by group."""
+    """Compare 8 independent pictures of each variant, for each light group."""
     settings = {
         "width": 48,
         "height": 27,
@@ -308,14 +311,15 @@ def test_agrees_with_the_compiled_way(make, group):
     b = blocks["llvm"]
     lit = b.mean(0) > 1e-3 * b.mean()
     z = (a.mean(0) - b.mean(0))[lit] / np.sqrt((a.var(0, ddof=1) + b.var(0, ddof=1))[lit] / 8)
-    # Student's t of 14 degrees of freedom; a lamp's extent and texels move a block by half a per
-    # cent, up to a standard error
+    # Student's t with 14 degrees of freedom; the extent of lamps and texels change a block by half
+    # a per cent, up to a standard error
     assert abs(np.mean(z)) < 4 / np.sqrt(len(z)) and np.abs(z).max() < 5
 
 
 def light(ds):
-    """Luminance of the reflected light: the tiles where a lamp is seen directly hold both, and
-    drown the rest.
+    """Return the luminance of the reflected light only.
+
+    Tiles that show a lamp directly are set to 0; they would dominate all sums.
     """
     found = luminance(ds.radiance.values[0].astype(float), ds.wavelength.values)
     return np.where(found < 100 * np.median(found[found > 0]), found, 0)

@@ -48,7 +48,7 @@ def test_the_stated_error_of_electrons_agrees_with_repeats(make, pitch_um):
     true = np.std(expected, axis=0, ddof=1) / sigma
     kept = np.isfinite(stated).all(axis=0)
     assert kept.mean() > 0.9
-    for one in (stated[0], stated[-1]):  # of single renderings
+    for one in (stated[0], stated[-1]):  # the error stated by a single rendering
         for figure in (
             lambda e: np.sqrt(np.mean(e[kept] ** 2)),
             lambda e: np.quantile(e[kept], 0.99),
@@ -59,7 +59,9 @@ def test_the_stated_error_of_electrons_agrees_with_repeats(make, pitch_um):
 
 @pytest.mark.slow
 def test_the_stated_error_of_scores_agrees_with_repeats(make):
-    """24 renderings with 96 samples per tile against one with 4096 (48 x 27 tiles)."""
+    """Compare stated errors of scores with repeats: 24 renderings with 96 samples per tile against
+    one with 4096 (48 x 27 tiles).
+    """
     description = make.street(8)
     scores = {}
     errors = {}
@@ -74,9 +76,10 @@ def test_the_stated_error_of_scores_agrees_with_repeats(make):
             "contrast_detection",
         )
     ]
-    # Bins of a decade: the median of some 500 pixels is nearly continuous. A bin of a sixth of it
-    # holds some 110 pixels, up to 0.9 dB apart at the median. There the stated error was 0.4 to 4.8
-    # of the one found (1, 2 and 3 cd/m2, 6 renderings), in bins of a decade 0.8 to 1.0.
+    # Bins of a decade: the median of about 500 pixels is nearly continuous. A bin of a sixth of a
+    # decade holds about 110 pixels, which are up to 0.9 dB apart at the median. In such bins the
+    # stated error is 0.4 to 4.8 times the one found (1, 2 and 3 cd/m2, 6 renderings); in bins of a
+    # decade it is 0.8 to 1.0 times.
     metrics.append(build("metric", "snr_curve", luminances_cd_m2=(2.0,), bins_per_decade=1))
     sensor = build("sensor", "bayer", pitch_um=3.0)
     isp = build("isp", "linear")
@@ -119,8 +122,8 @@ def test_the_stated_error_of_scores_agrees_with_repeats(make):
         found = np.sqrt(np.mean((np.array(scores[name][:-1]) - scores[name][-1]) ** 2))
         stated = np.sqrt(np.mean(np.square(errors[name][:-1])))
         ratios[name] = float(stated / found)
-    # required within 1.5; the rms of 24 errors is itself known to 14 %. The largest ratio of 32
-    # renderings was 1.42
+    # required: within 1.5. The rms of 24 errors is itself known to 14 %. Measured: the largest
+    # ratio of 32 renderings is 1.42
     assert all(1 / 1.6 < ratio < 1.6 for ratio in ratios.values()), ratios
 
 
@@ -165,12 +168,12 @@ def test_a_tile_without_rare_samples_still_states_their_noise():
     ]
     stated = np.array([e.xyz_noise[0, 1] for e in found]) / xyz_weights(bands)[1, 0]
     true = level * np.sqrt((1 + 30**2 * rare_share) / 16)
-    # 25 tiles of 16 samples contain 7 rare ones: their variance is known to 40 %, its root to 20 %;
-    # the mean of nine tiles is known about as well
+    # 25 tiles of 16 samples contain 7 rare ones, so their variance is known to 40 % and its root to
+    # 20 %; the mean of nine tiles is known about as well
     assert 1 / 1.5 < np.median(stated / true) < 1.5
     z = (np.array([e.radiance[0, 0] for e in found]) - level * (1 + 30 * rare_share)) / stated
-    # 95 % of a normal distribution lie within two standard errors; of few, skew samples somewhat
-    # fewer
+    # 95 % of a normal distribution are within two standard errors; for few skewed samples it is
+    # somewhat less
     assert 0.9 < np.mean(np.abs(z) < 2) < 0.99 and np.mean(np.abs(z) < 3) > 0.96
 
 

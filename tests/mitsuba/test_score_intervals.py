@@ -1,5 +1,5 @@
-"""Intervals of scores against renderings with other random numbers: how many hold the score without
-renderer noise.
+"""Intervals of scores against renderings with other random numbers: the share of intervals that
+contain the score without renderer noise.
 """
 
 from __future__ import annotations
@@ -23,11 +23,11 @@ SEEDS = range(12)
 SAMPLES = 96
 TRUE_SEED = 99
 TRUE_SAMPLES = 4096
-INDEPENDENT = 4  # of the scores of one picture: level, noise, colour and structure
+INDEPENDENT = 4  # independent scores of one picture: level, noise, colour and structure
 
 
 def scores_of(scene, noise: str, shots: int) -> list:
-    """Return the scores of a colour camera with one pixel per tile that looks at `scene`."""
+    """Return the scores of a colour camera with one pixel per tile."""
     groups = map(str, scene.light_group.values)
     mixed = hdr.build("lighting", "weights", weights=dict.fromkeys(groups, 1.0))(scene)
     focal_length_mm = 3e-3 * 48 / mixed.attrs["field_width"]
@@ -70,10 +70,10 @@ def test_intervals_hold_the_score_without_renderer_noise(make):
                 inside.setdefault(s.metric, []).append(held)
     shares = {name: np.mean(held) for name, held in inside.items()}
     print(shares)
-    # asked: 0.90 of all intervals. Scores of one picture move together; bounds are passed by chance
-    # once in 1000
+    # required: 0.90 of all intervals. Scores of one picture are correlated; the bound fails by
+    # chance once in 1000
     least = binom.ppf(1e-3, INDEPENDENT * len(SEEDS), 0.90) / (INDEPENDENT * len(SEEDS))
     assert np.mean([held for of_score in inside.values() for held in of_score]) >= least
-    # asked: 0.80 of the intervals of each score
+    # required: 0.80 of the intervals of each score
     for name, held in inside.items():
         assert sum(held) >= binom.ppf(1e-3 / len(inside), len(held), 0.80), (name, shares)

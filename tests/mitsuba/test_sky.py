@@ -1,4 +1,4 @@
-"""A sky with a gradient, sun and moon, rendered."""
+"""Rendering of a sky with a gradient and with the sun."""
 
 import numpy as np
 import pytest
@@ -13,7 +13,7 @@ from isethdr_core.physics.photometry import luminance
 from isethdr_core.scene import Camera, Spectrum, flat
 
 BANDS = {"first_nm": 450.0, "last_nm": 650.0, "step_nm": 50.0, "margin": 0.0}
-# on the right
+# elevation and azimuth of the sun; it is on the right
 SUN_DEG = 40.0
 SUN_AROUND = 90.0
 LABELS = frozenset({"instance", "depth"})
@@ -31,7 +31,7 @@ def ground(make, half_m=200.0, z=0.0):
 
 
 def down_at(make, sky, *more):
-    """The ground seen from 10 m above, with `more` (name, category, parts, pose)."""
+    """Return the ground seen from 10 m above, with more objects (name, category, parts, pose)."""
     camera = Camera((0, 0, 10.0), (0.001, 0, 0), 60.0, 1.0)
     return make.describe(
         [("ground", "road", (ground(make),), make.pose()), *more], camera=camera, sky=sky
@@ -39,7 +39,7 @@ def down_at(make, sky, *more):
 
 
 def of(ds, name="sky"):
-    """Return luminance (row, column) of the bands rendered."""
+    """Return the luminance (row, column) of a light group in the rendered bands."""
     return luminance(ds["radiance"].sel(light_group=name).values, ds.wavelength.values)
 
 
@@ -53,9 +53,9 @@ def test_open_ground_has_the_irradiance_of_the_dome_and_a_shadow_that_of_its_sky
     nm = ds.wavelength.values
     alone = SkyDome(day.parts)
     lit, shaded = (0.5 / np.pi * luminance(s.irradiance(nm), nm) for s in (day, alone))
-    # 1 %: noise of the median
+    # 1 %: noise of the median over tiles
     assert np.median(level) == pytest.approx(lit, rel=0.01)
-    # a blind of 1 m shades some tiles of 0.36 m; it hides 1 % of the sky, noise is 4 %
+    # 8 %: a board of 1 m shades some tiles of 0.36 m; it hides 1 % of the sky, and the noise is 4 %
     assert np.sort(level.ravel())[1] == pytest.approx(shaded, rel=0.08)
     assert lit > 3 * shaded
 
@@ -72,7 +72,7 @@ def test_tiles_of_open_sky_have_its_radiance_without_noise(make, day):
     ray /= np.linalg.norm(ray, axis=-1, keepdims=True)
     fine = ds.wavelength.values[:, None] + np.linspace(-24, 24, 9)
     expected = np.moveaxis(day.radiance(ray, fine.ravel()).reshape(8, 8, 5, 9).mean(-1), -1, 0)
-    # 0.3 %: nine points of a band, and float32
+    # 0.3 %: nine points per band, and float32
     assert np.allclose(ds["radiance"].values[0], expected, rtol=3e-3)
     assert ds["half_difference"].values == pytest.approx(0, abs=1e-3)
 
@@ -87,7 +87,7 @@ def test_the_sun_is_seen_with_its_flux_and_belongs_to_the_sky(make):
         make.describe([], camera=camera, sky=sky), Demand(labels=LABELS)
     )
     tile = ds.attrs["pitch_x"] * ds.attrs["pitch_y"]
-    # 1e-3: solid angle of a tile against its tangents, 2 degrees off the axis
+    # 1e-3: the solid angle of a tile differs from its area in tangents, 2 degrees off the axis
     assert ds["radiance"].values[0, 0].sum() * tile == pytest.approx(
         1e3 * disc.solid_angle_sr(), rel=1e-3
     )
@@ -106,7 +106,7 @@ def test_the_variant_without_a_compiler_agrees(make, day):
         .mean((1, 2))
         for variant in ("auto", "scalar")
     }
-    # 1 %: noise of 16 tiles, and one spectrum within a band in place of the other
+    # 1 %: noise of 16 tiles; the two variants have different spectra within a band
     assert found["scalar"] == pytest.approx(found["auto"], rel=0.01)
 
 

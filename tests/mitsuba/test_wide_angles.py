@@ -1,5 +1,6 @@
-"""Grids of angles: where light lands, how much, labels behind the camera, and the same scene on
-tangents.
+"""Equidistant projection: position and amount of light, labels behind the camera, and the same
+scene
+in tangent projection.
 """
 
 from dataclasses import replace
@@ -72,7 +73,7 @@ def test_a_uniform_sky_is_uniform_at_every_angle(make):
     assert ds.attrs["projection"] == "equidistant" and ds.attrs["field_width"] == pytest.approx(
         np.radians(190)
     )
-    # a spectrum without slope has no noise: float32 sums of 64 paths
+    # a flat spectrum has no noise; 1e-5 is for float32 sums of 64 paths
     np.testing.assert_allclose(ds.radiance.values, 2e-3, rtol=1e-5)
 
 
@@ -99,34 +100,38 @@ def test_a_lamp_is_imaged_at_its_angle_with_its_flux(make, angle_deg, turn_deg):
     at = np.radians(angle_deg) * np.array(
         [np.cos(np.radians(turn_deg)), np.sin(np.radians(turn_deg))]
     )
-    # half a tile, by the law of the projection
+    # the lamp is within half a tile of the position by the law of the projection
     assert (
         abs(ds.x.values[column] - at[0]) <= ds.attrs["pitch_x"] / 2
         and abs(ds.y.values[row] - at[1]) <= ds.attrs["pitch_y"] / 2
     )
-    # luminance x solid angle: what the tiles cover at their angle is sin(angle) / angle of what
-    # they cover on the grid
+    # luminance x solid angle: the solid angle of a tile is sin(angle) / angle times its area on the
+    # grid
     angle = np.linalg.norm(at)
     seen = light.sum() * ds.attrs["pitch_x"] * ds.attrs["pitch_y"] * np.sin(angle) / angle
-    area = 12 * 0.05**2 * np.sin(2 * np.pi / 24)  # of the polygon of 24 corners
+    area = 12 * 0.05**2 * np.sin(2 * np.pi / 24)  # area of a polygon with 24 corners
     whole = ds.attrs["lamps"][0]["luminance_cd_m2"] * area / 20.0**2
     share = (
         luminance(np.ones((len(ds.wavelength), 1)), ds.wavelength.values)[0]
         / luminance(np.ones((471, 1)), np.arange(360.0, 831))[0]
     )
-    # the grid's sin / angle bends by 1e-3 over the 5 mrad of the lamp at most; chords for arcs 1e-3
+    # 2e-3: sin / angle changes nonlinearly by at most 1e-3 over the 5 mrad of the lamp; chords in
+    # place of arcs: 1e-3
     assert seen == pytest.approx(whole * share, rel=2e-3)
 
 
 @pytest.mark.slow
 def test_a_large_lamp_beside_the_camera_covers_its_solid_angle(make):
-    """A disc of 28 degrees, 85 degrees off the axis: its border is curved on the grid."""
+    """Compare with the solid angle of a disc of 28 degrees, 85 degrees off the axis.
+
+    Its border is curved on the grid.
+    """
     direction = towards(85.0, 30.0)
     half = np.radians(14.0)
     scene = lamp_at(make, direction, wide(make, 220.0, 1.5), distance_m=1.0, radius_m=np.tan(half))
     ds = MitsubaRenderer(width=48, height=32, **QUICK, max_depth=1)(scene)
     light = luminance(ds.radiance.values[0].astype(float), ds.wavelength.values)
-    # level of the tiles that are wholly covered
+    # relative to the tiles that are fully covered
     light /= np.median(light[light > 0.5 * light.max()])
     ray = projections.direction(*np.meshgrid(ds.x, ds.y), "equidistant")
     world = np.stack([ray[2], -ray[0], -ray[1]])
@@ -144,7 +149,8 @@ def test_a_large_lamp_beside_the_camera_covers_its_solid_angle(make):
     truth = np.abs(
         2 * np.arctan2(dot(a, np.cross(b, c)), 1 + dot(a, b) + dot(b, c) + dot(c, a))
     ).sum()
-    # sin(angle) / angle at the middles of tiles of 4.6 degrees 1e-3, chords 2e-3
+    # 3e-3: sin(angle) / angle at the centres of tiles of 4.6 degrees, 1e-3; chords in place of
+    # arcs, 2e-3
     assert (light * solid).sum() == pytest.approx(truth, rel=3e-3)
     inner = angle < half - np.radians(4.5)
     outer = angle > half + np.radians(4.5)
@@ -154,7 +160,10 @@ def test_a_large_lamp_beside_the_camera_covers_its_solid_angle(make):
 
 
 def test_labels_agree_with_boxes_on_the_same_rays(make):
-    """Cubes ahead, beside and behind the camera; the box that a ray meets follows from slabs."""
+    """Compare labels with an independent intersection of rays and cubes (slab method).
+
+    The cubes are ahead of the camera, next to it and behind it.
+    """
     parts = (make.part(make.cube),)
     places = {"ahead": (11.0, 1.0, 0.0), "beside": (0.5, -6.0, 0.3), "behind": (-5.0, -4.0, 1.0)}
     scene = make.describe(
@@ -183,7 +192,7 @@ def test_labels_agree_with_boxes_on_the_same_rays(make):
     assert np.mean(ds.instance.values != wanted) < 1e-3
     same = (ds.instance.values == wanted) & (wanted > 0)
     np.testing.assert_allclose(ds.distance.values[same], distance[same], rtol=1e-4)
-    # depth is along the axis, and below 0 behind the camera
+    # depth is measured along the axis, and negative behind the camera
     np.testing.assert_allclose(
         ds.depth.values[same], (distance * world[..., 0])[same], rtol=1e-3, atol=1e-3
     )
@@ -212,9 +221,10 @@ def test_triangles_are_cut_until_chords_replace_arcs(make):
         found = np.abs(arc[..., 0] * side[..., 1] - arc[..., 1] * side[..., 0]) / np.linalg.norm(
             side, axis=-1
         )
-        # the rule tests the middle of an arc, where its distance from the chord is nearly largest
+        # the rule tests the middle of an arc, where the distance from the chord is almost the
+        # largest
         assert off / 4 < found.max() <= 1.5 * off
-        # nothing is covered twice, and those wholly on the grid lose nothing
+        # nothing is covered twice, and triangles fully on the grid lose nothing
         whole = np.bincount(which, area(parts), len(triangles)) / area(triangles)
         assert (whole < 1 + 1e-9).all() and np.sum(whole > 1 - 1e-9) > 10
 
@@ -256,14 +266,14 @@ def test_tangent_and_equidistant_projections_agree(make):
         camera_geometry.mean_over_pixels(one, ds, lens, pixels)
         for ds, one in pictures(make.camera(*at, 100.0, 1.0), 60)
     ]
-    # blocks of 4 x 3 tiles of the road below the lamps, where light varies little inside a tile
+    # blocks of 3 x 4 tiles of the road below the lamps, where light varies little within a tile
     blocks = lambda pile: np.stack(pile)[..., 14:, :].reshape(repeats, -1, 2, 3, 5, 4).mean((3, 5))
     a = blocks(flat)
     b = blocks([one[..., middle, middle] for _, one in bent])
     error = np.sqrt((a.var(0, ddof=1) + b.var(0, ddof=1)) / repeats)
     z = (a.mean(0) - b.mean(0)) / np.hypot(error, 1e-3 * b.mean(0))
     assert np.abs(z).max() < 4
-    # the sky's light on the road is nearly free of noise: the same to a thousandth
+    # 2e-3: light of the sky on the road has almost no noise
     assert np.median(a[:, 0].mean(0) / b[:, 0].mean(0)) == pytest.approx(1, abs=2e-3)
 
 
@@ -298,16 +308,16 @@ def test_a_fisheye_camera_from_the_street_to_the_picture(make):
     )
     found = picture["xyz"].values[..., 1]
     wanted = true["xyz"].values[..., 1]
-    # pixels of a tile and a quarter, moved by exact areas twice: half a per cent in the middle of
-    # even surfaces, more at edges
+    # 1 %: pixels are 1.25 tiles wide, and light is resampled by exact areas twice: half a per cent
+    # within uniform surfaces, more at edges
     assert np.median(np.abs(found / wanted - 1)) < 0.01
-    # the picture is wider than any grid of tangents: its middle row looks beyond 75 degrees on both
-    # sides
+    # the picture is wider than any tangent projection: its middle row extends beyond 75 degrees on
+    # both sides
     lens_map = camera_geometry.map_of(picture)
     at, _ = lens_map.inverse(picture.x.values / 1.5e-3, np.zeros(picture.sizes["x"]))
     assert np.degrees(np.abs(at).max()) > 85
     beside = np.degrees(np.abs(at)) > 76
-    # the road goes on there
+    # the road is visible there
     assert (
         set(labels["instance"].values[-4:, beside].ravel()) == {1}
         and (found[-4:, beside] > 0).all()
@@ -316,7 +326,7 @@ def test_a_fisheye_camera_from_the_street_to_the_picture(make):
 
 @pytest.mark.slow
 def test_the_scalar_variant_renders_equidistant_fields(make):
-    """Tiles that are not square: both variants agree tile by tile."""
+    """Both variants agree in each tile, also for tiles that are not square."""
     scene = make.street(4)
     scene = replace(
         scene, camera=replace(scene.camera, projection="equidistant", horizontal_field_deg=150.0)
@@ -329,8 +339,8 @@ def test_the_scalar_variant_renders_equidistant_fields(make):
     )
     assert (slow.instance.values != fast.instance.values).sum() <= 1  # a ray that grazes an edge
     sky, lit = (np.stack([ds.radiance.values[k].mean(0) for ds in (slow, fast)]) for k in (0, 1))
-    # sky and road in one tile: 128 paths know their shares to 1 / sqrt(4 x 128) = 0.044 at worst,
-    # of 128 tiles the worst is within 4 of these
+    # In a tile with sky and road, 128 paths determine the shares to 1 / sqrt(4 x 128) = 0.044 at
+    # worst. The worst of 128 tiles is within 4 times that.
     np.testing.assert_allclose(sky[0], sky[1], atol=4 * 0.045 * sky[1].max())
     assert sky[0].mean() == pytest.approx(sky[1].mean(), rel=0.01)
     some = lit[1] > 0.01 * np.median(lit[1])

@@ -1,5 +1,5 @@
-"""Lamps with a table have the same candela for any faces, on the host, on the device and
-as spots.
+"""Lamps with an intensity table have its candela for any faces: on the host, on the device and as
+spots.
 """
 
 import numpy as np
@@ -16,7 +16,7 @@ from isethdr_core.errors import ConfigError
 from isethdr_core.scene import IntensityTable, Lamp
 
 NODES = np.arange(-40.0, 40.1, 0.5)
-# a smooth beam with a step at the horizon, which is what a dipped beam has
+# a smooth beam with a step at the horizon, as a dipped beam has
 TABLE = IntensityTable(
     NODES,
     NODES,
@@ -28,7 +28,7 @@ PEAK = 5000.0
 
 
 def directions(count=4000, seed=0):
-    """Unit vectors within 30 degrees of +x, and their angles."""
+    """Return unit vectors within 30 degrees of +x, and their angles to the left and up."""
     left, up = np.random.default_rng(seed).uniform(-30, 30, (2, count))
     a, b = np.radians([left, up])
     return np.stack([np.cos(b) * np.cos(a), np.cos(b) * np.sin(a), np.sin(b)], -1), left, up
@@ -42,7 +42,7 @@ def placed(make, mesh, pose=None, share=0.0, axis=(1.0, 0, 0)):
 
 
 def tilted(make):
-    """A lens of two panes, turned away from each other and tilted back, as in a car's corner."""
+    """Return a lens of two panes with different directions, tilted back, as at a car's corner."""
     v, f = make.quad(0.05, 0.04)
     a = make.pose(turn_deg=35.0, pitch_deg=-20.0)
     b = make.pose(0, 0.2, 0, -15.0)
@@ -51,7 +51,7 @@ def tilted(make):
 
 
 def candela(one, direction):
-    """Luminance towards directions times the area that all faces show there."""
+    """Return the intensity in directions, cd: luminance times the projected area of all faces."""
     tri = one.triangles
     area = np.cross(tri[:, 1] - tri[:, 0], tri[:, 2] - tri[:, 0]) / 2
     return one.peak_cd_m2 * one.relative(direction) * np.maximum(direction @ area.T, 0).sum(-1)
@@ -61,13 +61,13 @@ def test_candela_is_that_of_the_table_whatever_the_faces(make):
     direction, left, up = directions()
     for mesh in (make.quad(0.1, 0.1), tilted(make)):
         found = candela(placed(make, mesh), direction)
-        # linear in luminance on a grid of its own: 1 % of the peak where the step bends
+        # luminance is interpolated linearly on its own grid: 1 % of the peak where the step bends
         np.testing.assert_allclose(found, PEAK * TABLE.at(left, up), atol=0.012 * PEAK)
         assert found.sum() == pytest.approx(PEAK * TABLE.at(left, up).sum(), rel=5e-3)
 
 
 def own_directions(lamp, count=4000, widest_deg=70.0):
-    """Directions about the axis of a lamp that stands upright, left and up as its table counts."""
+    """Return directions about the axis of an upright lamp, and their angles as in its table."""
     axis = np.array(lamp.axis)
     left = np.cross([0.0, 0.0, 1.0], axis)
     left /= np.linalg.norm(left)
@@ -81,8 +81,10 @@ def own_directions(lamp, count=4000, widest_deg=70.0):
     ("recipe", "widest_deg"), [(("street_lamp",), 70.0), (("luminaire",), 70.0), (None, 35.0)]
 )
 def test_luminaires_as_built_have_the_candela_of_their_table(make, recipe, widest_deg):
-    """A street lamp and a tunnel luminaire look down, 5 degrees towards the road; a traffic signal
-    looks level. The light that their lens gives off all round is left out.
+    """Compare intensities of built luminaires with their tables.
+
+    A street lamp and a tunnel luminaire point down, tilted by 5 degrees towards the road; a traffic
+    signal points horizontally. The Lambertian light of their lens is excluded.
     """
     if recipe is None:
         lamp = lamp_of_kind("signal_green", (1.0, 0.0, 0.0))
@@ -100,8 +102,8 @@ def test_luminaires_as_built_have_the_candela_of_their_table(make, recipe, wides
     wanted = lamp.intensity_cd * lamp.table.at(left, up)
     found = candela(one, direction) - glow
     off = np.abs(found - wanted) / lamp.intensity_cd
-    # linear in luminance on a grid of its own, 3 degrees at the cut-off: 2 % of the largest
-    # intensity but for a hundredth of the directions there
+    # luminance is interpolated linearly on its own grid, with 3 degrees at the cut-off: 2 % of the
+    # largest intensity for 99 % of the directions
     assert np.quantile(off, 0.99) < 0.02 and off.max() < 0.04
     assert found.sum() == pytest.approx(wanted.sum(), rel=5e-3)
 
@@ -110,7 +112,7 @@ def test_a_turned_lamp_takes_its_beam_along(make):
     direction, left, up = directions(500)
     pose = make.pose(5, 3, 1, 130.0)
     turned = candela(placed(make, tilted(make), pose), direction @ pose[:3, :3].T)
-    # float32 nowhere: both are the same numbers but for rounding
+    # both are the same numbers up to rounding in float64
     np.testing.assert_allclose(turned, candela(placed(make, tilted(make)), direction), atol=1e-6)
 
 
@@ -147,7 +149,7 @@ def test_the_device_agrees_with_the_host(make):
         lamp = mi.UInt32(number)
         every = mi.Bool(True)
         found = DeviceGrids(lamps).pattern(lamp, vector, axis, mi.Float(7), every)
-        # float32 directions: 1e-7 of a place, 1e-4 of a cell
+        # 2e-4: directions in float32 have an error of 1e-7, which is 1e-4 of a cell
         np.testing.assert_allclose(np.array(found), one.relative(direction), atol=2e-4)
         alone = beam_lamp(one).grid_pattern(vector, True)
         np.testing.assert_allclose(np.array(alone), one.relative(direction), atol=2e-4)
@@ -160,17 +162,18 @@ def test_spots_have_the_candela_of_the_table(make):
     one = placed(make, make.quad(0.05, 0.05))
     direction, left, up = directions(1000)
     found = sum(s.candela(direction) for s in spots([one]))
-    # by the nearest texel, 0.1 degrees wide where the step falls by 1 % of the peak
+    # 2 %: the nearest texel is 0.1 degrees wide, over which the step falls by 1 % of the peak
     np.testing.assert_allclose(found, PEAK * TABLE.at(left, up), atol=0.02 * PEAK)
 
 
 def test_the_light_beyond_a_spot_is_stated():
     even = IntensityTable(np.array([-90.0, 90]), np.array([-90.0, 90]), np.ones((2, 2)))
-    # even light: all of the front half but the square of tangents 0.84, 4 asin(sin^2 of 40 degrees)
+    # uniform light: all of the front hemisphere except the square of tangents up to 0.84, whose
+    # solid angle is 4 asin(sin^2 of 40 degrees)
     square = 4 * np.arcsin(np.sin(np.radians(40.0)) ** 2)
     assert lost_beyond(even, 40.0) == pytest.approx(1 - square / (2 * np.pi), abs=0.01)
     assert lost_beyond(TABLE, 40.0) < 0.01
-    assert cone_deg(TABLE) == 40 and cone_deg(even) == 80  # the narrowest that keeps the light
+    assert cone_deg(TABLE) == 40 and cone_deg(even) == 80  # narrowest without loss
 
 
 def test_a_table_that_looks_straight_up_is_refused(make):

@@ -1,6 +1,4 @@
-"""Points of lamps are distributed by their stated density: chi-square tests of all random
-choices.
-"""
+"""Sampled points of lamps have the stated density: chi-square tests of all random choices."""
 
 from __future__ import annotations
 
@@ -26,9 +24,9 @@ from isethdr_mitsuba.lamps.spatial_sampling import (
 from isethdr_scenes.lamps import lamp
 
 DRAWN = 200_000
-HERE = np.array([-12.0, 3.0, -1.5])  # where light is looked for
-LEAST_P = 1e-4  # by chance: the seeds are fixed
-CELL = 64 * 36 + 5  # a cell of the world, where no lamp is near
+HERE = np.array([-12.0, 3.0, -1.5])  # point that the lamps illuminate
+LEAST_P = 1e-4  # smallest accepted p value; the seeds are fixed
+CELL = 64 * 36 + 5  # a cell of space without near lamps
 
 
 @pytest.fixture(autouse=True)
@@ -45,7 +43,7 @@ def p_value(found, share):
 
 
 def two_lamps(make):
-    """A tail lamp of triangles from 1 to 50 cm2, bent around a corner, and a flat brake lamp."""
+    """Return a bent tail lamp with triangles of 1 to 50 cm2, and a flat brake lamp."""
     y = np.array([0.0, 0.02, 0.07, 0.2, 0.26])
     x = np.array([-0.02, -0.01, 0.0, 0.0, 0.05])
     v = np.array([[a, b, h] for a, b in zip(x, y) for h in (0.0, 0.1)])
@@ -59,7 +57,7 @@ def two_lamps(make):
 
 
 def surface_at(point):
-    """A surface that faces the lamps, seen from their side."""
+    """Return surface interactions at a point of a surface that faces the lamps."""
     si = dr.zeros(mi.SurfaceInteraction3f, DRAWN)
     si.p = mi.Point3f(*map(float, point))
     si.n = mi.Normal3f(1, 0, 0)
@@ -83,7 +81,7 @@ def test_points_are_spread_evenly_over_a_lamp_and_their_density_is_that(make):
         k = np.array(chosen) - first
         at = np.array(p).T.astype(float)
         corner, a, b = (placed.triangles[k, n] for n in range(3))
-        # the place in its triangle, as one of the four between the middles of its sides
+        # the four parts of a triangle between the middles of its sides: find the part of each point
         share = np.stack([_along(at, corner, a, b), _along(at, corner, b, a)], 1)
         assert share.min() > -1e-3 and share.sum(1).max() < 1 + 1e-3
         quarter = np.select([share[:, 0] > 0.5, share[:, 1] > 0.5, share.sum(1) < 0.5], [1, 2, 3])
@@ -91,28 +89,28 @@ def test_points_are_spread_evenly_over_a_lamp_and_their_density_is_that(make):
         vectors = np.cross(*np.moveaxis(np.diff(placed.triangles, axis=1), 1, 0)) / 2
         area = np.linalg.norm(vectors, axis=1)
         assert p_value(found, np.repeat(area / area.sum() / 4, 4)) > LEAST_P
-        # density per solid angle, from the points themselves
+        # density per solid angle, computed from the points
         way = at - HERE
         far = np.linalg.norm(way, axis=1)
         tilt = -np.einsum("nk,nk->n", way / far[:, None], (vectors / area[:, None])[k])
         seen = np.array(sent) > 0
         expected = far**2 / np.maximum(tilt, 1e-12) / area.sum()
-        # float32 places and normals; faces seen at a grazing angle lose digits
+        # 2e-3: positions and normals in float32; faces seen at a grazing angle lose digits
         sure = seen & (tilt > 0.05)
         np.testing.assert_allclose(np.array(density)[sure], expected[sure], rtol=2e-3)
         assert (tilt[seen] > 0).all() and seen.mean() > 0.5
-        # what is sent is the candela of the table over the area that the lamp shows there
+        # the sent luminance is the candela of the table over the projected area of the lamp
         shown = np.maximum(-(way / far[:, None]) @ vectors.T, 0).sum(1)
         candela = np.array(sent) * shown
         out = -way / far[:, None]
         left = np.degrees(np.arctan2(-out[:, 1], -out[:, 0]))
         table = placed.lamp.table.at(left, np.degrees(np.arcsin(out[:, 2])))
-        # glow of the lens, and the grid
+        # 3 %: Lambertian light of the lens, and the grid of the pattern
         np.testing.assert_allclose(candela[seen], placed.lamp.intensity_cd * table[seen], rtol=0.03)
 
 
 def chances_of(light, clear_share):
-    """Chances of the lamps of one group, of which only the light in one cell is known."""
+    """Return sampling chances of the lamps of one group, with known light in one cell only."""
     count = np.size(clear_share)
     view = SimpleNamespace(whole=(36, 64))
     camera = SimpleNamespace(origin=mi.Point3f(0))
@@ -124,7 +122,10 @@ def chances_of(light, clear_share):
 
 @pytest.mark.parametrize("clear_share", [(1.0, 1.0), (0.0, 1.0), (0.7, 0.2)])
 def test_what_is_expected_to_be_hidden_moves_rays_but_not_light(make, clear_share):
-    """Two lamps lit the same way: the kept one goes by the expected share, the light does not."""
+    """The expected visibility of lamps changes how often they are chosen, but not their light.
+
+    Two equal lamps are at the same distance.
+    """
     brake = lamp("brake", (-1.0, 0.0, 0.0))
     plate = make.part((make.quad(0.1, 0.05)[0], make.quad(0.1, 0.05)[1][:, ::-1]), "black")
     plate = make.part((plate.vertices, plate.faces), "black", brake)
@@ -133,7 +134,7 @@ def test_what_is_expected_to_be_hidden_moves_rays_but_not_light(make, clear_shar
     world = SimpleNamespace(table=lambda value_of, default=0: np.zeros(1, np.uint32))
     tables = LampTables(world, lamps, ["other"])
     tables.chances = chances_of([1.0, 1.0], clear_share)
-    si = surface_at((-12.0, 0.0, 0.0))  # as far from one as from the other
+    si = surface_at((-12.0, 0.0, 0.0))  # at the same distance from both lamps
     rng = mi.PCG32(size=DRAWN, initstate=5)
     turn = mi.Point2u(rng.next_uint32(), rng.next_uint32())
     place = mi.UInt32([CELL] * DRAWN)
@@ -141,23 +142,24 @@ def test_what_is_expected_to_be_hidden_moves_rays_but_not_light(make, clear_shar
     _, point, _, level, _ = tables.choose(0, rng, si, place, tries, turn, mi.Bool(True))
     level = np.array(level).astype(float)
     right = np.array(point)[1] > 0
-    # inverse square law: candela over distance squared, and the cosine at the surface
+    # inverse square law: candela over squared distance, times the cosine at the surface
     far2 = 12.0**2 + 1
     towards = placed_candela(lamps, np.array([-12.0, 0.0, 0.0]))
     irradiance = towards * 12 / far2**1.5
     for side in (0, 1):
         found = level * (right == side) * 12 / np.sqrt(far2)
-        # 5 standard errors, and 0.1 % for the size of a lamp 0.1 m wide
+        # 5 standard errors, and 0.1 % for a lamp 0.1 m wide
         within = 5 * found.std() / np.sqrt(DRAWN) + 1e-3 * irradiance[side]
         assert found.mean() == pytest.approx(irradiance[side], abs=within)
     expected = np.maximum(clear_share, LEAST_CLEAR)
-    # four of eight candidates lie on each lamp, all send alike to 1 %; 5 standard errors
+    # four of eight candidates lie on each lamp; 0.01: they send the same light to 1 %; plus 5
+    # standard errors
     share = expected[1] / expected.sum()
     assert right.mean() == pytest.approx(share, abs=0.01 + 5 * np.sqrt(0.25 / DRAWN))
 
 
 def placed_candela(lamps, towards):
-    """Candela of lamps at the point `towards`, from their luminance and area."""
+    """Return the intensities of lamps towards a point, cd, from their luminance and area."""
     out = []
     for placed in lamps:
         way = towards - placed.triangles.reshape(-1, 3).mean(0)
@@ -168,7 +170,7 @@ def placed_candela(lamps, towards):
 
 
 def _along(at, corner, to, other):
-    """The coordinate along one side of a triangle of points of its plane."""
+    """Return the coordinate along one side of a triangle, for points in its plane."""
     e = to - corner
     f = other - corner
     w = at - corner
@@ -179,7 +181,7 @@ def _along(at, corner, to, other):
 
 
 def test_lamps_are_drawn_by_their_chances():
-    """In a cell of the world, where nothing is near: uneven light of nine lamps."""
+    """Choose among nine lamps with unequal light, in a cell of space without near lamps."""
     count = 9
     place = CELL
     light = np.random.default_rng(2).lognormal(0, 2, (1, count))
@@ -191,6 +193,6 @@ def test_lamps_are_drawn_by_their_chances():
     share = np.array(chances.of(each, mi.UInt32([place] * count), mi.Bool(True)))
     assert share.sum() == pytest.approx(1.0, rel=1e-6) and share.min() > 0.9 / count / SLOTS
     assert p_value(np.bincount(drawn, minlength=count), share.astype(float)) > LEAST_P
-    # by light, to a slot
+    # proportional to light, to one slot
     by_light = 1 / SLOTS / count + (1 - 1 / SLOTS) * light[0] / light.sum()
     np.testing.assert_allclose(share, by_light, atol=1.01 / count / SLOTS)

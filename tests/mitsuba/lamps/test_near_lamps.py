@@ -1,6 +1,4 @@
-"""Near lamps are sampled one by one; together with the random choice, each lamp counts exactly
-once.
-"""
+"""Near lamps are sampled one by one, the others by random choice: each lamp counts exactly once."""
 
 import numpy as np
 import pytest
@@ -26,26 +24,29 @@ def lists(light, strength):
 def test_each_lamp_is_near_or_has_a_chance_no_smaller_than_before(count):
     rng = np.random.default_rng(count)
     light = rng.lognormal(0, 3, (50, count)) * (rng.random((50, count)) < 0.4)
-    light[7] = 0.0  # nobody saw any lamp: they go by strength
+    light[7] = 0.0  # no light is known here, so lamps are chosen by strength
     slots, before, near, after = lists(light, np.ones(count))
     assert near.slots.shape == slots.shape
     for block, (many, lamps) in enumerate(zip(near.length, near.lamps)):
         listed = np.isin(np.arange(count), lamps[:many])
         assert listed.sum() == many <= near_lamps.MOST_NEAR
-        # more than the slot that each lamp has, and enough for a ray
+        # near lamps have more than the one slot that each lamp has, and enough light for a ray
         seen = before[block] > max(1.5 / slots.shape[1], near_lamps.LEAST_SHARE)
         assert many == min(seen.sum() * light[block].any(), near_lamps.MOST_NEAR)
         assert (before[block][listed].min(initial=1) >= before[block][~listed]).all()
         if not listed.all():
             assert (after[block][listed] == 0).all()
-            # with none listed nothing changes; slots are drawn in steps, to one of them
+            # without near lamps nothing changes; chances are multiples of a slot
             assert (after[block][~listed] >= before[block][~listed] - 1 / slots.shape[1]).all()
             assert (after[block][~listed] > 0).all()
 
 
 @pytest.mark.slow
 def test_light_of_near_lamps_is_that_of_lamps_by_chance(make, monkeypatch):
-    """Shadow rays to each near lamp against one ray to one of all: the same light, less noise."""
+    """Compare shadow rays to each near lamp with one ray to one of all lamps.
+
+    The light is the same, and the noise is not higher.
+    """
     import mitsuba as mi
     from isethdr_mitsuba.doctor import choose_variant
 
@@ -59,23 +60,24 @@ def test_light_of_near_lamps_is_that_of_lamps_by_chance(make, monkeypatch):
         monkeypatch.setattr(near_lamps, "SEEN", seen)
         one_pass = compiled(scene, settings, groups)
         found = [np.stack([v for *_, v in one_pass(k, 128)]) for k in range(repeats)]
-        # blocks of 7 x 4 tiles with their margin
+        # mean over the bands and blocks of 7 x 4 tiles
         pile = np.stack(found).reshape(repeats, len(groups), 4, 2, 7, 6, 4)
         piles.append(pile.mean((2, 4, 6)).reshape(repeats, len(groups), 12))
     near, chance = piles
     for g, group in enumerate(groups):
         a = near[:, g]
         b = chance[:, g]
-        if group == "sky":  # no lamp: bit for bit
+        if group == "sky":  # without lamps the bits are equal
             assert np.array_equal(a, b)
             continue
         lit = b.mean(0) > 0.01 * b.mean()
         error = np.sqrt((a.var(0, ddof=1) + b.var(0, ddof=1)) / repeats)
         z = (a.mean(0) - b.mean(0))[lit] / error[lit]
-        # Student's t with at least 7 degrees of freedom, 1.2 wide, of at most 12 blocks
+        # Student's t with at least 7 degrees of freedom (standard deviation 1.2), of at most 12
+        # blocks
         assert np.abs(z).max() < 6 and abs(z.mean()) < 4 * 1.2 / np.sqrt(lit.sum())
-        # with few lamps, candidates spread over all of them do nearly as well; a ratio of standard
-        # deviations of a dozen blocks, of 7 degrees of freedom each, is known to 8 %
+        # With few lamps, candidates on all of them are nearly as good. The ratio of standard
+        # deviations of a dozen blocks, with 7 degrees of freedom each, is known to 8 %.
         level = b.mean(0)[lit]
         relative = [np.mean(light[:, lit].var(0, ddof=1) / level**2) for light in (a, b)]
         assert relative[0] < 1.2**2 * relative[1]

@@ -18,14 +18,14 @@ from isethdr_core.physics.photometry import luminance
 from isethdr_core.scene import Camera, Material, Model, Placed, SceneDescription, flat
 
 FAR_M = 40.0
-CELL = 0.04  # tangents: 1.6 m between lamps side by side
+CELL = 0.04  # distance of neighbouring lamps as a tangent: 1.6 m
 DIRECTIONS = ((0.0, 0.0), (10.0, 5.0), (-20.0, -5.0))  # degrees left of and above the lamp's axis
 TABLES = sorted(k for k, v in KINDS.items() if v.family)
 
 
 @pytest.fixture(scope="module")
 def models():
-    """Parts of a car with curved lenses, of a truck and of a bicycle, and of a drawn car, which has
+    """Return the parts of a car with curved lenses, a truck, a bicycle, and a drawn car, which has
     daytime lamps.
     """
     recipes = (("car", "sedan", "red"), ("truck",), ("bicycle",))
@@ -39,14 +39,14 @@ def unit(left_deg, up_deg):
 
 
 def frame(direction):
-    """Axes with the first along a direction and the second level."""
+    """Return axes as columns: the first along a direction, the second horizontal."""
     aside = np.cross([0.0, 0.0, 1.0], direction)
     aside /= np.linalg.norm(aside)
     return np.stack([direction, aside, np.cross(direction, aside)], 1)
 
 
 def shown(part, number, left_deg, up_deg, at):
-    """A lamp turned so that the camera at the origin sees it from a direction of its own."""
+    """Return a lamp at a point, turned so that the camera at the origin sees it at given angles."""
     part = replace(part, material="dark")
     axis = np.degrees(np.arctan2(part.lamp.axis[1], part.lamp.axis[0]))
     pose = np.eye(4)
@@ -57,7 +57,7 @@ def shown(part, number, left_deg, up_deg, at):
 
 
 def luminances(pairs, camera, width, height):
-    """Luminance of tiles and their solid angles under lamps in front of nothing."""
+    """Return luminance times solid angle of tiles, cd/m2 sr, of lamps in front of darkness."""
     models = {m.name: m for m, _ in pairs}
     placed = tuple(p for _, p in pairs)
     dark = {"dark": Material("dark", reflectance=flat(0.0))}
@@ -65,14 +65,15 @@ def luminances(pairs, camera, width, height):
     spectral = {"first_nm": 380.0, "last_nm": 780.0, "samples": 1, "max_depth": 1}
     ds = MitsubaRenderer(width=width, height=height, margin=0.0, **spectral)(description)
     x, y = np.meshgrid(ds.x.values, ds.y.values)
-    # the area in tangents times the cube of the cosine to the camera's axis
+    # the solid angle is the area in tangents times the cubed cosine of the angle to the camera's
+    # axis
     solid = ds.attrs["pitch_x"] * ds.attrs["pitch_y"] * (1 + x**2 + y**2) ** -1.5
     return luminance(ds.radiance.values.sum(0), ds.wavelength.values) * solid
 
 
 @pytest.mark.slow
 def test_rendered_lamps_have_the_candela_of_their_tables(models):
-    """All kinds from three directions each, side by side in one picture."""
+    """Compare all kinds of lamps with their tables, from three directions each, in one picture."""
     pairs = []
     expected = []
     for k, kind in enumerate(TABLES):
@@ -89,13 +90,14 @@ def test_rendered_lamps_have_the_candela_of_their_tables(models):
     found = luminances(pairs, camera, 4 * across, 4 * down)
     cells = found.reshape(down, 4, across, 4).sum((1, 3)).T.ravel()
     for lux, (candela, largest, distance2) in zip(cells, expected, strict=True):
-        # glow of the lens, up to 0.4 % of the largest; the grid of the pattern: 1 %
+        # 0.5 %: Lambertian light of the lens, up to 0.4 % of the largest intensity; 2 %: the grid
+        # of the pattern, 1 %
         assert lux * distance2 == pytest.approx(candela, rel=0.02, abs=0.005 * largest)
 
 
 @pytest.mark.slow
 def test_the_body_hides_no_tail_lamp_from_behind(models):
-    """All lamps at the rear of a car from 5 degrees above, with the body around them."""
+    """View all rear lamps of a car, with its body, from 5 degrees above."""
     rear = [p for p in models[0] if p.lamp and p.lamp.axis[0] < 0]
     parts = [p if p.lamp in [r.lamp for r in rear] else replace(p, lamp=None) for p in models[0]]
     model = Model("car", tuple(replace(p, material="dark") for p in parts))
@@ -104,5 +106,5 @@ def test_the_body_hides_no_tail_lamp_from_behind(models):
     camera = Camera(tuple(eye.tolist()), tuple(target.tolist()), 4.0, 1.0)
     found = luminances([(model, Placed("car", "car", "car", np.eye(4)))], camera, 8, 8)
     expected = sum(p.lamp.intensity_cd * p.lamp.table.at(0.0, 5.0) for p in rear)
-    # rims of lenses lie in the body by some millimetres
+    # 5 %: the rims of lenses extend into the body by some millimetres
     assert found.sum() * FAR_M**2 == pytest.approx(expected, rel=0.05)

@@ -1,4 +1,6 @@
-"""Openings: shadow rays that look for the sky find as much light as chance, with less noise."""
+"""Openings: shadow rays aimed at the sky through an opening find the same light as random
+directions, with less noise.
+"""
 
 from __future__ import annotations
 
@@ -17,7 +19,7 @@ from isethdr_scenes.geometry.surroundings.ground import Ground
 from isethdr_core.data.sky import SkyDome, SkyPart
 from isethdr_core.scene import Opening, flat
 
-HALF_M = 2.0  # of the mouth
+HALF_M = 2.0  # half width and half height of the tube's mouth
 LONG_M = 12.0
 NEAR = Opening((5.0, -1.0, -2.0), (0.0, 2.0, 0.0), (0.0, 0.0, 4.0))
 FAR = Opening((20.0, 4.0, -2.0), (0.0, 6.0, 0.0), (0.0, 0.0, 4.0))
@@ -31,7 +33,7 @@ def llvm():
 
 
 def rectangle_sr(half_a, half_b, away):
-    """Solid angle of a rectangle over its middle."""
+    """Return the solid angle of a rectangle, seen from a point on the normal through its middle."""
     a = half_a / away
     b = half_b / away
     return 4 * np.arcsin(a * b / np.sqrt((1 + a * a) * (1 + b * b)))
@@ -46,14 +48,14 @@ def test_directions_are_drawn_as_the_density_says():
         table = SkyOpenings(openings)
         way, density = table.aim(mi.PCG32(count), place, mi.Bool(True))
         density = np.array(density)
-        # both from float32 numbers, one by way of the place on the rectangle
+        # 1e-3: both are computed in float32, one of them from the point on the rectangle
         np.testing.assert_allclose(np.array(table.density(place, way, True)), density, rtol=1e-3)
         way = np.array(way).T
         hit = way / way[:, :1]
         in_near = np.abs(hit[:, 1]) * 5 <= 1 + 1e-5
         assert in_near.mean() == pytest.approx(1 / len(openings), abs=0.01)
         if size_sr is not None:
-            # of 1 / density: a spread of 0.3 over the root of 100,000
+            # 0.5 %: 1 / density has a relative standard deviation of 0.3, over the root of 100,000
             assert (1 / density).mean() == pytest.approx(size_sr, rel=0.005)
 
 
@@ -69,8 +71,10 @@ def test_only_what_lies_behind_an_opening_aims_at_it():
 
 
 def tube(make, sky, share):
-    """A tube with a square section, open ahead, seen from its middle towards the closed end. The
-    opening has `share` of the width and the height of the mouth; None: no opening.
+    """Return a square tube that is open ahead; the camera looks at the closed end from its middle.
+
+    `share` is the width and height of the opening over those of the mouth. None: no opening is
+    stated.
     """
     corners = np.array([[0, -1, -1], [0, 1, -1], [0, 1, 1], [0, -1, 1]], float) * HALF_M
     v = np.concatenate([corners, corners + [LONG_M, 0, 0]])
@@ -96,8 +100,9 @@ def rendered(scene, samples, depth, seed=0):
 
 
 def facing_lux(away):
-    """Irradiance by a mouth of radiance 1 at a point that faces its middle (form factor of two
-    parallel rectangles, one of them small).
+    """Return the irradiance by a mouth of radiance 1 at a point that faces its middle.
+
+    It is pi times the form factor from a small parallel surface to a rectangle.
     """
     a = HALF_M / away
     return 4 * a / np.sqrt(1 + a * a) * np.arctan(a / np.sqrt(1 + a * a))
@@ -105,18 +110,25 @@ def facing_lux(away):
 
 @pytest.mark.parametrize(("share", "within"), [(1.0, 0.005), (0.6, 0.12), (1.4, 0.04)])
 def test_direct_light_is_the_form_factor_for_any_size_of_the_opening(make, share, within):
-    """Also where the opening is a part of the mouth, or the walls cover its border."""
+    """Compare with the form factor, also for an opening smaller or larger than the mouth.
+
+    Of a larger opening, the walls cover the border.
+    """
     found = rendered(tube(make, flat(1.0), share), 1024, 2)
     wanted = 0.5 / np.pi * facing_lux(LONG_M)
-    # the four tiles in the middle are 0.2 m off it: 1e-3. Noise of 4,096 paths is 0.1 %; 3 % where
-    # the rest of the mouth is found by chance, 1 % where half of the shadow rays are blocked
+    # The four middle tiles are 0.2 m from the middle: 1e-3. The noise of 4,096 paths is 0.1 %, but
+    # 3 % if random directions must find the rest of the mouth, and 1 % if half of the shadow rays
+    # are blocked.
     assert found[3:5, 3:5].mean() == pytest.approx(wanted, rel=within)
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("sky", ["uniform", "dome"])
 def test_all_light_is_that_found_by_chance(make, sky):
-    """Ten bounces, 16 renderings of either kind: their means agree, and the noise falls."""
+    """Compare aimed with random directions over ten bounces and 16 renderings each.
+
+    The means agree, and the noise is lower.
+    """
     light = flat(1.0)
     if sky == "dome":
         pattern = np.linspace(0.2, 3.0, 9)[:, None] * (1 + 0.5 * np.cos(np.arange(12) * np.pi / 6))
@@ -127,15 +139,17 @@ def test_all_light_is_that_found_by_chance(make, sky):
     )
     means = [one.mean((1, 2)) for one in (by_chance, aimed)]
     error = np.sqrt(sum(m.var(ddof=1) / len(m) for m in means))
-    # a normal distribution is within four standard errors but for 6e-5
+    # a normal deviate is beyond four standard errors with a probability of 6e-5
     assert abs(means[0].mean() - means[1].mean()) < 4 * error
     assert error < 0.01 * means[1].mean()
     assert by_chance.var(0, ddof=1).mean() > 2 * aimed.var(0, ddof=1).mean()
 
 
 def test_no_light_comes_through_the_lining_of_a_tunnel():
-    """Rays from behind the lining in all directions: what leaves a smoothly shaded surface
-    backwards meets the skin around it.
+    """Rays that start behind the lining meet a surface in all directions.
+
+    A ray may leave a smoothly shaded surface on its back side; the outer skin of the tunnel stops
+    it.
     """
     ground = Ground(0.0, 0)
     assembly = tube_of_road.tunnel(ground, -10.0, 30.0)

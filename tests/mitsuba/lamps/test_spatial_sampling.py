@@ -1,5 +1,5 @@
-"""Spatial light sampling: lamps are chosen by their light at each part of the picture, occluded
-ones rarely, none never.
+"""Spatial light sampling: lamps are chosen by their light at each part of the picture; occluded
+lamps are chosen rarely, but no lamp never.
 """
 
 import numpy as np
@@ -75,7 +75,7 @@ def test_cells_go_around_the_camera_and_outwards():
 
 
 def yard(make):
-    """A wall along the road between two lamps that look down."""
+    """Return a scene with a wall along the road, between two lamps that point down."""
     down = Lamp("street", "streetlights", 1000.0, make.flat(1.0), (0, 0, -1.0), 80.0, 89.0, 0.0)
     ground = make.part((make.quad(60, 60)[0][:, [2, 1, 0]], make.quad(60, 60)[1]), "grey")
     wall = make.part(make.quad(28, 8), "grey")
@@ -108,8 +108,8 @@ def test_a_lamp_behind_a_wall_is_hardly_looked_at(make, monkeypatch):
     assert (chance[blocks:] == 0.5).all(1).any(), (
         "nobody looked into some cells: lamps by strength, and these are alike"
     )
-    # the road before the camera, on either side of the wall: its own lamp is near, and has no
-    # chance beside that; all of the chances go to the one that is hidden
+    # The road in front of the camera, on each side of the wall: the lamp on this side is near, and
+    # so has no chance in the random choice. The hidden lamp has all of the chance.
     length = np.array(kept[0].near.lengths[0]).reshape(36, 64)[-6:]
     first = np.array(kept[0].near.lamps[0]).reshape(36, 64, -1)[-6:, :, 0]
     bottom = chance[:blocks].reshape(36, 64, 2)[-6:]
@@ -121,7 +121,7 @@ def test_a_lamp_behind_a_wall_is_hardly_looked_at(make, monkeypatch):
         assert (bottom[:, half][alone] == np.eye(2)[1 - lamp]).all()
         own.append(lamp)
     assert sorted(own) == [0, 1]
-    # the points saw the own lamp whole, and the other one not at all
+    # sampled points saw the lamp on their side fully, and the other one not at all
     clear = np.array(kept[0].clear).reshape(-1, 2)[:blocks].reshape(36, 64, 2)[-6:]
     for half, lamp in ((slice(26), own[0]), (slice(-26, None), own[1])):
         assert np.median(clear[:, half, lamp]) == 1.0
@@ -129,7 +129,7 @@ def test_a_lamp_behind_a_wall_is_hardly_looked_at(make, monkeypatch):
 
 
 def nothing_known(view, lamps):
-    """What no point has told of any lamp."""
+    """Return the light of lamps at places without any sampled point."""
     shape = spatial_sampling.places_of(view), lamps
     return spatial_sampling.PlaceLight(np.zeros(shape), np.ones(shape))
 
@@ -137,7 +137,10 @@ def nothing_known(view, lamps):
 def test_light_is_the_same_and_noise_less_than_where_nothing_is_known_of_the_place(
     make, monkeypatch
 ):
-    """Twelve lamps along a road, each of which lights its own stretch."""
+    """Compare light and noise with and without known light, for 24 lamps along a road.
+
+    Each lamp lights only a stretch of the road.
+    """
     down = Lamp("street", "streetlights", 1000.0, make.flat(1.0), (0, 0, -1.0), 30.0, 40.0, 0.0)
     ground = make.part((make.quad(90, 60)[0][:, [2, 1, 0]], make.quad(90, 60)[1]), "grey")
     lying = make.part((make.quad(0.4, 0.2)[0][:, [2, 1, 0]], make.quad(0.4, 0.2)[1]), "grey", down)

@@ -28,8 +28,8 @@ def test_a_uniform_sky_returns_its_own_spectrum(make):
     ) == ["sky"]
     edges = ds.wavelength.values[:, None] + np.linspace(-5, 5, 1001)
     truth = sky.at(edges).mean(1)
-    # 64 tiles x 4096 wavelengths inside each band: the statistical error is below 1e-4; float32
-    # sums add 1e-5
+    # 3e-4: with 64 tiles x 4096 wavelengths in each band, the statistical error is below 1e-4;
+    # float32 sums add 1e-5
     np.testing.assert_allclose(ds.radiance[0].mean(("y", "x")), truth, rtol=3e-4)
 
 
@@ -45,7 +45,7 @@ def test_white_furnace(make):
     ds = MitsubaRenderer(**SMALL, samples=1024, max_depth=24)(room)
     got = luminance(ds.radiance.values[0], ds.wavelength.values)
     emitted = ds.attrs["lamps"][0]["luminance_cd_m2"] * photopic_share(ds, make.flat(1.0))
-    # 24 segments leave 2^-23 of the light out; statistical error of 66 k paths below 1.4e-3
+    # 3e-3: 24 segments omit 2^-23 of the light; the statistical error of 66 k paths is below 1.4e-3
     assert got.mean() / emitted == pytest.approx(1 / (1 - rho), rel=3e-3)
 
 
@@ -99,15 +99,16 @@ def test_intensity_in_candela_gives_inverse_square_irradiance(make, distance_m):
     ds = MitsubaRenderer(**SMALL, samples=256, max_depth=2)(scene)
     wanted = 0.5 / np.pi * 500.0 / distance_m**2 * photopic_share(ds, make.flat(1.0))
     got = luminance(ds.radiance.values[0], ds.wavelength.values).mean()
-    # the lamp is 10 cm wide: at 10 m its edges are 2e-5 off the inverse square; the noise is of
-    # that order too
+    # 5e-4: the lamp is 10 cm wide, so at 10 m its edges deviate from the inverse square law by
+    # 2e-5; the noise is of the same order
     assert got == pytest.approx(wanted, rel=5e-4)
 
 
 @pytest.mark.slow
 def test_the_spread_of_passes_is_the_noise_of_the_mean(make):
-    """The error stated for 128 paths is the median deviation from a picture of many more, x 1 /
-    0.6745.
+    """The error stated for 128 paths is 1 / 0.6745 times the median deviation from a picture of
+    many
+    more paths.
     """
     scene = make.street(6)
     settings = {"width": 32, "height": 18, "margin": 0.0, "step_nm": 100.0}
@@ -122,8 +123,9 @@ def test_the_spread_of_passes_is_the_noise_of_the_mean(make):
     a, b = (luminance(ds.radiance.values[0], ds.wavelength.values) for ds in (few, many))
     lit = (b > 0.01 * b.mean()) & (b < 100 * b.mean())
     found = np.median(np.abs(a[lit] / b[lit] - 1)) / 0.6745
-    # the picture of eight times the paths adds 6 % to the deviation. Four passes know a standard
-    # error to 40 %, its median over tiles better, and the two medians weigh tiles differently
+    # The picture with eight times the paths adds 6 % to the deviation. Four passes determine a
+    # standard error to 40 %, and its median over tiles better. The two medians weight tiles
+    # differently.
     assert row.errors[0].label.endswith("streetlights") and 0.4 < row.errors[0].value / found < 2.5
 
 
@@ -180,8 +182,8 @@ def test_all_lamps_in_one_group_give_the_sum_of_the_groups(make):
     a = parts.radiance.sum("light_group").values.mean(0)
     b = one.radiance.values[0].mean(0)
     lit = a > 0.01 * a.mean()
-    # median of the signed relative difference of two noisy pictures of 512 paths on 100 tiles: no
-    # bias above 1 %
+    # the median signed relative difference of two noisy pictures of 512 paths, over 100 tiles,
+    # shows no bias above 1 %
     assert lit.sum() > 80 and abs(np.median(b[lit] / a[lit] - 1)) < 0.01
 
 
@@ -201,8 +203,10 @@ def test_only_the_bands_asked_for_are_rendered(make):
     ],
 )
 def test_agrees_with_mitsubas_own_path_integrator(make, group):
-    """Other code for lamps (emitter plugin), colours (spectral surfaces), choice of lamps and bands
-    (a spectral film).
+    """Compare with Mitsuba's path integrator, which has independent code.
+
+    Different are lamps (emitter plugin), colours (spectral surfaces), the choice of lamps, and
+    bands (a spectral film).
     """
     settings = {
         "width": 48,
@@ -229,20 +233,21 @@ def test_agrees_with_mitsubas_own_path_integrator(make, group):
     lit = ours.mean(0) > 1e-3 * ours.mean()
     z = ((ours.mean(0) - theirs.mean(0)) / np.maximum(error, 1e-300))[lit]
     assert lit.sum() > 30
-    # z of a mean of 8 against 8 is Student's t with 14 degrees of freedom: standard deviation 1.08;
-    # blocks share no path, so the mean of n of them is within 4 / sqrt(n); fireflies make the tails
-    # heavier, which leaves room up to 1.5
+    # The z of means of 8 and 8 pictures is Student's t with 14 degrees of freedom: standard
+    # deviation 1.08. Blocks share no path, so the mean of n blocks is within 4 / sqrt(n). Fireflies
+    # make the tails heavier, so 1.5 is allowed.
     assert abs(z.mean()) < 4 / np.sqrt(len(z))
     assert 0.5 < z.std() < 1.5
-    # and no bias that is lost in the noise of single blocks: 2 % of the median block
+    # a bias hidden in the noise of single blocks would show in the median block: 2 %
     assert np.median((ours.mean(0) / np.maximum(theirs.mean(0), 1e-300))[lit]) == pytest.approx(
         1, abs=0.02
     )
 
 
 def test_one_kernel_for_all_passes_light_groups_and_scenes(make):
-    """Compiling takes longer than many a pass: whatever differs in numbers only must find the first
-    kernel again.
+    """Scenes and passes that differ only in numbers reuse the first compiled kernel.
+
+    Compilation takes longer than many passes.
     """
     import drjit as dr
     import mitsuba as mi
@@ -259,11 +264,12 @@ def test_one_kernel_for_all_passes_light_groups_and_scenes(make):
             with dr.scoped_set_flag(dr.JitFlag.KernelHistory, True):
                 list(one_pass(7 + len(lot), 1 + len(lot), lot))
             ran = [k for k in dr.kernel_history() if k["type"] == dr.KernelType.JIT]
-            # of paths; others are copies and such
+            # only kernels that trace paths; others are copies and similar
             found |= {k["hash"] for k in ran if k["operation_count"] > 1000}
         return found
 
-    # other boxes, camera, grid, lamps' numbers and lots of groups; the same kinds of surfaces
+    # boxes, camera, grid, number of lamps and lots of groups differ; the kinds of surfaces are the
+    # same
     assert (
         len(
             kernels(make.street(3, seed=1), (12, 7), [(0, 1, 2, 3), (1, 3), (0,)])
@@ -275,8 +281,9 @@ def test_one_kernel_for_all_passes_light_groups_and_scenes(make):
 
 @pytest.mark.slow
 def test_hits_are_those_of_mitsuba(make):
-    """Tables of triangles against Mitsuba's own shapes: written out and placed, turned, mirrored
-    and stretched, flat and smooth.
+    """Compare hits by tables of triangles with those of Mitsuba's own shapes.
+
+    The shapes are placed once or as instances, turned, mirrored and stretched, flat and smooth.
     """
     from dataclasses import replace
 
@@ -291,7 +298,7 @@ def test_hits_are_those_of_mitsuba(make):
 
     ball = make.part(sphere(6, False))
     ball = replace(ball, normals=ball.vertices / 2)
-    # the tenth comes after the second
+    # more than ten names, since "box10" sorts before "box2"
     row = [
         make.part((make.cube[0] * 0.2 + [0.4 * k, 0.1 * k, 2.0], make.cube[1]), name=f"box{k}")
         for k in range(12)
@@ -328,7 +335,8 @@ def test_hits_are_those_of_mitsuba(make):
         np.array_equal(np.array(shape)[hit], number(theirs.shape))
         and len(set(number(theirs.shape))) == 15
     )
-    # float32: a few roundings of coordinates up to 20 m, and of unit vectors; t is the same number
+    # tolerances: a few float32 roundings of coordinates up to 20 m and of unit vectors; t is the
+    # same number in both
     for value, off in (
         (lambda si: si.t, 0),
         (lambda si: si.p, 1e-5),
@@ -341,8 +349,9 @@ def test_hits_are_those_of_mitsuba(make):
 
 
 def pictures(make, scene, settings, group, way, repeats=8):
-    """Return `repeats` independent pictures (band, y, x) without the lamps seen directly: `path`
-    ours, `own` Mitsuba's.
+    """Return `repeats` independent pictures (band, y, x) without lamps seen directly.
+
+    `way` is `path` for the project's integrator, `own` for Mitsuba's.
     """
     import mitsuba as mi
     from isethdr_mitsuba.doctor import choose_variant
@@ -369,14 +378,14 @@ def pictures(make, scene, settings, group, way, repeats=8):
 
 
 def compiled(scene, renderer, groups):
-    """Return the function of one pass of our integrator over `groups` of a scene."""
+    """Return the function of one pass of the project's integrator over `groups` of a scene."""
     from isethdr_mitsuba.frame import even_passes
 
     return even_passes(follower(scene, renderer, groups))
 
 
 def follower(scene, renderer, groups):
-    """Return our integrator over `groups` of a scene."""
+    """Return the project's integrator over `groups` of a scene."""
     from isethdr_mitsuba import frame
     from isethdr_mitsuba.lamps.placed_lamps import placed_lamps
     from isethdr_mitsuba.world.geometry import build_world

@@ -18,7 +18,7 @@ def test_planned_paths_bring_tiles_to_their_limit_in_the_least_time():
     limit = rng.lognormal(0, 1, (3, 500))
     weights = np.array([1.0, 0.3, 0.0])
     us = np.array([1.0, 2.0, 1.5])
-    limit[:, 7] = np.inf  # nobody looks
+    limit[:, 7] = np.inf  # no camera sees this tile
     paths = need_plan.needed(variance, limit, weights, us)
     assert not paths[:, 7].any() and not paths[2].any(), "nor where a group has no weight"
     relative = (weights[:, None, None] ** 2 * variance / limit**2).max(1)
@@ -27,7 +27,7 @@ def test_planned_paths_bring_tiles_to_their_limit_in_the_least_time():
     assert 1 - kept.mean() <= need_plan.GIVEN_UP + 2 / 500
     reached = (relative[:2, kept] / paths[:2, kept]).sum(0)
     np.testing.assert_allclose(reached, 1.0, rtol=1e-9)
-    # any other split of the same time between two groups is noisier
+    # any other division of the same time between two groups has more noise
     for shift in (0.9, 1.1):
         first = paths[0, kept] * shift
         second = (cost[kept] - us[0] * first) / us[1]
@@ -71,8 +71,9 @@ def test_neighbours_are_tiles_of_the_same_object():
 
 
 def test_variance_of_paths_from_batches():
-    """Batches of independent paths of known variance: its estimate is right, tile by tile better
-    than their own few batches tell.
+    """Estimate the known variance of paths from batches of independent paths.
+
+    The estimate of each tile uses its neighbours, so it is better than from its own few batches.
     """
     rng = np.random.default_rng(5)
     shape = (12, 16)
@@ -86,7 +87,7 @@ def test_variance_of_paths_from_batches():
     tally.squares[0, :] = (sums**2 / each).sum(1)
     found = path_variance([tally], Neighbours(np.ones(shape, int)))[0, 1]
     truth = light.ravel() ** 2 / 2
-    assert found.mean() == pytest.approx(truth.mean(), rel=0.1)  # 576 degrees of freedom: 0.06
+    assert found.mean() == pytest.approx(truth.mean(), rel=0.1)  # 0.06: 576 degrees of freedom
     own = sums.var(1, ddof=1) / each
     assert np.std(found / truth) < 0.4 * np.std(own / truth)
 

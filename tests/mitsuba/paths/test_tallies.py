@@ -1,4 +1,6 @@
-"""Tallies: what batches of one evenly spread sequence overstate, two independent buffers tell."""
+"""Tallies: batches of one low-discrepancy sequence overstate the noise; two independent buffers
+show by how much.
+"""
 
 import numpy as np
 import pytest
@@ -14,14 +16,14 @@ def llvm():
     mi.set_variant(choose_variant("llvm"))
 
 
-# of a batch
+# tiles (rows, columns), number of batches, and paths per batch
 SHAPE = (40, 60)
 BATCHES = 8
 PATHS = 16
 
 
 def tally_of(batches):
-    """Return a tally of batch means (batch, tile): of one group, X, Y and Z alike."""
+    """Return a tally of batch means (batch, tile) for one group, with equal X, Y and Z."""
     from isethdr_mitsuba.paths.tallies import Tally
 
     found = Tally.empty(1, 1, batches.shape[1])
@@ -33,13 +35,15 @@ def tally_of(batches):
 
 
 def buffers(rng, spread, level):
-    """Return two buffers whose batches differ by 1 / root(PATHS), and whose means by `spread`
-    times what follows from that.
+    """Return two independent buffers.
+
+    The batches of a buffer have a standard deviation of 1 / root(PATHS). The means of buffers have
+    `spread` times the standard deviation that follows from that.
     """
     out = []
     for _ in range(2):
         batches = rng.normal(0, 1 / np.sqrt(PATHS), (BATCHES, level.size))
-        batches += (spread - 1) * batches.mean(0)  # the deviations of batches stay
+        batches += (spread - 1) * batches.mean(0)  # deviations from the mean stay
         out.append(tally_of(level.ravel() + batches))
     return out
 
@@ -53,10 +57,11 @@ def test_two_buffers_tell_by_how_much_batches_overstate(spread):
     found = buffers(rng, spread, level)
     near = Neighbours(np.zeros(SHAPE, int))
     each = path_variance(found, near)
-    # of one path; 15 batches and 24 of the neighbours' 375 are known to a seventh in each tile
+    # the variance of one path is 1; each tile determines it to a seventh, from its 15 batches and a
+    # weight of 24 for the 375 of its neighbours
     assert each.mean() == pytest.approx(1.0, rel=0.02)
     of_batches = each / (2 * PATHS * BATCHES)
-    # 2400 tiles: known to root(2 / 2400) = 3 %
+    # 10 %: 2400 tiles determine it to root(2 / 2400) = 3 %
     ratio = spread_of_buffers(*found, of_batches)
     assert ratio.shape == (1, 1, 1) and ratio.item() == pytest.approx(spread**2, rel=0.1)
 

@@ -1,4 +1,4 @@
-"""Textures: seeded noise whose mean is the middle of two spectra, in space and not in time."""
+"""Textures: seeded spatial noise between two spectra, with the mean of both, constant in time."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def llvm():
 
 
 def share(points, **fields):
-    """The share of the second reflectance at points (n, 3)."""
+    """Return the share of the second reflectance at points (n, 3)."""
     from isethdr_mitsuba.paths.texture_noise import TextureTables
 
     material = Material("m", reflectance=flat(0.2), texture=Texture(flat(0.4), **fields))
@@ -42,7 +42,8 @@ def test_half_of_each_on_average_and_another_seed_is_another_texture():
     points = cloud()
     one, again, other = (share(points, seed=s) for s in (3, 3, 4))
     assert np.array_equal(one, again)
-    # one patch of a metre each: 200,000 independent values whose spread is 0.2
+    # points are in different patches of a metre: 200,000 independent values with a standard
+    # deviation of 0.2
     assert one.mean() == pytest.approx(0.5, abs=0.003) and 0.1 < one.std() < 0.4
     assert abs(np.corrcoef(one, other)[0, 1]) < 0.02
     assert one.min() >= 0 and one.max() <= 1
@@ -52,14 +53,14 @@ def test_noise_is_smooth_within_a_patch_and_new_in_the_next():
     points = cloud(50_000)
     here = share(points, patch_m=2.0, patches=1.0, grain=0.0)
     near = share(points + [0.002, 0, 0], patch_m=2.0, patches=1.0, grain=0.0)
-    # slopes of smoothstep: 1.5 per cell, between values 2 apart
+    # the slope of smoothstep is at most 1.5 per cell, between values that differ by 2
     assert np.abs(near - here).max() < 0.002 / 2.0 * 1.5 + 1e-4
     apart = share(points + [20.0, 0, 0], patch_m=2.0, patches=1.0, grain=0.0)
     assert abs(np.corrcoef(here, apart)[0, 1]) < 0.02
 
 
 def test_the_integrator_shows_both_spectra_and_their_mean(make):
-    """A white sky over a matt plane: its radiance is the reflectance, tile by tile."""
+    """Under a white sky, the radiance of a matt plane is its reflectance in each tile."""
     texture = Texture(flat(0.6), seed=1, patch_m=1.0, patches=1.0, grain=0.0)
     wall = Material("wall", reflectance=flat(0.2), texture=texture)
     scene = make.describe(
@@ -72,14 +73,15 @@ def test_the_integrator_shows_both_spectra_and_their_mean(make):
         width=48, height=48, margin=0.0, step_nm=100.0, samples=64, max_depth=2
     )
     found = settings(scene).radiance.values[0, 1]
-    # 530 patches: 0.2 of 0.4 spread, over the root of it
+    # 0.02: 530 patches, with a standard deviation of 0.2 of the range of 0.4 each, over the root of
+    # 530
     assert found.mean() == pytest.approx(0.4, abs=0.02)
     assert 0.2 < np.quantile(found, 0.02) < 0.3 and 0.5 < np.quantile(found, 0.98) < 0.6
     assert wall.mean_reflectance().at(550.0) == pytest.approx(0.4)
 
 
 def test_a_metal_has_a_texture_too_and_reflects_no_more_than_its_light(make):
-    """A white sky over rough metal seen from above: between both reflectances, never beyond."""
+    """Under a white sky, the radiance of rough metal is between its two reflectances."""
     texture = Texture(flat(0.9), seed=1, patch_m=1.0, patches=1.0, grain=0.0)
     plate = Material("plate", "conductor", flat(0.5), 0.2, texture=texture)
     scene = make.describe(
@@ -92,7 +94,8 @@ def test_a_metal_has_a_texture_too_and_reflects_no_more_than_its_light(make):
         width=24, height=24, margin=0.0, step_nm=100.0, samples=64, max_depth=2
     )
     found = settings(scene).radiance.values[0, 1]
-    # 130 patches of a spread of 0.2 of 0.4, over the root of it: 0.007; facets lose under 1 % here
+    # 0.03: 130 patches, with a standard deviation of 0.2 of the range of 0.4 each, over the root of
+    # 130: 0.007; facets lose less than 1 % here
     assert found.mean() == pytest.approx(0.7, abs=0.03)
     assert 0.49 < found.min() < 0.6 and 0.8 < found.max() < 0.91
 

@@ -1,5 +1,5 @@
-"""Launches of any list of tiles: every path once, and of each tile the same light as in any other
-list.
+"""Launches of any list of tiles: every path is traced once, and the light of a tile does not depend
+on the list.
 """
 
 import numpy as np
@@ -49,7 +49,7 @@ def test_a_tile_is_the_same_in_any_list(make):
     tiles = np.array([30, 31, 5, 60, 2])
     alike = follow.launch(9, listed_work(tiles, [64] * 5, [every] * 5))
     assert np.array_equal(alike.radiance, whole[:, :, tiles]) and alike.radiance.any()
-    # more paths and fewer groups elsewhere change nothing here
+    # more paths and fewer groups in other tiles change nothing in these tiles
     bits = [every, 0b0110, every, 0b1001, every]
     work = listed_work(tiles, [64, 200, 64, 8, 1000], bits)
     mixed = follow.launch(9, work)
@@ -59,14 +59,15 @@ def test_a_tile_is_the_same_in_any_list(make):
         wanted = bits[list(tiles).index(tile)]
         left_out = [g for g in range(4) if not wanted >> g & 1]
         assert not mixed.radiance[left_out, :, entry].any()
-    # batches are the tiles' X, Y and Z
+    # batches hold X, Y and Z of the tiles
     xyz = np.einsum("kb,gbt->gkt", xyz_weights(settings.bands_nm()), mixed.radiance)
     sums = [[np.bincount(work.owner, one) for one in group] for group in mixed.batches]
     np.testing.assert_allclose(sums, xyz, rtol=1e-4, atol=1e-6 * xyz.max())
-    # another stream has random numbers of its own
+    # another stream has different random numbers
     other = follow.launch(9, listed_work(tiles, [64] * 5, [every] * 5, stream=1))
     assert not np.array_equal(other.radiance[1], alike.radiance[1])
-    # the next launch is recorded while one runs; processors may take any number of items at a time
+    # the next launch is recorded while another one runs; processors may take any number of items at
+    # a time
     assert divide_launches(MOST_LANES)
     running = follow.record(9, work)
     running.start()

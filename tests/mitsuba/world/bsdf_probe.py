@@ -24,7 +24,7 @@ def seen_from(observer):
 
 
 def value(bsdf, light, observer):
-    """Return f, 1/sr, at 550 nm."""
+    """Return the BSDF, 1/sr, at 550 nm for directions to light and observer."""
     light, observer = np.broadcast_arrays(light, observer)
     found = bsdf.eval(mi.BSDFContext(), seen_from(observer), vectors(light))
     return np.array(found)[0].reshape(light.shape[:-1]) / light[..., 2]
@@ -38,7 +38,7 @@ def towards(elevation_deg, azimuth_deg=20.0):
 
 
 def drawn(bsdf, observer, count, seed=1):
-    """Return `count` sampled directions, their weights and their densities, seen from one place."""
+    """Return `count` sampled directions, their weights and their densities, for one observer."""
     rng = mi.PCG32(size=count, initstate=seed)
     point = mi.Point2f(rng.next_float32(), rng.next_float32())
     si = seen_from(np.tile(observer, (count, 1)))
@@ -52,8 +52,9 @@ def albedo(bsdf, elevation_deg, count=200_000):
 
 
 def reciprocity(bsdf, count=50_000, seed=0):
-    """Return the largest |f(a, b) - f(b, a)| over their mean; half of all within 5 degrees of
-    grazing.
+    """Return the largest |f(a, b) - f(b, a)| over the mean of both, for random directions.
+
+    Half of all directions are within 5 degrees of the horizon.
     """
     rng = np.random.default_rng(seed)
     grazing = rng.random((count, 2)) < 0.5
@@ -68,8 +69,9 @@ def reciprocity(bsdf, count=50_000, seed=0):
 
 
 def samples_agree(bsdf, elevation_deg, count=50_000):
-    """Return the largest relative differences of density and of weight x density between samples
-    and evaluation.
+    """Return the largest relative differences between samples and evaluation.
+
+    The first is that of the density, the second that of weight x density.
     """
     observer = towards(elevation_deg)
     wo, weight, density = drawn(bsdf, observer, count, 3)
@@ -87,8 +89,8 @@ def chi_square_p(  # noqa: PLR0913 - a helper of tests
 ):
     """Return the p value of samples against density, in rings and sectors about `observer`.
 
-    A grid over the sphere has cells of a degree, too wide for lobes of half a degree. `edges` of
-    the rings are those of t = 1 - cos(angle from the observer).
+    A grid over the sphere has cells of a degree, which is too wide for lobes of half a degree.
+    `edges` are the borders of the rings in t = 1 - cos(angle from the observer).
     """
     node, weight = np.polynomial.legendre.leggauss(order)
     middle = (edges[1:] + edges[:-1]) / 2
@@ -124,7 +126,7 @@ def chi_square_above_p(bsdf, elevation_deg, samples, seed=5, order=8, cells=(24,
     """
     observer = towards(elevation_deg, 0.0)
     up_edges = np.linspace(0, 1, cells[0] + 1) ** 2
-    turn_edges = np.pi * np.linspace(-1, 1, cells[1] + 1) ** 3  # 0 away from the observer
+    turn_edges = np.pi * np.linspace(-1, 1, cells[1] + 1) ** 3  # 0: away from the observer
     node, weight = np.polynomial.legendre.leggauss(order)
 
     def points(edges):

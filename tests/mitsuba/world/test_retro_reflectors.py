@@ -1,4 +1,4 @@
-"""Retro-reflectors as Mitsuba evaluates them: R_A of the sources, energy, sampling."""
+"""Retro-reflectors as Mitsuba evaluates them: published R_A, energy, sampling."""
 
 from __future__ import annotations
 
@@ -16,7 +16,8 @@ from isethdr_core.scene import Material, flat
 
 from .bsdf_probe import albedo, chi_square_p, reciprocity, samples_agree, towards, value
 
-# R_A, cd lx-1 m-2, at (observation, entrance), degrees; sources: `retro_reflectors`
+# R_A, cd lx-1 m-2, at (observation angle, entrance angle) in degrees; `retro_reflectors` names the
+# sources
 R_A = {
     "ra1": {(0.2, 5): 70, (0.2, 30): 30, (0.333, 5): 50, (0.333, 40): 9, (2, 5): 5, (2, 30): 2.5},
     "ra2": {(0.2, 5): 250, (0.2, 30): 150, (0.333, 5): 180, (0.333, 40): 95, (2, 5): 5},
@@ -25,7 +26,7 @@ R_A = {
     "vehicle_red": {(0.333, 0): 100, (0.333, 10): 67, (0.333, 20): 33, (1.5, 0): 1.67},
     "animal_eye": {(0.333, 0): 60, (1, 0): 33, (2, 0): 9},
 }
-BLACK = 1e-6  # the base's part; a reflectance of 0 would send nothing back
+BLACK = 1e-6  # reflectance of the base; with 0, the retro-reflector would reflect nothing
 
 
 @pytest.fixture(autouse=True)
@@ -42,7 +43,7 @@ def loaded(material):
 
 
 def geometry(observation_deg, entrance_deg):
-    """Unit vectors to light and observer in one plane with the normal."""
+    """Return unit vectors to light and observer in one plane with the normal."""
     at = lambda deg: np.stack([np.sin(np.radians(deg)), 0 * deg, np.cos(np.radians(deg))], -1)
     return at(entrance_deg), at(entrance_deg - observation_deg)
 
@@ -53,13 +54,14 @@ def test_r_a_is_that_of_the_source(name):
     angles = np.array(list(R_A[name]))
     light, observer = geometry(angles[:, 0], angles[:, 1])
     found = value(bsdf, light, observer) * light[:, 2] * observer[:, 2]
-    # the product of two laws of one angle each, fitted to the whole table
+    # 30 %: the model is a product of two functions of one angle each, fitted to the whole table
     np.testing.assert_allclose(found, list(R_A[name].values()), rtol=0.30)
 
 
 def test_a_stud_has_the_r_i_of_its_standard_over_the_face_that_is_built():
-    """mcd/lx, and the fall towards an entrance angle of 20 degrees: sources in
-    `retro_reflectors`.
+    """Compare R_I of a stud, mcd/lx, and its fall towards an entrance angle of 20 degrees.
+
+    `retro_reflectors` names the sources.
     """
     bsdf = loaded(
         Material("s", "diffuse", flat(BLACK), retro=retro_reflection("stud", flat(BLACK)))
@@ -68,9 +70,9 @@ def test_a_stud_has_the_r_i_of_its_standard_over_the_face_that_is_built():
     light, observer = geometry(angles[:, 0], angles[:, 1])
     area_m2 = float(np.prod(STUD_FACE_M))
     found = 1e3 * area_m2 * value(bsdf, light, observer) * light[:, 2] * observer[:, 2]
-    # three parameters through three values, rounded to 5 digits
+    # 2e-3: three parameters are fitted to three values and rounded to 5 digits
     np.testing.assert_allclose(found[:3], [220.0, 25.0, 2.5], rtol=2e-3)
-    assert found[4] / found[3] == pytest.approx(112 / 279, rel=0.01)  # 0.1 degrees beside the axis
+    assert found[4] / found[3] == pytest.approx(112 / 279, rel=0.01)  # 0.1 degrees off axis
 
 
 @pytest.mark.parametrize("name", sorted(RETRO))
@@ -80,7 +82,7 @@ def test_materials_send_back_their_r_a_in_their_colour(name):
     observation, entrance = next(iter(R_A[kind]))
     light, observer = geometry(np.array([observation]), np.array([float(entrance)]))
     found = (value(loaded(material), light, observer) * light[:, 2] * observer[:, 2])[0]
-    # evaluated at 550 nm: the colour over its luminous mean
+    # evaluated at 550 nm, where R_A is scaled by the reflectance over its luminous mean
     colour = float(material.reflectance.at(550.0)) / luminous_mean(material.reflectance)
     assert found == pytest.approx(times * colour * R_A[kind][observation, entrance], rel=0.2)
 
@@ -100,7 +102,7 @@ def test_a_reflector_is_reciprocal_and_sampled_as_it_is_evaluated():
 
 
 def chi_square(name, entrance_deg, samples, order=6):
-    """The p value of the retro-reflecting part alone, in rings of its own width."""
+    """Return the p value of the retro-reflecting part only, in rings scaled to its width."""
     retro = retro_reflection(name, flat(1.0))
     bsdf = loaded(Material("s", "diffuse", flat(BLACK), retro=retro))
     rings = np.r_[0, np.geomspace(retro.width / 30, 1.9, 24)]
@@ -109,7 +111,10 @@ def chi_square(name, entrance_deg, samples, order=6):
 
 @pytest.mark.parametrize("name", ["clothing", "animal_eye"])
 def test_directions_are_drawn_as_the_density_says(name):
-    """A p of 1e-4 by chance: the seed is fixed."""
+    """Sampled directions have the stated density, by a chi-square test.
+
+    By chance, p is below 1e-4 once in 10,000 seeds; the seed is fixed.
+    """
     assert chi_square(name, 30.0, 50_000) > 1e-4
 
 
@@ -117,7 +122,8 @@ def test_directions_are_drawn_as_the_density_says(name):
 @pytest.mark.parametrize("name", sorted(R_A))
 @pytest.mark.parametrize("entrance_deg", [5.0, 30.0, 60.0])
 def test_directions_are_drawn_as_the_density_says_everywhere(name, entrance_deg):
-    """15 tests: a p of 1e-4 by chance; the seed is fixed."""
+    """Repeat the chi-square test for all retro-reflectors and entrance angles, with more
+    samples."""
     assert chi_square(name, entrance_deg, 1_000_000, order=10) > 1e-4
 
 
@@ -132,4 +138,4 @@ def test_the_scalar_variant_has_the_same_reflector():
         si.wi = mi.Vector3f(*eye)
         si.wavelengths = mi.Spectrum(550.0)
         found = bsdf.eval(mi.BSDFContext(), si, mi.Vector3f(*way))[0] / way[2]
-        assert found == pytest.approx(wanted, rel=1e-3)  # float32
+        assert found == pytest.approx(wanted, rel=1e-3)  # rounding to float32

@@ -31,8 +31,8 @@ from .bsdf_probe import (
 )
 
 NAMES = tuple(road_surfaces())
-# Q0 and S1 as published for the class: van Bommel, Road Lighting, tables 12.2 and 12.3; of S1 of
-# the C classes and of R1 to R4, that of the table
+# Q0 and S1 published for the class: van Bommel, Road Lighting, tables 12.2 and 12.3. S1 of C
+# classes and R1 to R4 is that of the r-table.
 PUBLISHED = {
     "r1": (0.10, 0.25),
     "r2": (0.07, 0.58),
@@ -45,8 +45,9 @@ PUBLISHED = {
     "c2w3": (0.196, None),
     "c2w4": (0.247, None),
 }
-S1_LIMITS = {"w1": (0, 4.5), "w2": (4.5, 7.2), "c2w3": (7.2, 9.8), "c2w4": (9.8, 12.0)}  # the same
-# sampled to half a millidegree of the light of a road seen at a grazing angle
+# limits of S1, from the same source
+S1_LIMITS = {"w1": (0, 4.5), "w2": (4.5, 7.2), "c2w3": (7.2, 9.8), "c2w4": (9.8, 12.0)}
+# borders of rings in 1 - cos(angle from the observer)
 RINGS = np.r_[0, np.geomspace(1e-4, 1.99, 24)]
 
 
@@ -65,7 +66,7 @@ def loaded(material):
 
 @cache
 def road(name):
-    """One load for all tests: they are of one variant."""
+    """Return a road surface, loaded once for all tests, which use the same variant."""
     return loaded(asphalt(name))
 
 
@@ -80,7 +81,7 @@ def test_figures_are_those_of_the_table(name):
     assert found.q0 == pytest.approx(told.q0, rel=0.10)
     assert found.s1 == pytest.approx(told.s1, rel=0.10)
     assert found.s2 == pytest.approx(told.s2, rel=0.10)
-    # asked at 550 nm, where asphalt is 1 % darker than its luminance
+    # 2 %: evaluated at 550 nm, where the reflectance of asphalt is 1 % below its luminous mean
     assert retro_luminance(law(road(name))) == pytest.approx(told.r_l, rel=0.02)
 
 
@@ -97,7 +98,11 @@ def test_figures_are_those_of_the_published_class(name):
 
 @pytest.mark.parametrize("name", [n for n in NAMES if n not in ("damp", "w1", "w2")])
 def test_the_r_table_is_met_cell_by_cell(name):
-    """Tables of the CIE are not part of this project: they are read where they lie."""
+    """Compare with the r-tables of the CIE, cell by cell.
+
+    The tables are not part of this project; they are read from the folder that ISETHDR_REFERENCE
+    names.
+    """
     file = Path(os.environ.get("ISETHDR_REFERENCE", "")) / "r_tables" / f"{name.upper()}.txt"
     if not file.is_file():
         pytest.skip(f"no r-table {file}; ISETHDR_REFERENCE names a folder with r_tables/R1.txt ...")
@@ -107,7 +112,7 @@ def test_the_r_table_is_met_cell_by_cell(name):
 def test_dry_roads_send_back_more_than_wet_ones():
     r_l = {name: retro_luminance(law(road(name))) for name in NAMES}
     for name in ("r1", "r2", "r3", "r4", "c1", "c2"):
-        assert 5 < r_l[name] < 20  # mcd m-2 lx-1, what is said of dry roads
+        assert 5 < r_l[name] < 20  # mcd m-2 lx-1, typical of dry roads
     assert r_l["c2"] > r_l["damp"] > r_l["w1"] > r_l["w2"] > r_l["c2w3"] > r_l["c2w4"] > 0.5
 
 
@@ -115,7 +120,8 @@ def test_dry_roads_send_back_more_than_wet_ones():
 def test_a_marking_has_the_r_l_it_was_asked_for(r_l):
     bsdf = loaded(marking(r_l))
     assert retro_luminance(law(bsdf)) == pytest.approx(r_l, rel=0.02)
-    # lamps 0.65 m high, eye 1.2 m: the class is measured at 30 m, roads are seen from 15 to 50 m
+    # lamps are 0.65 m high, the eye 1.2 m; the class is measured at 30 m, but roads are seen at 15
+    # to 50 m
     at = lambda metres: np.degrees(np.arctan(np.array([0.65, 1.2]) / metres))
     near_and_far = [retro_luminance(law(bsdf), *at(metres)) for metres in (15, 20, 40, 50)]
     np.testing.assert_allclose(near_and_far, r_l, rtol=0.15)
@@ -124,7 +130,7 @@ def test_a_marking_has_the_r_l_it_was_asked_for(r_l):
 @pytest.mark.parametrize("name", ["c2", "c2w4", "marking"])
 def test_a_road_is_reciprocal_and_sampled_as_it_is_evaluated(name):
     bsdf = loaded(marking(150.0)) if name == "marking" else road(name)
-    assert reciprocity(bsdf) < 3e-4  # float32 near grazing angles
+    assert reciprocity(bsdf) < 3e-4  # float32 at grazing angles
     for elevation_deg in (1.0, 30.0):
         assert max(samples_agree(bsdf, elevation_deg)) < 1e-3
         assert 0.02 < albedo(bsdf, elevation_deg) < 0.7
@@ -137,7 +143,9 @@ def test_no_road_reflects_more_than_its_light(name):
 
 
 def chi_square(name, elevation_deg, samples, order):
-    """The p value of a road on a grid above the horizon, of a marking in rings about its beads."""
+    """Return the p value of samples: of a road on a grid over the hemisphere, of a marking in
+    rings about the observer, towards whom its glass beads reflect.
+    """
     if name == "marking":
         bsdf = loaded(marking(150.0))
         return chi_square_p(bsdf, towards(elevation_deg), RINGS, samples, order=order)
@@ -146,7 +154,10 @@ def chi_square(name, elevation_deg, samples, order):
 
 @pytest.mark.parametrize("name, elevation_deg", [("c2", 2.29), ("c2w4", 45.0), ("marking", 2.29)])
 def test_directions_are_drawn_as_the_density_says(name, elevation_deg):
-    """A p of 1e-4 by chance: the seed is fixed."""
+    """Sampled directions have the stated density, by a chi-square test.
+
+    By chance, p is below 1e-4 once in 10,000 seeds; the seed is fixed.
+    """
     assert chi_square(name, elevation_deg, 50_000, 6) > 1e-4
 
 
@@ -154,5 +165,5 @@ def test_directions_are_drawn_as_the_density_says(name, elevation_deg):
 @pytest.mark.parametrize("name", [*NAMES, "marking"])
 @pytest.mark.parametrize("elevation_deg", [1.0, 2.29, 10.0, 45.0])
 def test_directions_are_drawn_as_the_density_says_everywhere(name, elevation_deg):
-    """48 tests: a p of 1e-4 by chance; the seed is fixed."""
+    """Repeat the chi-square test for all road surfaces and elevations, with more samples."""
     assert chi_square(name, elevation_deg, 1_000_000, 10) > 1e-4

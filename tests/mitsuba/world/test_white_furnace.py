@@ -1,4 +1,4 @@
-"""White furnace: without absorption, surfaces reflect all light; or they state their loss."""
+"""White furnace: surfaces without absorption reflect all light, or they state their loss."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from isethdr_core.scene import Material, flat
 from .bsdf_probe import albedo, chi_square_above_p, reciprocity, samples_agree
 
 ANGLES_DEG = (0.0, 30.0, 60.0, 80.0, 85.0)
-MATT_METAL = ("conductor", 0.8, 1.5)  # Mitsuba's own reflects 0.64 of its light at 85 degrees
+MATT_METAL = ("conductor", 0.8, 1.5)  # Mitsuba's plugin reflects only 0.64 at 85 degrees
 ROUGH = sorted(
     {
         (m.kind, m.roughness, m.index)
@@ -35,20 +35,20 @@ def llvm():
 
 
 def loaded(kind, roughness, index):
-    """The white surface."""
+    """Return the BSDF of a white surface."""
     from isethdr_mitsuba.world.materials import surface
 
     return mi.load_dict(surface(Material("w", kind, flat(1.0), roughness, index), 400.0, 700.0))
 
 
 def furnace(kind, roughness, index):
-    """Albedo of the white surface at ANGLES_DEG from the normal."""
+    """Return the albedo of a white surface at ANGLES_DEG from the normal."""
     bsdf = loaded(kind, roughness, index)
     return np.array([albedo(bsdf, 90 - a, 40_000) for a in ANGLES_DEG])
 
 
 def scalar_albedo(bsdf, angle_deg, count):
-    """The same, path by path."""
+    """Return the albedo at an angle from the normal, by single samples of the scalar variant."""
     rng = np.random.default_rng(2)
     si = mi.SurfaceInteraction3f()
     a = np.radians(angle_deg)
@@ -59,7 +59,7 @@ def scalar_albedo(bsdf, angle_deg, count):
 
 
 def between(material):
-    """Return whether another material of its kind is smoother, and another one rougher."""
+    """Return whether there are both a smoother and a rougher material of the same kind."""
     of_kind = [other for other in ROUGH if other[0] == material[0]]
     return of_kind[0] < material < of_kind[-1]
 
@@ -74,17 +74,20 @@ def between(material):
 )
 def test_a_white_surface_sends_back_its_light(kind, roughness, index):
     found = furnace(kind, roughness, index)
-    # asked: 0.98 to 1.00; 40,000 paths: 0.001
+    # required: 0.98 to 1.00; the noise of 40,000 paths is 0.001
     assert found.min() > 0.99 and found.max() < 1.002
 
 
 @pytest.mark.parametrize("kind, roughness", [("conductor", 0.8), ("plastic", 0.3)])
 def test_a_compensated_surface_is_reciprocal_and_sampled_as_it_is_evaluated(kind, roughness):
-    """A p of 1e-4 by chance: the seed is fixed."""
+    """Reciprocity, sampling weights, and a chi-square test of sampled directions.
+
+    By chance, p is below 1e-4 once in 10,000 seeds; the seed is fixed.
+    """
     bsdf = loaded(kind, roughness, 1.5)
-    assert reciprocity(bsdf, 20_000) < 2e-3  # float32; roughplastic's own tables to 4e-4
+    assert reciprocity(bsdf, 20_000) < 2e-3  # float32; tables of roughplastic: 4e-4
     assert max(samples_agree(bsdf, 30.0, 20_000)) < 2e-3
-    # at a grazing angle, where the lobe is strongest
+    # at a low elevation, where the lobe is strongest
     assert chi_square_above_p(bsdf, 20.0, 30_000, order=4) > 1e-4
 
 
@@ -92,7 +95,7 @@ def test_without_loss_nothing_is_added():
     missing = np.zeros(33)
     assert mean_over_hemisphere(missing) == 0
     assert mean_over_hemisphere(missing + 0.3) == pytest.approx(0.3, rel=1e-12)
-    # 1 - c, whose mean is 1/3; the table is linear in the root of c
+    # the mean of 1 - c is 1/3; 2e-3 since the table is linear in the root of c
     assert mean_over_hemisphere(1 - np.linspace(0, 1, 33) ** 2) == pytest.approx(1 / 3, rel=2e-3)
 
 
