@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import logging
+import math
 import tempfile
 import warnings
 from collections.abc import Sequence
@@ -38,6 +39,7 @@ MODEL = "detector.onnx"
 DESCRIPTION = "detector.yaml"
 # largest difference from PyTorch over the largest value; float32 sums have another order
 AGREEMENT = 1e-4
+COMMON = 0.9  # least share of the peaks that both outputs have
 LARGEST_CELLS = 512  # largest rows and columns of a picture over STRIDE_PX
 NOISY = ("torch.onnx", "torch.utils.flop_counter")  # loggers of the exporter that are silenced
 
@@ -115,7 +117,8 @@ def difference(network: DetectorNetwork, path: Path) -> float:
     """Return the largest difference between the outputs of a file and of PyTorch, over the largest
     value, for a picture with another size than the exported one.
 
-    Only the largest scores are compared, because rounding may add or remove a peak.
+    Scores are compared at the peaks that both outputs have, because rounding may add or remove a
+    peak. The result is infinite if they share fewer than `COMMON` of them.
 
     Parameters
     ----------
@@ -126,8 +129,12 @@ def difference(network: DetectorNetwork, path: Path) -> float:
     rgb = random.random((1, 3, 3 * STRIDE_PX, 8 * STRIDE_PX), np.float32)
     theirs = open_session(path, "isethdr train detector").run({"picture": rgb})
     boxes, scores = (v.numpy() for v in Boxes(network).eval()(torch.from_numpy(rgb)))
+    common = (theirs["scores"] > 0) & (scores > 0)
+    either = (theirs["scores"] > 0) | (scores > 0)
+    if common.sum() < COMMON * either.sum():
+        return math.inf
     of_boxes = np.abs(theirs["boxes"] - boxes).max() / np.abs(boxes).max()
-    of_scores = abs(theirs["scores"].max() - scores.max()) / scores.max()
+    of_scores = np.abs(theirs["scores"] - scores)[common].max() / scores.max()
     return float(max(of_boxes, of_scores))
 
 
