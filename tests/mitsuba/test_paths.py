@@ -1,5 +1,5 @@
-"""Sampling and sharing of the paths of a pass: the light does not depend on the number of lanes, on
-shared rays or on the wavelengths.
+"""Sampling and sharing of the paths of a pass: the light is the same for any number of lanes and
+shared rays, and the wavelengths cover each band evenly.
 """
 
 import numpy as np
@@ -171,7 +171,7 @@ def test_all_places_together_are_the_mean_of_a_band():
         (1.0, [555.0]),
         (150.0, [475.0]),
     ):
-        # steps of 1/8 nm: the trapezoid rule is exact for a function that is linear between half
+        # steps of 1/4 nm: the trapezoid rule is exact for a function that is linear between half
         # nanometres
         fine = np.linspace(-step / 2, step / 2, int(4 * step) + 1)
         truth = np.stack(

@@ -43,7 +43,7 @@ def test_a_shift_of_focus_is_a_defocus():
 
 def test_the_blur_is_as_wide_as_geometry_says():
     """Rays from a stop of diameter f / N meet 400 um behind the sensor. On the sensor they fill a
-    disc with a diameter of 400 um / N evenly.
+    disc with a diameter of 400 um / N uniformly.
     """
     value = psf(DiffractionLimitedLens(focal_shift_um={400: 400.0, 700: 400.0}))
     y, x = np.indices(value.shape) - 80

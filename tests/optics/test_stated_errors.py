@@ -30,7 +30,7 @@ MAGNIFIED_PERCENT = {450: 0.6, 550: 0.0, 650: -0.8}
 
 
 def scene(shape, pitch, bands, lamp, scatter):
-    """Return a scene whose tiles differ by a factor e^`scatter`, with two lamps."""
+    """Return a scene with two lamps and tiles that differ by factors of e^`scatter`."""
     light = 2e-3 * np.exp(np.random.default_rng(1).normal(0, scatter, shape))
     light[shape[0] // 4 : shape[0] // 4 + 2, 3 * shape[1] // 4] = lamp
     light[shape[0] // 2, shape[1] // 8] = lamp / 3
@@ -85,7 +85,7 @@ def magnified_exactly(make, mixed, captures):
     for band, wave in enumerate(mixed.wavelength.values):
         scale = 1 + np.interp(wave, list(MAGNIFIED_PERCENT), list(MAGNIFIED_PERCENT.values())) / 100
         own = make(focal_length_mm=F_MM * scale)(mixed)
-        plane = own.values[band].astype(float) / scale**2  # as much light, on a larger image
+        plane = own.values[band].astype(float) / scale**2  # the same light, on a larger image
         at_pixels = resample_mean(
             plane, own.x.values, own.y.values, captures.x.values, captures.y.values, side, side
         )
@@ -156,5 +156,5 @@ def test_labels_decide_nothing(monkeypatch):
     nameless = stated(lens, dusty, pulsed, 0.01)
     assert nameless.figure == named.figure and named.figure > 0
     old, new = (of.rows[0].errors for of in (named, nameless))
-    assert old == new and len(old) >= 5  # equal but for their labels
+    assert old == new and len(old) >= 5  # equal except for their labels
     assert not {e.label for e in old} & {e.label for e in new}

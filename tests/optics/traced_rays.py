@@ -14,7 +14,7 @@ import numpy as np
 
 
 class Fan(NamedTuple):
-    """Rays of one field point behind the last surface; all arrays have the same shape."""
+    """A grid (n, n) of rays of one field point behind the last surface; lengths in mm."""
 
     direction: np.ndarray  # (3, n, n), unit vectors in image space
     position: np.ndarray  # (3, n, n), on the sensor plane

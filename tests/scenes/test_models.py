@@ -55,7 +55,7 @@ SIZES = {
 
 
 class Models(dict):
-    """Models by name, each built when it is first asked for."""
+    """Models by name, each built at its first use."""
 
     def __missing__(self, name):
         self[name] = MAKERS[name]().model(name)
@@ -68,7 +68,7 @@ def models():
 
 
 def some_quickly(names):
-    """Return the names as parameters, those of long models among the slow tests."""
+    """Return the names as test parameters; models that take long are marked slow."""
     return [pytest.param(name, marks=[pytest.mark.slow] * (name in LONG)) for name in names]
 
 

@@ -45,7 +45,7 @@ def test_each_lamp_is_near_or_has_a_chance_no_smaller_than_before(count):
 def test_light_of_near_lamps_is_that_of_lamps_by_chance(make, monkeypatch):
     """Compare shadow rays to each near lamp with one ray to one of all lamps.
 
-    The light is the same, and the noise is not higher.
+    The light is the same, and the noise is at most 1.2 times as large.
     """
     import mitsuba as mi
     from isethdr_mitsuba.doctor import choose_variant

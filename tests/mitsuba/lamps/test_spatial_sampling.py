@@ -1,5 +1,6 @@
-"""Spatial light sampling: lamps are chosen by their light at each part of the picture; occluded
-lamps are chosen rarely, but no lamp never.
+"""Spatial light sampling: lamps are chosen by their light at each part of the picture. Occluded
+lamps
+are chosen rarely, but every lamp has a chance.
 """
 
 import numpy as np

@@ -160,7 +160,7 @@ def test_a_group_is_the_same_bit_for_bit_when_the_others_are_not_rendered(make):
 
 @pytest.mark.slow
 def test_all_lamps_in_one_group_give_the_sum_of_the_groups(make):
-    """An independent estimate: other random numbers, other choice of lamps, same light."""
+    """Compare with an estimate with other random numbers and another choice of lamps."""
     from dataclasses import replace
 
     scene = make.street(6)
@@ -205,7 +205,7 @@ def test_only_the_bands_asked_for_are_rendered(make):
 def test_agrees_with_mitsubas_own_path_integrator(make, group):
     """Compare with Mitsuba's path integrator, which has independent code.
 
-    Different are lamps (emitter plugin), colours (spectral surfaces), the choice of lamps, and
+    It differs in lamps (emitter plugin), colours (spectral surfaces), the choice of lamps, and
     bands (a spectral film).
     """
     settings = {

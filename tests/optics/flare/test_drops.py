@@ -31,7 +31,7 @@ def field(values):
 
 
 def only(monkeypatch, *drops):
-    """Return a flare with these drops alone."""
+    """Return a flare with these drops only."""
     monkeypatch.setattr(DropsFlare, "drops", lambda self, width_mm, height_mm: list(drops))
     return DropsFlare()
 
@@ -100,10 +100,10 @@ def test_a_lamp_through_a_drop_is_a_disc_of_the_pupil_in_its_place(monkeypatch):
     """Compare light, position and size of the image of a lamp with the closed form of a thin lens.
 
     Light of a lamp in the direction t leaves the point p of the drop in the direction t + p / f. It
-    meets the pupil where |z (t + p / f) - p| < D / 2. These points p are a disc about p = -z t / (z
-    / f - 1) of radius (D / 2) / (z / f - 1). The share of light is the area of that disc over the
-    area of the pupil. The image has the diameter D / (z - f), about D / z as a point of the glass
-    has it.
+    meets the pupil where |z (t + p / f) - p| < D / 2. These points p are a disc of radius
+    (D / 2) / (z / f - 1) about p = -z t / (z / f - 1). The share of light is the area of that disc
+    over the area of the pupil. The image has the diameter D / (z - f), about D / z as a point of
+    the glass has it.
 
     Tolerances: 2 % of the light, since the pupil is drawn with six cells along its diameter; a
     tenth of a tile for the centroid of the cells; less than 10 % for the blur by tiles and cells.

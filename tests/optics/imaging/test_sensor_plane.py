@@ -283,7 +283,7 @@ def test_an_equidistant_field_beyond_90_degrees():
 
 
 def test_tangents_and_angles_give_the_same_picture():
-    """One fisheye, one lamp field, seen once by tangents and once by angles."""
+    """Compare the image of a fisheye lens for a tangent and an equidistant field."""
     lens = IdealLens(distortion=FISHEYE, falloff="cos4")
     by_tangent = lens(field(width=200, height=200, pitch=2 / 200))
     by_angle = lens(field(width=200, height=200, pitch=2 / 200, projection="equidistant"))

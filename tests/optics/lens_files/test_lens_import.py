@@ -94,6 +94,7 @@ def meridional(rows, heights_mm):
     Parameters
     ----------
     rows : (radius in mm, thickness in mm, index behind) of each surface from front to sensor.
+    heights_mm : heights of the rays above the axis in front of the lens.
     """
     angle = 0.0 * heights_mm
     q = 1.0 * heights_mm

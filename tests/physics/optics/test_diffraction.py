@@ -75,7 +75,8 @@ def test_annulus():
     assert encircled(p, 0.05, FIRST_DARK / np.pi * 0.55 * 4) == pytest.approx(ENCIRCLED, abs=1e-5)
 
 
-FIRST_DARK = brentq(lambda v: j1(v) - 0.5 * j1(0.5 * v), 2.5, 3.6)  # radius; obscuration 0.5
+# first dark ring of an annulus with an obscuration of 0.5, and its encircled energy
+FIRST_DARK = brentq(lambda v: j1(v) - 0.5 * j1(0.5 * v), 2.5, 3.6)
 ENCIRCLED = quad(lambda v: (2 * j1(v) / v - j1(0.5 * v) / v) ** 2 * v, 1e-9, FIRST_DARK)[0] / (
     2 * 0.75
 )
