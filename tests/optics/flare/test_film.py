@@ -32,8 +32,7 @@ def test_the_streak_has_its_share_within_its_half_width_and_loses_what_leaves_th
     Closed form: a share of 2/pi atan(a / w) lies within the distance a, where w is the half width.
     1e-6 is the error of the convolution. 1e-3: the middle tiles share light with their neighbours.
     """
-    flare = FilmFlare(scattered=0.2, half_width_deg=float(np.degrees(np.arctan(10.5e-3))))
-    flare = FilmFlare(0.2, flare.half_width_deg, 90.0)
+    flare = FilmFlare(0.2, float(np.degrees(np.arctan(10.5e-3))), 90.0)
     light = flare.redirected(LENS, lamp()).values[0]
     assert light[20, 60] > 0.8
     inside = 0.2 * 2 / np.pi * np.arctan(60.5 / 10.5)

@@ -196,7 +196,6 @@ def test_an_odd_asphere_bends_rays_as_snells_law_says(tmp_path):
     a3 = -2e-4
     a5 = 1e-7
     n = 1.5
-    blocks = ["SURF 1\n  STOP\n  CURV 0.01\n  DISZ 0\n  GLAS A 0 0 1.5 40"]
     blocks = [
         "SURF 1\n  STOP\n  CURV 0\n  DISZ 5",
         "SURF 2\n  CURV 0\n  DISZ 4\n  GLAS A 0 0 1.5 40",
