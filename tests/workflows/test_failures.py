@@ -241,7 +241,9 @@ def tiny_disk(tmp_path):
             check=False,
         ).returncode
     ):
-        pytest.skip("no tmpfs can be mounted here; tests/core/storage/test_store.py simulates a full disk")
+        pytest.skip(
+            "no tmpfs can be mounted here; tests/core/storage/test_store.py simulates a full disk"
+        )
     yield folder
     subprocess.run(["umount", folder], check=True)
 
