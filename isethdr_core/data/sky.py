@@ -70,7 +70,7 @@ class SkyDome:
         return self.irradiance(wavelength_nm) / np.pi
 
     def irradiance(self, wavelength_nm: npt.ArrayLike) -> np.ndarray:
-        """Return the irradiance of level ground, W m-2 nm-1, from all parts and discs."""
+        """Return the irradiance on horizontal ground, W m-2 nm-1, of all parts and discs."""
         total = np.zeros(np.shape(wavelength_nm))
         for part in self.parts:
             total += part.spectrum.at(wavelength_nm) * cosine_integral(part.pattern)

@@ -1,4 +1,4 @@
-"""Scores with and without denoising: only those of the frame, and their ratio."""
+"""Scores with and without denoising: the table holds scores of the whole frame, and their ratio."""
 
 from __future__ import annotations
 

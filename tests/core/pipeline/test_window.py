@@ -53,7 +53,9 @@ SMALL = [
 
 
 def mixed(width=12, height=8):
-    """Return a field of tiles of 0.01 in tangents, 40 um at a focal length of 4 mm."""
+    """Return a field of square tiles. A side is 0.01 as the tangent of the field angle, or 40 um on
+    the sensor at a focal length of 4 mm.
+    """
     values = np.random.default_rng(1).random((3, height, width)).astype(np.float32)
     return plane(
         values,

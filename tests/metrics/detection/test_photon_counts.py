@@ -324,5 +324,5 @@ def test_the_wedge_is_that_of_two_correlated_normals():
     exact = both_positive(mean[0] / spread[0], -mean[1] / spread[1], rho)
     found = probability_between(wedges_between(*sd**2, contrast, 0.5), bright, dark)
     # 2e-9: 1e-9 from the quadrature, and 1e-9 from sums of levels that are so far above 0 that
-    # measured values below 0 are neglected
+    # this closed form neglects pixels with a measured value below 0
     np.testing.assert_allclose(found, exact, rtol=0, atol=2e-9)

@@ -354,9 +354,9 @@ def shown(
     own: str,
     second_s: float,
 ) -> SumoTraffic:
-    """Return the traffic of journeys, without vehicles that would touch others.
+    """Return the vehicles of all journeys, but leave out those that would touch another one.
 
-    Its base road starts at the place of the camera's vehicle at a second.
+    The road of the result starts where the camera's vehicle is at `second_s`.
 
     Parameters
     ----------
