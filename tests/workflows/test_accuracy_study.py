@@ -189,23 +189,46 @@ def test_narrower_bands_are_better_down_to_the_reference(home):
     assert line["knob"] == "scene.step_nm" and line["now"] == 10.0 and line["tried"] == 3
 
 
-def test_after_ctrl_c_what_was_measured_is_kept(home, monkeypatch):
-    measure = package.Study.measure
+def test_after_ctrl_c_the_same_command_goes_on(home, monkeypatch):
+    measured = []
+
+    def counted(self, job):
+        measured.append(job.value)
+        row = {"knob": job.configured.name, "value": job.value, "now": False, "allowed": 0.1}
+        row |= {"error_of_noise": 1 / len(measured), "cpu_s": 1.0}
+        return None if job.is_reference else row | {"compared": "electrons", "reference": ""}
 
     def stopped(self, job):
-        if len(self.rows) == 2:
+        if len(measured) == 3:  # the reference and two settings
             raise KeyboardInterrupt
-        return measure(self, job)
+        return counted(self, job)
 
+    # the slow tests measure; this one counts what would be measured
+    monkeypatch.setattr(package, "_of_base", lambda *_: package.Study(None, None, 0.1))
     monkeypatch.setattr(package.Study, "measure", stopped)
     app = typer.Typer()
     app.command("study")(study)
     app.command("other")(lambda: None)
-    arguments = ["study", "accuracy", *SMALL, "knob=scene.step_nm", f"folder={home}"]
+    arguments = ["study", "accuracy", *SMALL, "knob=scene.step_nm"]
     done = CliRunner().invoke(app, arguments)
     assert done.exit_code == 130 and "stopped: 2 of 5 settings are measured" in done.output
-    assert [float(row["value"]) for row in table(home)] == [50.0, 30.0]
-    assert (home / package.PICTURE).exists()
+    [folder] = (home / "home" / "studies").iterdir()
+    kept = table(folder)
+    assert [float(row["value"]) for row in kept] == [50.0, 30.0]
+    assert (folder / package.PICTURE).exists()
+
+    measured.clear()
+    monkeypatch.setattr(package.Study, "measure", counted)
+    monkeypatch.setattr(package, "draw", lambda *_: None)  # drawn above
+    rows = accuracy(*SMALL, knob="scene.step_nm")
+    assert measured == [package.REFERENCE, *(row["value"] for row in rows[2:])]
+    assert table(folder)[:2] == kept and len(rows) == len(table(folder)) == 5
+
+    measured.clear()
+    assert accuracy(*SMALL, knob="scene.step_nm") == rows and not measured
+    # rows of another configuration do not count
+    accuracy(*SMALL, "seed=3", knob="scene.step_nm", values="50", folder=str(folder))
+    assert package.REFERENCE in measured
 
 
 def test_a_configuration_without_knobs_is_refused(home, monkeypatch):

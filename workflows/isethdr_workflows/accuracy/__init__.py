@@ -8,19 +8,18 @@ declare.
 | `differences`      | error of a setting against the reference, in its own unit and in noise   |
 | `summary`          | one row for each knob, for a terminal                                    |
 | `point`            | one setting measured, and which settings no other beats                  |
+| `kept_rows`        | rows that an earlier call of the same study has measured                 |
 | `isp_cost`         | CPU seconds and memory of isps on one shot, each in a process of its own |
 | `diagram`          | work-precision diagrams: error against seconds                           |
 """
 
 from __future__ import annotations
 
-import csv
 import math
 import sys
 import textwrap
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from datetime import UTC, datetime
 from pathlib import Path
 from time import process_time
 from typing import Any
@@ -38,10 +37,10 @@ from isethdr_core.uncertainty.error_terms import Quantity
 from .configured_knobs import ConfiguredKnob, Setting, chosen, configured_knobs, setting
 from .diagram import draw
 from .differences import Noise, difference, noise_of
+from .kept_rows import TABLE, read_rows, row_key, write_rows
 from .point import Point, Work
 from .stage_results import SENSOR, Results, all_stages, measured, span
 
-TABLE = "accuracy.csv"
 PICTURE = "accuracy.png"
 REFERENCE = "reference"  # stands for the value in the job of a reference
 SAME = "as the reference"
@@ -61,6 +60,7 @@ class Job:
     setting: Setting
     value: Any
     is_reference: bool = False
+    key: str = ""  # names the row among those of earlier calls; empty for a reference
 
 
 @dataclass
@@ -71,7 +71,6 @@ class Study:
     noise: Noise
     allowed: float  # error allowed, as a share of the noise
     references: dict[str, Results] = field(default_factory=dict)
-    rows: list[dict] = field(default_factory=list)
 
     def measure(self, job: Job) -> dict | None:
         """Run a job and return its row. The results of a reference are kept instead, without a row:
@@ -105,12 +104,13 @@ class Study:
             "allowed": self.allowed,
             "noise": "all" if self.noise.known else "shot noise alone",
         }
-        self.rows.append(row)
         return row
 
 
 def accuracy(*overrides: str, knob: str = "", values: str = "", folder: str = "") -> list[dict]:
     """Measure error against run time for every accuracy setting of your configuration.
+
+    The same call with the same code goes on where an earlier one was stopped.
 
     Parameters
     ----------
@@ -118,7 +118,8 @@ def accuracy(*overrides: str, knob: str = "", values: str = "", folder: str = ""
     knob : name of one knob, for example lens.speckle_error; empty takes all.
     values : values of that knob, from the cheapest to the finest, for example 0.1,0.03; empty takes
         those that the component declares.
-    folder : folder for accuracy.csv and accuracy.png; empty makes one in the home folder.
+    folder : folder for accuracy.csv and accuracy.png; empty takes one in the home folder that is
+        named by the other parameters.
 
     Returns
     -------
@@ -139,36 +140,38 @@ def accuracy(*overrides: str, knob: str = "", values: str = "", folder: str = ""
     base = Setting(config, chain(config))
     configured = chosen(configured_knobs(config, base.parts), knob, values)
     # all settings are built first, so that a wrong value is refused before any work
-    jobs = [job for knob_found in configured for job in _jobs(config, knob_found)]
-    into = _folder(folder, overrides)
+    jobs = [job for knob_found in configured for job in _jobs(base, knob_found)]
+    into = _folder(folder, [*overrides, knob, values])
     last = max(
         SENSOR, *(span(knob_found.kind, knob_found.knob.error_of)[1] for knob_found in configured)
     )
+    earlier = read_rows(into)
+    kept = {job.key: earlier[job.key] for job in jobs if job.key in earlier}
+    left = _left(jobs, kept)
     tried = sum(not job.is_reference for job in jobs)
     tell(f"{number_of(tried, 'setting')} of {', '.join(one.name for one in configured)}")
-    with threadpool_limits(1, "blas"):  # as in a run
-        start_s = process_time()
-        with shown("the configuration as it is"):
-            results = all_stages(base, Results(), 0, last, exact=False)
-        tell(
-            f"the configuration as it is took {process_time() - start_s:.0f} CPU s; each setting"
-            " runs its own stages twice, a renderer once. Is that too long? Stop with Ctrl-C, and"
-            " choose a smaller frame, fewer bands, or one knob with knob=NAME"
-        )
-        noise = noise_of(base, results)
-        study = Study(results, noise, base.parts.allowed.noise_fraction)
-        try:
-            with (into / TABLE).open("w", newline="") as file:
-                _measure_all(study, jobs, file)
-        except KeyboardInterrupt:
-            tell(f"stopped: {len(study.rows)} of {tried} settings are measured")
-            raise
-        finally:
-            if study.rows:
-                draw(works(study.rows), into / PICTURE)
-            tell("table and picture:")
-            print(into, file=sys.stderr)  # `tell` would break a long path into lines
-    return study.rows
+    if kept:
+        tell(f"{len(kept)} of them are known from an earlier call; to measure them again, remove")
+        print(into, file=sys.stderr)  # `tell` would break a long path into lines
+    try:
+        if left:
+            with threadpool_limits(1, "blas"):  # as in a run
+                study = _of_base(base, last)
+                for job in track(left, "settings"):
+                    row = study.measure(job)
+                    if row is not None:
+                        kept[job.key] = row
+                        write_rows(into, kept, _ordered(jobs, kept))
+    except KeyboardInterrupt:
+        tell(f"stopped: {len(kept)} of {tried} settings are measured; the same command goes on")
+        raise
+    finally:
+        rows = _ordered(jobs, kept)
+        if rows:
+            draw(works(rows), into / PICTURE)
+        tell("table and picture:")
+        print(into, file=sys.stderr)
+    return rows
 
 
 def tell(text: str) -> None:
@@ -202,34 +205,43 @@ def works(rows: Sequence[dict]) -> list[Work]:
     return list(work_of.values())
 
 
-def _jobs(config: Any, configured: ConfiguredKnob) -> list[Job]:
+def _of_base(base: Setting, last: int) -> Study:
+    """Run the configuration as it is, up to the stage number `last`, and say how long that took."""
+    start_s = process_time()
+    with shown("the configuration as it is"):
+        results = all_stages(base, Results(), 0, last, exact=False)
+    tell(
+        f"the configuration as it is took {process_time() - start_s:.0f} CPU s; each setting"
+        " runs its own stages twice, a renderer once. Is that too long? Stop with Ctrl-C, and"
+        " choose a smaller frame, fewer bands, or one knob with knob=NAME"
+    )
+    return Study(results, noise_of(base, results), base.parts.allowed.noise_fraction)
+
+
+def _jobs(base: Setting, configured: ConfiguredKnob) -> list[Job]:
     """Return the reference of a knob, and its settings from the cheapest to the finest."""
-    jobs = [
-        Job(
-            configured,
-            setting(config, configured, configured.reference),
-            REFERENCE,
-            is_reference=True,
-        )
-    ]
-    return jobs + [
-        Job(configured, setting(config, configured, {configured.name: value}), value)
-        for value in configured.values()
+    reference = setting(base.config, configured, configured.reference)
+    jobs = [Job(configured, reference, REFERENCE, is_reference=True)]
+    for value in configured.values():
+        one = setting(base.config, configured, {configured.name: value})
+        key = row_key(base, reference, one, configured.name, value)
+        jobs.append(Job(configured, one, value, key=key))
+    return jobs
+
+
+def _left(jobs: Sequence[Job], kept: Mapping[str, dict]) -> list[Job]:
+    """Return the jobs without a row, and the references that these need."""
+    needed = {job.configured.name for job in jobs if job.key and job.key not in kept}
+    return [
+        job
+        for job in jobs
+        if job.configured.name in needed and (job.is_reference or job.key not in kept)
     ]
 
 
-def _measure_all(study: Study, jobs: list[Job], file: Any) -> None:
-    """Measure all settings; each row is in the file before the next setting starts."""
-    writer = None
-    for job in track(jobs, "settings"):
-        row = study.measure(job)
-        if row is None:
-            continue
-        if writer is None:
-            writer = csv.DictWriter(file, list(row))
-            writer.writeheader()
-        writer.writerow(row)
-        file.flush()
+def _ordered(jobs: Sequence[Job], kept: Mapping[str, dict]) -> list[dict]:
+    """Return the rows in the order of the jobs."""
+    return [kept[job.key] for job in jobs if job.key in kept]
 
 
 def _written(configured: ConfiguredKnob) -> str:
@@ -238,9 +250,15 @@ def _written(configured: ConfiguredKnob) -> str:
     return f"{listed} nothing left out".strip() if configured.exact else listed
 
 
-def _folder(name: str, overrides: Sequence[str]) -> Path:
-    created = datetime.now(UTC).isoformat(timespec="seconds")
-    folder_name = f"accuracy-{store.content_hash([list(overrides), created])[:8]}"
+def _folder(name: str, arguments: Sequence[str]) -> Path:
+    """Return the folder of the study, which exists and can be written.
+
+    Parameters
+    ----------
+    name : as typed; empty: the folder in the home folder that the arguments of the study name.
+    arguments : overrides, knob and values, as typed.
+    """
+    folder_name = f"accuracy-{store.content_hash(list(arguments))[:8]}"
     folder = Path(name) if name else store.home() / "studies" / folder_name
     try:
         folder.mkdir(parents=True, exist_ok=True)
