@@ -14,7 +14,7 @@ import numpy as np
 
 from isethdr_core.physics.diffraction import integrated_airy, integrated_psf
 
-from ..pupil import fine_cells, pupil_cells, pupil_phase, pupil_size
+from ..pupil import fine_cells, pupil_cells, pupil_grid, pupil_phase, pupil_size
 from . import kernel_sampling_error
 
 if TYPE_CHECKING:
@@ -173,6 +173,10 @@ def exact_core(
     width_nm : width of the band, nm.
     waves : wavelengths of the band and their weights.
     energy : energy of the band's open pupil, mm2.
+
+    Raises
+    ------
+    ConfigError : the wavefront of a wavelength is too steep for the cells of the pupil.
     """
     cache = _core_cache if all(map(is_dataclass, (plan.lens, *plan.flares))) else None
     if cache is None:
@@ -205,6 +209,10 @@ def _computed(plan: BandPlan, waves: Wavelengths, energy: float) -> np.ndarray:
             )
             for wave, share in zip(*waves)
         )
+    step = axis[1] - axis[0]
+    # cells are chosen for the shortest wavelength; others may have a steeper wavefront
+    for wave in waves.nm:
+        pupil_grid.check_phase_sampling(plan.lens, step, wave)
     cells = (
         pupil_cells.amplitude(plan.lens, plan.flares, axis, axis, plan.shortest)
         if plan.fixed
@@ -215,7 +223,6 @@ def _computed(plan: BandPlan, waves: Wavelengths, energy: float) -> np.ndarray:
             cells if plan.fixed else pupil_cells.amplitude(plan.lens, plan.flares, axis, axis, wave)
         )
         pupil = fine_cells.resolved(plan.lens, plan.flares, axis, axis, wave, own)
-        step = axis[1] - axis[0]
         scaled_nm = pupil_size.scaled_nm(plan.lens, wave)
         total = total + share * integrated_psf(
             pupil,

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from .pupil_cells import amplitude
-from .pupil_grid import turns_per_cell
+from .pupil_grid import check_phase_sampling, turns_per_cell
 from .pupil_size import radius_mm
 from .wavefront_cells import times_phase, with_wavefront
 from .wavefronts import coefficients_um, slopes
@@ -52,8 +52,14 @@ def resolved(
     y_mm : the same along y.
     wavelength_nm : wavelength, nm.
     cells : (y, x) means of the amplitude, if they are known.
+
+    Raises
+    ------
+    ConfigError : the wavefront changes by half a wave or more from one cell to the next. The mean
+        of each cell would still be right, but the image of the cells would be aliased.
     """
     step = max(x_mm[1] - x_mm[0], y_mm[1] - y_mm[0])
+    check_phase_sampling(lens, step, wavelength_nm)
     if turns_per_cell(lens, step, wavelength_nm) <= FINE_TURNS:
         cells = amplitude(lens, flares, x_mm, y_mm, wavelength_nm) if cells is None else cells
         return with_wavefront(lens, cells, x_mm, y_mm, wavelength_nm)

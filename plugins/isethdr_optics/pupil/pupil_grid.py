@@ -22,6 +22,7 @@ FEWEST_SAMPLES = 256  # least number of samples across the stop for a narrow ima
 # gives fewer than `CORE_SAMPLES`.
 BORDER = 4.0
 MOST_SAMPLES = 8192  # largest number of samples across the stop
+MOST_TURNS = 0.5  # change of the wavefront from one cell to the next that is aliased, wavelengths
 
 
 def axis_mm(lens: PupilOptics, pitch_mm: float) -> np.ndarray:
@@ -81,3 +82,28 @@ def turns_per_cell(lens: PupilOptics, step_mm: float, wavelength_nm: float) -> f
     wavelength_nm : wavelength, nm.
     """
     return steepest_um(lens, wavelength_nm) * step_mm / radius_mm(lens) / (wavelength_nm * 1e-3)
+
+
+def check_phase_sampling(lens: PupilOptics, step_mm: float, wavelength_nm: float) -> None:
+    """Refuse cells that are too wide for the wavefront.
+
+    A slope of half a wave per cell sends light to the border of the image that the cells can
+    represent. Light of a steeper slope would appear at the opposite border (aliasing).
+
+    Parameters
+    ----------
+    lens : a lens of this package.
+    step_mm : distance between the centres of the cells, mm.
+    wavelength_nm : wavelength, nm.
+
+    Raises
+    ------
+    ConfigError : the wavefront changes by half a wave or more from one cell to the next.
+    """
+    turns = turns_per_cell(lens, step_mm, wavelength_nm)
+    if turns >= MOST_TURNS:
+        raise ConfigError(
+            f"the wavefront changes by {turns:.2f} wavelengths per pupil sample at"
+            f" {wavelength_nm:g} nm: its blur is wider than the image; expected a smaller"
+            " lens.zernike_um or lens.focal_shift_um, or a wider field"
+        )

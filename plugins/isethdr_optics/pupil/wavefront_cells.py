@@ -6,11 +6,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from isethdr_core.errors import ConfigError
 from isethdr_core.physics.optics.zernike import wavefront_at, wavefront_um
 
 from . import apodization
-from .pupil_grid import turns_per_cell
+from .pupil_grid import check_phase_sampling, turns_per_cell
 from .pupil_map import over_pupil, stop_from_pupil
 from .pupil_size import radius_mm
 from .wavefronts import coefficients_um
@@ -43,13 +42,7 @@ def with_wavefront(
     wavefront = coefficients_um(lens, wavelength_nm)
     if not (wavefront or lens.uneven):
         return cells
-    jump = turns_per_cell(lens, max(x_mm[1] - x_mm[0], y_mm[1] - y_mm[0]), wavelength_nm)
-    if jump >= 0.5:
-        raise ConfigError(
-            f"the wavefront changes by {jump:.2f} wavelengths per pupil sample at {wavelength_nm:g}"
-            " nm: its blur is wider than the image; expected smaller lens.zernike_um, or a wider"
-            " field"
-        )
+    check_phase_sampling(lens, max(x_mm[1] - x_mm[0], y_mm[1] - y_mm[0]), wavelength_nm)
     out = np.empty(cells.shape, np.complex64)
     # blocks of rows stay in the processor's cache: four times faster
     for start in range(0, len(y_mm), 64):

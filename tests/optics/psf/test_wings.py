@@ -9,6 +9,7 @@ from isethdr_optics.psf import kernel_sampling_error, phase_patterns, wings
 from isethdr_optics.psf.kernels import BandPlan, KernelRequest, computed
 from isethdr_optics.psf.kernels.lattices import shared_lattices
 from isethdr_optics.psf.wings import band_rings, lattice_size, patterns
+from isethdr_optics.pupil import fine_cells, pupil_size
 from isethdr_optics.pupil.pupil_cells import amplitude
 from isethdr_optics.pupil.pupil_energy import open_energy_mm2
 from isethdr_optics.pupil.pupil_grid import axis_mm
@@ -310,3 +311,26 @@ def test_a_wavefront_too_steep_for_its_cells_is_refused():
     axis = axis_mm(lens, 0.05)
     with pytest.raises(ConfigError, match="per pupil sample"):
         with_wavefront(lens, amplitude(lens, (), axis, axis, 550.0), axis, axis, 550.0)
+    with pytest.raises(ConfigError, match="per pupil sample"):
+        fine_cells.resolved(lens, (), axis, axis, 550.0)
+
+
+def test_half_a_wave_per_cell_is_the_limit_of_refusal():
+    # the gradient of defocus at the rim is 4 sqrt(3) times its rms value per radius
+    def of_slope(turns, step_mm):
+        radius_mm = pupil_size.radius_mm(WavefrontLens())
+        return WavefrontLens(zernike_um={4: turns * 0.55 * radius_mm / step_mm / (4 * 3**0.5)})
+
+    axis = axis_mm(WavefrontLens(), 0.05)
+    lens = of_slope(0.49, 0.05)
+    assert np.isfinite(fine_cells.resolved(lens, (), axis, axis, 550.0)).all()
+    with pytest.raises(ConfigError, match="0.51 wavelengths per pupil sample"):
+        fine_cells.resolved(of_slope(0.51, 0.05), (), axis, axis, 550.0)
+
+
+def test_a_band_whose_far_end_is_too_defocused_for_its_cells_is_refused():
+    # cells are chosen for the shortest wavelength, which is in focus
+    lens = WavefrontLens(focal_shift_um={450.0: 0.0, 550.0: 10_000.0})
+    band = KernelRequest(lens, (), [500.0], (6.0, 6.0), (2, 2), width_nm=np.array([100.0]))
+    with pytest.raises(ConfigError, match="nm: its blur is wider than the image"):
+        computed(band)
