@@ -7,7 +7,11 @@ import pytest
 from isethdr_optics import ApertureFlare, PrescribedLens, WavefrontLens
 from isethdr_optics.field import field_point_psf
 from isethdr_optics.field import grid as field_grid
-from isethdr_optics.field.field_point_psf import tile_integrals
+from isethdr_optics.field.field_point_psf import (
+    interpolated_kernels,
+    pattern_samples,
+    tile_integrals,
+)
 from isethdr_optics.lenses.field_point_lens import node_lens
 from isethdr_optics.psf.kernels import KernelRequest, computed
 
@@ -57,6 +61,22 @@ def test_kernels_between_interpolation_wavelengths_are_the_exact_ones_to_what_is
         assert found.outside[k] == pytest.approx(exact.outside[0], abs=1e-3)
     assert 1e-5 < max(worst) < error
     assert min(b.min() for b in found.bands) >= 0
+
+
+def test_every_transform_is_counted_once(monkeypatch):
+    # the distance of knots changes at 460 nm, where two patterns of different extent are needed
+    lens = node_lens(WavefrontLens(zernike_um={8: 0.1}), {8: 0.1}, 0.0)
+    waves = np.arange(400.0, 701.0, 30.0)
+    taken = []
+
+    def counted(*arguments):
+        taken.append(arguments[2])
+        return pattern_samples.pattern(*arguments)
+
+    monkeypatch.setattr(interpolated_kernels, "pattern", counted)
+    field_point_psf.field_point_kernels(KernelRequest(lens, (), waves, (4.0, 4.0), (2, 2)))
+    assert sum(nm == 460.0 for nm, _ in taken) == 2
+    assert field_point_psf.transforms(lens, (), waves, (2, 2)) == len(taken)
 
 
 def test_few_bands_are_made_exactly():

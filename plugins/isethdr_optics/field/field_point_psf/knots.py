@@ -7,7 +7,7 @@ own knot.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from functools import cache, partial
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -40,7 +40,11 @@ PhaseChange = Callable[[float, float], float] | None
 
 
 class Knot(NamedTuple):
-    """A wavelength at which a pattern is computed."""
+    """A wavelength at which a pattern is computed.
+
+    Knots of one wavelength with two steps are two transforms: the pattern with the larger step
+    extends farther.
+    """
 
     wavelength_nm: float
     step_nm: float  # distance to the next knot, nm; 0: the pattern of this wavelength alone
@@ -77,13 +81,9 @@ def readings(
     ]
 
 
-def knots_nm(bands: Iterable[Sequence[Reading]]) -> set[float]:
-    """Return the wavelengths of the knots of bands, nm."""
-    return {knot.wavelength_nm for knot in _knots(bands)}
-
-
-def _knots(bands: Iterable[Sequence[Reading]]) -> Iterator[Knot]:
-    return (knot for band in bands for reading in band for knot, _ in reading.shares)
+def _knots(bands: Iterable[Sequence[Reading]]) -> set[Knot]:
+    """Return the knots of bands, each one transform."""
+    return {knot for band in bands for reading in band for knot, _ in reading.shares}
 
 
 def by_interpolation(bands: Sequence[Sequence[Reading]], width_nm: np.ndarray) -> np.ndarray:
@@ -100,7 +100,7 @@ def by_interpolation(bands: Sequence[Sequence[Reading]], width_nm: np.ndarray) -
     width_nm : (band,) widths, nm.
     """
     exact = [max(len(band), 3 if w > LINE_NM else 1) for band, w in zip(bands, width_nm)]
-    few = len(knots_nm(bands)) > WORTH * sum(exact)
+    few = len(_knots(bands)) > WORTH * sum(exact)
     steps = [min(knot.step_nm for knot in _knots([band])) for band in bands]
     return np.array(
         [
@@ -126,7 +126,7 @@ def transforms(
     wave = np.asarray(wavelength_nm, float)
     bands = readings(lens, flares, wave, half)
     drawn = by_interpolation(bands, band_widths_nm(wave))
-    knots = knots_nm(band for band, d in zip(bands, drawn) if d)
+    knots = _knots(band for band, d in zip(bands, drawn) if d)
     return len(knots) + sum(len(band) for band, d in zip(bands, drawn) if not d)
 
 
