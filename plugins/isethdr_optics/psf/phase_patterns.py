@@ -145,8 +145,7 @@ def wings(
 
 def errors(
     frame: Frame,
-    half_kernels: np.ndarray,
-    read: Rings,
+    whole_kernels: np.ndarray,
     apply: Callable = map,
 ) -> Errors:
     """Return the errors of kernels against direct sums over the pupil, as `scaled_pattern.errors`.
@@ -157,8 +156,7 @@ def errors(
     Parameters
     ----------
     frame : bands and tiles of the kernels.
-    half_kernels : (band, y, x) whole kernels.
-    read : sampling of the rings; it is not used.
+    whole_kernels : (band, y, x) kernels.
     apply : `map`, or the `map` of a pool of threads.
     """
     reach = frame.reach[1]
@@ -176,7 +174,7 @@ def errors(
         (near_column, long, True),
         (far_column, short, True),
     ):
-        kernel = half_kernels[band][::-1, ::-1] if turned else half_kernels[band]
+        kernel = whole_kernels[band][::-1, ::-1] if turned else whole_kernels[band]
         wrong, light = _wrong(frame, kernel, (first, band, turned), apply)
         column_errors = kernel_sampling_error.ColumnErrors()
         column_errors.add(wrong, light, first, frame.core)

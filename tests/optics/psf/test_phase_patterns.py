@@ -82,6 +82,26 @@ def test_a_wavefront_of_nothing_gives_the_kernels_without_phase():
         )
 
 
+def test_the_errors_are_those_of_the_band_that_is_farthest_off(monkeypatch):
+    """Replace the direct sums by a known pattern. Kernels that are a constant factor brighter have
+    the same relative error in every octave.
+    """
+    frame = frame_of(COMA)
+    y, x = (np.arange(-r, r + 1.0) for r in REACH)
+    pattern = np.maximum(np.hypot(y[:, None], x), 1.0) ** -3
+
+    def columns(pupil, place, *more):
+        first = REACH[1] + place.first
+        return pattern[:, first : first + place.count]
+
+    monkeypatch.setattr(phase_patterns.pattern_columns, "columns_with_phase", columns)
+    found = phase_patterns.errors(frame, np.stack([1.01 * pattern, 1.02 * pattern]))
+    assert found.mean == pytest.approx(0.02)
+    seen = found.relative > 0
+    assert seen.sum() >= 2
+    np.testing.assert_allclose(found.relative[seen], 0.02)
+
+
 def test_which_lenses_they_serve():
     assert frame_of(COMA) is not None
     assert frame_of(DiffractionLimitedLens(focal_length_mm=6.0)) is None

@@ -109,7 +109,7 @@ def of_phase_patterns(frame: Frame) -> Kernels:
 
     with executor(min(cpus(), MOST_THREADS)) as pool:
         phase_patterns.wings(frame, read, bands, pool.map)
-        errors_of_bands = phase_patterns.errors(frame, bands, read, pool.map)
+        errors_of_bands = phase_patterns.errors(frame, bands, pool.map)
         for kernel, inner in zip(bands, pool.map(exact, range(count))):
             kernel[core] = inner
     for kernel, wave in zip(bands, middles):
