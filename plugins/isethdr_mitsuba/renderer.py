@@ -202,7 +202,8 @@ class MitsubaRenderer:
         Parameters
         ----------
         frame : size and bands of the frame.
-        groups : number of light groups; not used.
+        groups : number of light groups. It is not used: the constants were measured with the
+            groups of a night drive together, and tell nothing of the share of one group.
         """
         share = self.limit_share()
         if share is None or self.variant == "scalar":
@@ -316,7 +317,7 @@ class MitsubaRenderer:
         chosen = [g for g in groups_of_scene if g in requested]
         if not chosen:
             raise ConfigError(
-                f"no light group of scene {description.name!r} is asked for: asked"
+                f"no light group of scene {description.name!r} is requested; requested"
                 f" {', '.join(requested) or 'none'}"
                 + did_you_mean(requested[0] if requested else "", groups_of_scene)
             )
@@ -361,8 +362,8 @@ class MitsubaRenderer:
         chosen = bands[matches.any(1)]
         if not len(chosen):
             raise ConfigError(
-                f"no band between {bands[0]:g} and {bands[-1]:g} nm is asked for: asked"
-                f" {requested_nm} nm"
+                f"no band between {bands[0]:g} and {bands[-1]:g} nm is requested; requested"
+                f" {np.array2string(requested_nm, threshold=8)} nm"
             )
         if len(chosen) < len(bands):
             ledger.left_out(
