@@ -134,7 +134,7 @@ def open_session(path: str | PathLike[str], feature: str, threads: int = 1) -> O
     except Exception as error:  # onnxruntime has a class of its own for each kind of failure
         raise ConfigError(
             f"{feature} cannot read {path} as an ONNX model ({first_line(error)}); expected a"
-            f" complete file, which has {path.stat().st_size} bytes here; copy or export it again"
+            f" complete file; this one has {path.stat().st_size} bytes; copy or export it again"
         ) from error
     return OnnxSession(path, session)
 

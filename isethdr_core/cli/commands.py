@@ -52,8 +52,8 @@ def options(
     ),
     home: str = typer.Option(
         "",
-        help="Folder of all that is stored, behind any command too (or ISETHDR_HOME);"
-        " several times for queries.",
+        help="Home folder of runs and scenes, in place of ISETHDR_HOME or ./runs. It may also"
+        " follow the command. Queries accept it several times.",
     ),
 ) -> None:
     """Handle the options before the command name; `main` has already removed `--home`."""
@@ -94,8 +94,10 @@ def plan(context: typer.Context) -> None:
 
 @app.command(help="List components and presets, or the fields of one of them.")
 def plugins(
-    kind: str = typer.Argument("", help="only this kind, for example sensor"),
-    name: str = typer.Argument("", help="all fields of this one, for example bayer"),
+    kind: str = typer.Argument("", help="list only this kind, for example sensor"),
+    name: str = typer.Argument(
+        "", help="show all fields of this component or preset, for example bayer"
+    ),
     strict: bool = typer.Option(False, help="exit with an error when a plugin is broken"),
 ) -> None:
     """Print names by kind, or all fields of one component; broken plugins come last, in red."""

@@ -61,7 +61,7 @@ def use_homes(paths: Sequence[str], command: str) -> None:
         return
     if len(paths) > 1 and command not in READS_SEVERAL:
         raise ConfigError(
-            f"{OPTION} is typed {len(paths)} times, and isethdr {command} works in one home; type"
+            f"{OPTION} is typed {len(paths)} times, but isethdr {command} works in one home; type"
             f" for example isethdr {command} {OPTION} {paths[0]}"
         )
     os.environ.pop(OTHER_HOMES, None)

@@ -109,7 +109,7 @@ def make_plugin(kind: str, name: str, into: Path) -> Path:
         exists already, or cannot be written.
     """
     if kind not in KINDS:
-        raise ConfigError(f"no kind {kind!r}{did_you_mean(kind, KINDS)}")
+        raise ConfigError(f"unknown kind {kind!r}{did_you_mean(kind, KINDS)}")
     _check_name(kind, name)
     plugin = NewPlugin(kind, name)
     folder = into / plugin.project
@@ -163,7 +163,10 @@ def _check_name(kind: str, name: str) -> None:
             f" name; type {example}"
         )
     if name in presets(kind):
-        raise ConfigError(f"{name!r} is a preset of a {kind} already; expected a new name")
+        raise ConfigError(
+            f"{name!r} is already the name of a preset of kind {kind}; expected a new name; type"
+            f" {example}"
+        )
     if find_spec(name) is not None:
         raise ConfigError(
             f"a Python module {name!r} is installed already; expected a new name; type {example}"

@@ -38,7 +38,7 @@ def print_plugins(kind: str = "", name: str = "") -> int:
     ConfigError : a kind or a name that is not installed.
     """
     if kind and kind not in KINDS:
-        raise ConfigError(f"no kind {kind!r}{did_you_mean(kind, KINDS)}")
+        raise ConfigError(f"unknown kind {kind!r}{did_you_mean(kind, KINDS)}")
     if name:
         failed = _print_one(kind, name)
     else:

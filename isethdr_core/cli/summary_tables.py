@@ -38,8 +38,8 @@ def print_result(result: Result) -> None:
     console.print(ledger_table(result.ledger, expected=expected), width=width)
     if any(row.reused for row in result.ledger):
         print_text(
-            "kept: the result of an earlier run, with the seconds and memory that it took then;"
-            " cache_gb=0 computes everything"
+            "kept: result of an earlier run, with the seconds and memory of that run; type"
+            " cache_gb=0 to compute everything again"
         )
     for row in result.ledger:
         if row.stage.startswith("picture ") and row.errors:
@@ -190,7 +190,7 @@ def runtime_estimate_table(expected: dict, threads: int = 1) -> Table:
         total = "?: no similar run is stored yet"
     elif unknown:
         total += f" + {number_of(unknown, 'stage')} without a stored example"
-    table.add_row(f"all, the cameras on {threads} threads" if threads > 1 else "all", total)
+    table.add_row(f"all, with the cameras on {threads} threads" if threads > 1 else "all", total)
     return table
 
 

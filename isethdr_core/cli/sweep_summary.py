@@ -144,6 +144,8 @@ def _best(table: SweepTable) -> Table:
         unit = table.units[best.score]
         value = scored_text(best.row.scores[best.score]) + (f" {unit}" if unit else "")
         shown.add_row(name, value, " ".join(_lead(table, best.row)), str(best.alike or ""))
-    shown.caption = "* other rows that do not differ from the best by more than both intervals"
+    shown.caption = (
+        "* number of other rows whose difference from the best is within its 95 % interval"
+    )
     shown.caption_justify = "left"
     return shown

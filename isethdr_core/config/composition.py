@@ -5,6 +5,7 @@ path.
 from __future__ import annotations
 
 import re
+import shlex
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import MISSING, Field, field, fields, make_dataclass
@@ -22,6 +23,7 @@ from omegaconf import OmegaConf, open_dict
 from omegaconf.errors import (
     ConfigAttributeError,
     ConfigKeyError,
+    KeyValidationError,
     OmegaConfBaseException,
     ValidationError,
 )
@@ -161,6 +163,13 @@ def explain(err: BaseException) -> str:
     for missing in (err, err.__cause__):
         if isinstance(missing, ConfigAttributeError | ConfigKeyError):
             return _no_such_key(missing, overridden=missing is not err, text=str(err))
+        if isinstance(missing, KeyValidationError):  # a table by number, as of Zernike terms
+            table, _, key = str(missing.full_key).rpartition(".")
+            example = f"'+{table}={{{key if key.isdigit() else 4}:<value>}}'"
+            return (
+                f"{missing.full_key} cannot be set: the keys of {table} are numbers; expected the"
+                f" table; type for example {example}"
+            )
         if isinstance(missing, ValidationError) and (refused := NO_NUMBER.search(str(missing))):
             value, kind = refused.groups()
             example = f"{missing.full_key}={'1' if kind == 'Integer' else '0.5'}"
@@ -193,8 +202,8 @@ def _no_such_key(missing: Any, overridden: bool, text: str) -> str:
     if overridden and owner is dict and key in KINDS:
         return f"{where} sets a field, but no {key} is chosen; type {key}=<name> as well"
     if overridden and owner is dict and "." in str(missing.full_key):  # a table that users fill
-        added = re.search(r"append to your config use (\S+)", text)
-        typed = added.group(1) if added else f"+{where}=<value>"
+        added = re.search(r"append to your config use (.+)", text)
+        typed = shlex.quote(added.group(1).strip()) if added else f"+{where}=<value>"
         return f"the config has no key {where!r}; to add it to the table type {typed}"
     keys = _keys_of(getattr(owner, "__name__", ""))
     return f"the config has no key {where!r}{did_you_mean(key, keys)}"

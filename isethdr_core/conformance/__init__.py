@@ -51,7 +51,7 @@ def check(kind: str, name: str, /, **fields: Any) -> None:
     from .promise import check_component
 
     if kind not in KINDS:
-        raise ConfigError(f"no kind {kind!r}{did_you_mean(kind, KINDS)}")
+        raise ConfigError(f"unknown kind {kind!r}{did_you_mean(kind, KINDS)}")
     component = build(kind, name, **fields)
     subject = f"{kind} {name!r}"
     check_component(subject, kind, name, component, fields)

@@ -100,7 +100,7 @@ def check_place(subject: str, isp: Isp, grey: xr.Dataset) -> None:
         subject,
         "light up and to the right stays there (x right, y down)",
         ratio < 0.3,
-        f"elsewhere {ratio:.2g} of it",
+        f"the rest of the picture has {ratio:.2g} of its luminance; expected about 0.1",
     )
 
 

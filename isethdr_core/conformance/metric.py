@@ -156,7 +156,7 @@ def _check_depends(subject: str, metric: Metric, pictures: Pictures, scores: lis
         subject,
         "its scores depend on the picture",
         depends,
-        "the same for worse, darker, softer and less valid pictures",
+        "they are the same for noisier, darker, softer and less valid pictures",
     )
 
 

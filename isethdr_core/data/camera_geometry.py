@@ -109,7 +109,7 @@ def _map(text: str, projection: str) -> Any:
     if model not in MODELS:
         raise ConfigError(
             f"lens.distortion has model {model!r}{did_you_mean(str(model), MODELS)}; "
-            "type for example lens.distortion={model:brown_conrady,k1:-0.1}"
+            "type for example 'lens.distortion={model:brown_conrady,k1:-0.1}'"
         )
     parameter_names = [f.name for f in fields(MODELS[model])]
     for key in parameters:
@@ -137,7 +137,7 @@ def _numbers(model: str, key: str, value: float | list[float]) -> float | tuple[
             raise ConfigError(
                 f"lens.distortion of model {model} has {key}={value!r}; expected "
                 f"{-LARGEST_NUMBER:g} to {LARGEST_NUMBER:g}; "
-                "type for example lens.distortion={model:brown_conrady,k1:-0.1}"
+                "type for example 'lens.distortion={model:brown_conrady,k1:-0.1}'"
             )
     return tuple(map(float, value)) if isinstance(value, list) else float(value)
 
@@ -260,8 +260,8 @@ def mean_over_pixels(
     for centres in (x, y):
         if len(centres) > 1 and np.abs(np.diff(centres) - pitch).max() > 1e-6 * pitch:
             raise ValueError(
-                "pixels do not lie side by side; expected centres one pitch apart where a lens"
-                " distorts"
+                "the pixels are not evenly spaced; expected centres one pixel pitch apart, which"
+                " distortion needs"
             )
     grids = (
         *(borders(field[d].values, tile_pitch(field, d)) for d in ("x", "y")),

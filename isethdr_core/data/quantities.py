@@ -317,7 +317,10 @@ def _check_units(data: xr.DataArray, units: str, title: str) -> None:
 def _check_bands(data: xr.DataArray, title: str) -> None:
     w = np.asarray(data.wavelength.values, float)
     if not np.all(np.isfinite(w)) or np.any(w <= 0):
-        raise UnitError(f"{title} has a wavelength that is not a positive number of nm: {w}")
+        raise UnitError(
+            f"{title} has a wavelength that is not a positive number of nm:"
+            f" {w[~(np.isfinite(w) & (w > 0))][0]:g}"
+        )
     if w.min() < LEAST_NM or w.max() > MOST_NM:
         raise UnitError(
             f"{title} has wavelengths from {w.min():g} to {w.max():g}; expected nanometres, "
@@ -325,8 +328,8 @@ def _check_bands(data: xr.DataArray, title: str) -> None:
         )
     if np.any(np.diff(w) <= 0):
         raise UnitError(
-            f"{title} has unsorted or repeated wavelengths {w}; expected nm, increasing; use"
-            " .sortby('wavelength')"
+            f"{title} has unsorted or repeated wavelengths {np.array2string(w, threshold=8)};"
+            " expected increasing nm; use .sortby('wavelength')"
         )
 
 

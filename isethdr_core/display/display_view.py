@@ -179,7 +179,7 @@ def _displayed(
     if not white_cd_m2 > 0:
         raise UnitError(
             f"white_cd_m2 is {white_cd_m2!r}; expected a luminance above 0, such as"
-            " view.white_cd_m2(truth)"
+            " display_view.white_cd_m2(truth)"
         )
     if operator not in ("global", *OPERATORS):
         raise UnitError(

@@ -53,8 +53,8 @@ def denoised(scene: xr.Dataset) -> np.ndarray:
     """
     if "xyz_noise" not in scene or not np.isfinite(scene.xyz_noise.values).any():
         raise UnitError(
-            "scene radiance has no 'xyz_noise' to denoise by; expected a rendering of 4 passes or"
-            " more; type renderer.samples=8, or leave denoise out"
+            "scene radiance has no 'xyz_noise', which denoising needs; expected a rendering of two"
+            " passes or more; type samples=8, or denoise=0 to see the rendering with its noise"
         )
     similarity = guides(scene)
     return np.stack(

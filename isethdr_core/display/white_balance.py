@@ -79,13 +79,13 @@ def grey_world(picture: xr.Dataset, lamps: np.ndarray | None = None) -> np.ndarr
     )
     if not use.any():
         raise UnitError(
-            "no valid pixel shows the scene's light; expected some that are neither saturated nor"
-            " lamps"
+            "no pixel is left from which the white can be estimated; expected valid pixels that are"
+            " neither saturated nor lamps"
         )
     mean = picture["xyz"].values[use].mean(0)
     if not mean[1] > 0:
         raise UnitError(
-            f"the picture's mean luminance is {mean[1]:g} cd/m2; expected light to take the white"
-            " from"
+            f"the picture's mean luminance is {mean[1]:g} cd/m2; expected a mean above 0, from"
+            " which the white can be estimated"
         )
     return mean / mean[1]

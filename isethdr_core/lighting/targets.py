@@ -106,12 +106,10 @@ class TargetsLighting:
         with_target = [g for g in moves if self.targets.get(g) is not None]
         if self._moving() and with_target:
             raise ConfigError(
-                f"group {with_target[0]!r} has a target of its own, and lighting.moves lets it move"
-                " to"
-                " reach the picture's dynamic range or level; type"
-                f" ~lighting.targets.{with_target[0]} to let it move, or name other groups, for"
-                " example"
-                " 'lighting.moves=[headlights,streetlights,other]'"
+                f"group {with_target[0]!r} has a target of its own, but lighting.moves also changes"
+                " its weight to reach the picture's dynamic range or level; type"
+                f" ~lighting.targets.{with_target[0]} to drop the target, or name other groups, for"
+                " example 'lighting.moves=[headlights,streetlights,other]'"
             )
 
     def __call__(self, radiance: xr.Dataset) -> xr.DataArray:
@@ -264,7 +262,7 @@ def _lamp_axis(radiance: xr.DataArray, t: target.Target) -> float:
     lamps = radiance.attrs.get("lamps")
     if lamps is None:
         raise ConfigError(
-            f"target of {t.group!r} is for the axis of a lamp, and this scene lists no lamps; "
+            f"lighting.targets.{t.group}.statistic is lamp_axis, but this scene lists no lamps; "
             f"type lighting.targets.{t.group}.statistic=max"
         )
     return max(

@@ -68,7 +68,7 @@ class WeightsLighting:
         if mean == 0:
             ledger.left_out(
                 f"group {group}",
-                "no light in the picture, so no mean luminance to be relative to",
+                "its mean luminance in the picture is 0, so no weight can be relative to it",
                 0.0,
                 "cd/m2",
             )

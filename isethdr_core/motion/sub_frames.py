@@ -259,7 +259,7 @@ def _with_noise(still: xr.Dataset, moments: list[_Moment], shot_s: float) -> xr.
 
 
 def _state_still(why: str, motion_px: float) -> None:
-    ledger.error(0.0, "px", "bound", "motion from sub-frame to sub-frame: there is one")
+    ledger.error(0.0, "px", "bound", "motion between sub-frames: there is only one sub-frame")
     ledger.left_out("sub-frames of the shot", why, motion_px, "px", needless=motion_px == 0)
 
 

@@ -86,7 +86,7 @@ def of_demand(scene: xr.Dataset, demand: Demand) -> xr.Dataset:
     every = scene.sizes["wavelength"]
     ledger.left_out(
         f"chunks of {every - len(bands)} of {every} bands of the scene's light",
-        "no component asks for them",
+        "no component needs them",
         0.0,
         "W m-2 sr-1 nm-1",
         key=BANDS,

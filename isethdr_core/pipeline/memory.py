@@ -129,7 +129,7 @@ def check_fits(needs: Sequence[Need]) -> None:
         return
     worst = max(needs, key=lambda need: need.size_bytes)
     other_arrays = (
-        f" and {total - worst.size_bytes:.3g} bytes beside them" if len(needs) > 1 else ""
+        f" and the other arrays {total - worst.size_bytes:.3g} bytes" if len(needs) > 1 else ""
     )
     raise ConfigError(
         f"{worst.what} would take {worst.size_bytes:.3g} bytes ({worst.size_bytes / 2**30:.3g}"

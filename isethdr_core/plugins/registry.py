@@ -141,7 +141,7 @@ def build(kind: str, name: str, /, **fields: Any) -> Any:
         type or outside the range that its field declares.
     """
     if kind not in KINDS:
-        raise ConfigError(f"no kind {kind!r}{did_you_mean(kind, KINDS)}")
+        raise ConfigError(f"unknown kind {kind!r}{did_you_mean(kind, KINDS)}")
     components_of_kind = {n: c for (k, n), c in components().items() if k == kind}
     if name not in components_of_kind:
         raise ConfigError(

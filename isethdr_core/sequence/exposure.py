@@ -28,12 +28,12 @@ class Exposure:
             if not (_is_number(value) and 0 < value < inf):
                 raise ConfigError(
                     f"an exposure holds {value!r}; expected numbers above 0; type for example"
-                    f" {EXAMPLE}"
+                    f" '{EXAMPLE}'"
                 )
         if self.gain < 1:
             raise ConfigError(
                 f"an exposure has the gain {self.gain!r}; expected 1 or more, a factor on the"
-                f" configured gain; type for example {EXAMPLE}"
+                f" configured gain; type for example '{EXAMPLE}'"
             )
 
     @property
@@ -97,7 +97,8 @@ def exposures_of(config: Mapping[str, Any], cameras: Iterable[str]) -> dict[str,
         return None
     if not isinstance(table, Mapping):
         raise ConfigError(
-            f"{NODE} is {table!r}; expected a table of cameras, or null; type for example {EXAMPLE}"
+            f"{NODE} is {table!r}; expected a table of cameras, or null; type for example"
+            f" '{EXAMPLE}'"
         )
     names = list(cameras)
     found = {}
@@ -116,8 +117,8 @@ def _exposure(camera: str, values: Any) -> Exposure:
     keys = list(values) if isinstance(values, Mapping) else []
     if "exposure_s" not in keys or not set(keys) <= set(known):
         raise ConfigError(
-            f"{NODE}.{camera} is {values!r}; expected exposure_s, and where it needs them gain and"
-            f" ratios; type for example {EXAMPLE}"
+            f"{NODE}.{camera} is {values!r}; expected exposure_s, and where needed gain and ratios;"
+            f" type for example '{EXAMPLE}'"
         )
     ratios = tuple(values.get("ratios") or ())
     return Exposure(values["exposure_s"], values.get("gain", 1.0), ratios)

@@ -53,7 +53,7 @@ def at_carried_exposures(chain: Chain, rows: Ledger, light: Any) -> FrameExposur
                 abs(2.0**stops - 1),
                 "relative",
                 "measured",
-                f"exposure of {name} against the one that it settles to, {stops:+.3g} stops",
+                f"exposure of {name} against its settled exposure, {stops:+.3g} stops",
                 key=name,
                 acts_on=Quantity.TARGET,
             )

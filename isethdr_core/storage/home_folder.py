@@ -62,9 +62,9 @@ def existing_home() -> Path:
     """
     if others := _others():
         raise CatalogError(
-            f"{1 + len(others)} homes are named, and this works in one; find, sql, show, compare,"
-            " report, score, export and reproduce read several; type --home once, or unset"
-            f" {OTHER_HOMES}"
+            f"{1 + len(others)} homes are named, but this command works in one; type --home once,"
+            f" or unset {OTHER_HOMES}; find, sql, show, compare, report, score, export and"
+            " reproduce read several homes"
         )
     return _existing(home())
 

@@ -45,8 +45,7 @@ MANIFEST_FILE = f"{MANIFEST}/{METADATA}"
 OTHER_BYTES = "holds other bytes than were written"  # what is wrong with a file
 CRC_BYTES = 4
 ADVICE = (
-    "see `isethdr catalog verify`; "
-    "a store that cannot be saved is removed by hand and computed again"
+    "see `isethdr catalog verify`; remove a store that cannot be repaired, and compute it again"
 )
 
 

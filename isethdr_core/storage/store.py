@@ -235,8 +235,8 @@ def _check_written(path: Path, key: str, ds: xr.Dataset) -> None:
             )
         if hole := holes(stored):
             raise CatalogError(
-                f"{path}: {key}/{name} holds NaN at {hole}; light is finite: a failed render, or a"
-                " chunk was lost"
+                f"{path}: {key}/{name} holds NaN at {hole}; expected finite light: the renderer"
+                " failed, or a chunk was lost; run it again"
             )
 
 
@@ -399,13 +399,15 @@ def _scene_path(path_or_id: str | os.PathLike[str]) -> Path:
     }
     if not matches:
         raise CatalogError(
-            f"no scene in {folder} is called {start_of_name!r} or begins so; "
-            "`isethdr catalog find kind=scene` lists them; a path ends in .zarr"
+            f"no scene in {folder} has a name that begins with {start_of_name!r}; expected such a"
+            " name, or a path that ends in .zarr; `isethdr catalog find kind=scene` lists the names"
         )
     if len(set(matches.values())) > 1:
         some = ", ".join(sorted(p.stem for p in matches)[:MOST_LISTED])
         more = f" and {len(matches) - MOST_LISTED} more" if len(matches) > MOST_LISTED else ""
-        raise CatalogError(f"{start_of_name!r} could be any of {some}{more}; give more of the name")
+        raise CatalogError(
+            f"{start_of_name!r} could be any of {some}{more}; type more digits of the name"
+        )
     return min(matches)
 
 

@@ -170,7 +170,7 @@ def _measured(shot: ScoredShot, metrics: Sequence[Metric], count: int) -> _Measu
 def _without_halves(scene: xr.Dataset) -> ScoreErrors:
     if NOISE not in scene and RENDERED not in scene.attrs:
         return ScoreErrors()
-    why = "the scene has no half buffers: the intervals hold the noise realisations only"
+    why = "the scene has no half buffers: the intervals include the noise realisations only"
     return ScoreErrors(left_out=(LeftOut("renderer noise in scores", why, math.inf, "1"),))
 
 
@@ -232,8 +232,8 @@ def _stated(scores: Sequence[Score], measured: _Measured) -> ScoreErrors:
     left_out: tuple[LeftOut, ...] = ()
     if len(scores_measured) < len(scores):
         why = (
-            "objects of large pictures are not measured again: their intervals hold the noise"
-            " realisations only"
+            "scores of objects are not recomputed for large pictures: their intervals include the"
+            " noise realisations only"
         )
         left_out = (LeftOut("renderer noise in scores of objects", why, math.inf, "1"),)
     errors = dict.fromkeys(map(key_of, scores_measured), NOT_MEASURED)
@@ -389,7 +389,8 @@ def _term(name: str, unit: str, movement: Movement) -> ErrorTerm:
     side = f", of it {movement.shift:.2g} to one side" if movement.shift else ""
     factor = known_within(movement.rms_freedom)
     label = (
-        f"score {name}: renderer{side}, by {movement.how}, right within a factor of {factor:.1f}"
+        f"score {name}: renderer noise{side}, from {movement.how}, known within a factor of"
+        f" {factor:.1f}"
     )
     source = Source(key=RENDERER)
     value = movement.rms

@@ -104,4 +104,4 @@ def test_commands_read_all_homes_or_say_that_they_do_not(two):
     assert "home" in said.output.splitlines()[0]
     refused = CliRunner().invoke(catalog, ["gc"])
     assert isinstance(refused.exception, CatalogError)
-    assert "2 homes are named, and this works in one" in str(refused.exception)
+    assert "2 homes are named, but this command works in one" in str(refused.exception)

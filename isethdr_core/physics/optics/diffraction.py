@@ -388,8 +388,8 @@ def _not_negative(out: np.ndarray, pitch_um: Pair) -> np.ndarray:
     lowest = float(out.min())
     if lowest < -1e-6 * float(out.max()):
         raise ValueError(
-            f"integration over {pitch_um} um left {lowest:.3g} of the light negative: pupil or"
-            " image sampling is too coarse"
+            f"integration over {pitch_um[0]:.4g} x {pitch_um[1]:.4g} um gave negative light, down"
+            f" to {lowest:.3g}; expected 0 or more; sample the pupil or the image more finely"
         )
     return np.maximum(out, 0.0)
 

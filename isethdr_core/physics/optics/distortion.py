@@ -188,7 +188,7 @@ class KannalaBrandt(_Radial):
         if np.any(radius > curve[turn]):
             raise ValueError(
                 f"radius {radius.max():.6g} is beyond {curve[turn]:.6g}, where this fisheye"
-                " polynomial stops to grow; expected a smaller field"
+                " polynomial stops growing; expected a smaller field"
             )
         above = np.clip(np.searchsorted(curve[: turn + 1], radius), 1, turn)
         start = np.interp(radius, curve[: turn + 1], grid[: turn + 1])

@@ -110,7 +110,7 @@ def _rows(
     matrix.sum_duplicates()
     if matrix.data.size and matrix.data.min() < -1e-9:
         raise ValueError(
-            "the map turns tiles over; expected a distortion that is one to one over the output"
+            "the distortion mirrors or folds tiles; expected one that is one-to-one over the output"
         )
     matrix.data = np.where(matrix.data > SLIVER, matrix.data, 0.0) * (pitch_x * pitch_y)
     matrix.eliminate_zeros()

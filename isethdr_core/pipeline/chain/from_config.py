@@ -103,8 +103,8 @@ def versions_of(config: DictConfig) -> dict[str, Any]:
     versions = components_by_name("lighting", config.get("versions"))
     if SHOWN in versions:
         raise ConfigError(
-            f"the version name {SHOWN!r} is taken by the lighting of the run itself; "
-            "choose another, for example type versions.night instead"
+            f"a lighting version is called {SHOWN!r}, which is the name of the run's own lighting;"
+            " expected another name; type for example +lighting@versions.night=night"
         )
     return versions
 

@@ -134,7 +134,7 @@ def rendered(chain: Chain, request: Request) -> xr.Dataset:
     except TooNoisy:
         left_out(
             f"light groups {', '.join(groups_of(request.taken))} of other frames",
-            "not taken over: they are too noisy for the light of this frame",
+            "not reused: they are too noisy for the light of this frame",
             0.0,
             "relative",
             key="equal groups",

@@ -92,8 +92,8 @@ def publish(path: Path, address: Address) -> None:
     manifest = read_manifest(path)
     if manifest is None:
         raise CatalogError(
-            f"the store {path} has no manifest, and an object home holds none without;"
-            " type isethdr catalog adopt"
+            f"the store {path} has no manifest; expected one, because an object home holds only"
+            " stores with a manifest; type isethdr catalog adopt"
         )
     bucket = bucket_of(address)
     location = f"{path.parent.name}/{path.stem}-{uuid.uuid4().hex[:12]}.zarr"
@@ -189,7 +189,9 @@ def release(path: Path) -> None:
     """
     found = published(path)
     if found is None:
-        raise CatalogError(f"the store {path} is not published; its files stay here")
+        raise CatalogError(
+            f"the store {path} is not in the bucket yet; its files on this machine are kept"
+        )
     _make_stub(path, found)
 
 

@@ -76,7 +76,7 @@ def add(bucket: Bucket, versions: Iterable[Version]) -> None:
             _add(bucket, pack)
     except CatalogError as error:
         log.warning(
-            "the index of %s lacks an entry, which costs readers one request: %s",
+            "the index of %s lacks an entry, so that each reader needs one more request: %s",
             bucket.address.url,
             error,
         )
@@ -119,7 +119,9 @@ def decoded(bucket: Bucket, key: str, stored: Content | None) -> Segment:
         return Segment(closed=True)
     segment = Segment.decoded(stored.content)
     if segment is None:
-        _say_ignored(bucket.address.url, key, "it is damaged; isethdr catalog gc mends the index")
+        _say_ignored(
+            bucket.address.url, key, "it is damaged; type isethdr catalog gc to repair the index"
+        )
     return segment or Segment()
 
 

@@ -126,7 +126,10 @@ def record_figures(
         )
     for term in terms[shots[-1].capture].without_electrons:
         ledger.left_out(
-            term.label, "no error of a pixel's electrons follows from it", term.value, term.unit
+            term.label,
+            "it cannot be converted to an error of a pixel's electrons",
+            term.value,
+            term.unit,
         )
 
 

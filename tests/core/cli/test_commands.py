@@ -65,7 +65,7 @@ def test_plugins_lists_components_presets_and_packages(monkeypatch, capsys):
     assert {"bayer", "bayer_imx363"} <= {line.strip() for line in out.splitlines()}
     assert "(isethdr_sensors)" in out and "lens" not in out.split("\n")[0]
     code, _, err = here(monkeypatch, capsys, "plugins", "sensr")
-    assert code == 2 and err.startswith("error: no kind 'sensr'; did you mean 'sensor'")
+    assert code == 2 and err.startswith("error: unknown kind 'sensr'; did you mean 'sensor'")
 
 
 def test_the_version_is_that_of_the_package(monkeypatch, capsys):

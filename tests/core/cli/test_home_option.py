@@ -40,7 +40,7 @@ def test_a_command_that_writes_takes_one_home(monkeypatch):
     monkeypatch.setenv("ISETHDR_HOME", "elsewhere")
     rest, homes = without_homes(["run", "--home=a", "--home", "b"])
     assert (rest, homes) == (["run"], ["a", "b"])
-    with pytest.raises(ConfigError, match="typed 2 times, and isethdr run works in one home"):
+    with pytest.raises(ConfigError, match="typed 2 times, but isethdr run works in one home"):
         use_homes(homes, "run")
     assert os.environ["ISETHDR_HOME"] == "elsewhere"
 

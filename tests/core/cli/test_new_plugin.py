@@ -75,7 +75,7 @@ def test_packages_of_every_kind_are_clean(packages):
 @pytest.mark.parametrize(
     ("kind", "name", "message"),
     [
-        ("sensr", "acme_mono", "no kind 'sensr'; did you mean 'sensor'"),
+        ("sensr", "acme_mono", "unknown kind 'sensr'; did you mean 'sensor'"),
         ("sensor", "2mono", "cannot be that of a Python package; expected lower-case letters"),
         ("sensor", "acme-mono", "cannot be that of a Python package"),
         ("sensor", "AcmeMono", "cannot be that of a Python package"),
@@ -85,7 +85,7 @@ def test_packages_of_every_kind_are_clean(packages):
         ("sensor", "größe", "cannot be that of a Python package"),
         ("sensor", "", "cannot be that of a Python package"),
         ("sensor", "bayer", "'bayer' is offered by isethdr_sensors already; expected a new name"),
-        ("sensor", "bayer_imx363", "is a preset of a sensor already; expected a new name"),
+        ("sensor", "bayer_imx363", "is already the name of a preset of kind sensor; expected a"),
         ("sensor", "numpy", "a Python module 'numpy' is installed already; expected a new name"),
         ("sensor", "isethdr_sensors", "a Python module 'isethdr_sensors' is installed already"),
     ],

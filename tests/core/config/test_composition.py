@@ -137,6 +137,14 @@ def test_every_component_is_a_config_group_entry_with_its_name():
         ),
         (["renderer=null"], "type ~renderer to leave it out, or renderer=<name>"),
         (["seed=many"], "seed is 'many'; expected a whole number"),
+        (
+            ["lighting=targets", "lighting.targets.sky={statistic: max, cd_m2: 9}"],
+            r"to add it to the table type '\+lighting.targets.sky={statistic: max, cd_m2: 9}'",
+        ),
+        (
+            ["lens=wavefront", "lens.zernike_um.8=0.1"],
+            r"keys of lens.zernike_um are numbers; .* type for example '\+lens.zernike_um={8:<",
+        ),
     ],
 )
 def test_mistakes_are_named_when_the_config_is_composed_or_built(overrides, message):

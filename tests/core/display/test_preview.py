@@ -112,9 +112,7 @@ def test_a_scene_that_does_not_say_its_noise_is_refused(noise):
         if noise is None
         else given.assign(xyz_noise=given.xyz_noise * noise)
     )
-    with pytest.raises(
-        UnitError, match="no 'xyz_noise'.*4 passes or more; type renderer.samples=8"
-    ):
+    with pytest.raises(UnitError, match="no 'xyz_noise'.*two passes or more; type samples=8"):
         preview.denoised(given)
 
 

@@ -68,7 +68,7 @@ def test_wrong_fields_are_named(fields, message):
 def test_unknown_names_suggest_the_nearest():
     with pytest.raises(ConfigError, match="sensor 'nanoo' is not installed; did you mean 'nano'"):
         build("sensor", "nanoo")
-    with pytest.raises(ConfigError, match="no kind 'lense'; did you mean 'lens'"):
+    with pytest.raises(ConfigError, match="unknown kind 'lense'; did you mean 'lens'"):
         build("lense", "ideal")
     with pytest.raises(ConfigError, match="no name"):
         build_from_config("sensor", {"read_noise_e": 1.0})

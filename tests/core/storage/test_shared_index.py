@@ -212,8 +212,8 @@ def test_damage_is_named_in_one_line_and_mended(bucket, machine, caplog, content
     assert set(here(reader)[0]) == {"0001", "0002"}
     said = [record.getMessage() for record in caplog.records]
     assert sorted(said) == [
-        f"ignored {segment.key} in {ADDRESS.url}: it is damaged; isethdr catalog gc mends the"
-        " index",
+        f"ignored {segment.key} in {ADDRESS.url}: it is damaged; type isethdr catalog gc to repair"
+        " the index",
         f"ignored {INDEX}/notes.txt in {ADDRESS.url}: it is no part of the index",
     ]
     assert tidy_index(ADDRESS, dry_run=True) == tidy_index(ADDRESS) == IndexUpkeep(2, 0, 1)

@@ -406,8 +406,8 @@ def test_objects_are_left_out_of_changes_where_they_do_not_matter():
         "needs objects: 1": 1,
     }
     assert list(found) == ["mean", "of objects"]
-    how = f"by {score_errors.CHANGES} pictures of two opposite changes of the scene"
-    assert f"{how}, right within a factor of 1.8" in found["mean"][1]
+    how = f"from {score_errors.CHANGES} pictures of two opposite changes of the scene"
+    assert f"{how}, known within a factor of 1.8" in found["mean"][1]
 
 
 def test_every_score_of_a_small_picture_has_an_error_those_of_objects_too():
