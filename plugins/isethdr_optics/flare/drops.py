@@ -274,7 +274,8 @@ class DropsFlare:
         ledger.left_out(
             f"refraction of {count} drops, on {100 * float(covered.mean()):.2g} % of the light,"
             " beyond small angles",
-            "each drop is a thin lens; at its rim Snell's law turns light further by this",
+            "each drop is computed as a thin lens; at its rim Snell's law deflects light further by"
+            " this angle",
             float(np.degrees(exact - np.arctan(turn))),
             "degrees",
         )
@@ -301,7 +302,8 @@ def _state_beyond(
         ledger.left_out(
             f"light from beyond the tiles, {100 * share / float(covered.mean()):.2g} % of that"
             " through drops",
-            "the light of the nearest tile is assumed; a wider renderer.margin has more tiles",
+            "the light of the nearest tile is assumed; type a larger renderer.margin for more"
+            " tiles",
             share,
             "relative",
         )

@@ -100,8 +100,8 @@ class FilmFlare:
         pitch = quantities.tile_pitch(mixed, "y"), quantities.tile_pitch(mixed, "x")
         shares = self.kernel(pitch, (shape[0] - 1, shape[1] - 1))
         ledger.left_out(
-            "light that the film deflects out of a field of this size from its middle",
-            "beyond the tiles there is no light",
+            "light that the film scatters from the middle of the field to beyond its border",
+            "no light is known beyond the tiles",
             self.scattered
             * (1 - float(shares[tuple(slice(n // 2, n - n // 2) for n in shape)].sum())),
             "relative",

@@ -130,7 +130,7 @@ class WindscreenFlare:
         sideways = np.abs(x[None, :] * edges[:, None] * turn).max() / pitch[1]
         ledger.left_out(
             "sideways part of the second image's displacement",
-            "it is taken along the columns",
+            "the displacement is computed along the columns only",
             float(sideways),
             "tiles",
         )

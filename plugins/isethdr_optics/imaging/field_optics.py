@@ -143,7 +143,7 @@ def _kernels(request: KernelRequest) -> Kernels | None:
         if isinstance(flare, TransmitsPupil | DrawsPupil):
             raise ConfigError(
                 f"lens 'ideal' has no pupil for the flare {type(flare).__name__}; expected a lens"
-                " with diffraction; set lens=diffraction_limited, or remove that flare"
+                " with diffraction; type lens=diffraction_limited, or remove that flare"
             )
     if not scatter.active(flares, request.wavelength_nm):
         return None

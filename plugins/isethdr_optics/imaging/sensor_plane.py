@@ -258,7 +258,7 @@ def _relative_illumination(
         if widest >= np.pi / 2:
             raise ConfigError(
                 f"the field reaches {np.degrees(widest):.4g} degrees, where cos4 leaves no light; "
-                "set lens.falloff=none, or a table as lens.falloff={0:1,95:0.4}"
+                "type lens.falloff=none, or a table, for example 'lens.falloff={0:1,95:0.4}'"
             )
         return projections.cos4(u, v, projection), {"falloff": "cos4"}
     table = {

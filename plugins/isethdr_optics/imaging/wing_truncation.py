@@ -175,8 +175,8 @@ def notes(truncated: TruncatedKernels) -> list[Note]:
     """Return the wings that were left out, and the bound on their effect."""
     rows, columns = (n // 2 for n in truncated.bands[0].shape)
     spared = LeftOut(
-        f"place of light spread more than {columns} x {rows} tiles,"
-        f" {truncated.outside.max():.2g} of it at most",
+        f"distribution of the light in the PSF wings beyond {columns} x {rows} tiles, at most"
+        f" {truncated.outside.max():.2g} of the light",
         "no tile is bright enough for the sensor to see a difference",
         truncated.noise_share,
         UNIT,

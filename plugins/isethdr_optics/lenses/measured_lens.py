@@ -196,17 +196,18 @@ class MeasuredLens:
         _state_interpolation(table)
         outside = 1 - float(table.energy.min())
         if outside > 0:
-            label = "light of a point beyond the samples of its table, drawn within them, L1"
+            label = "PSF energy beyond the samples of the table, assigned to the samples, L1"
             ledger.error(2 * outside, "relative", "bound", label, key="beyond the samples")
         if table.clipped:
-            label = "light below 0 in point spreads of MTF curves, set to 0"
+            label = "negative values in PSFs computed from MTF curves, set to 0"
             ledger.error(table.clipped, "relative", "measured", label, key="phase of the MTF")
         waves = light.wavelength.values
         beyond = [w for w in waves if not table.wavelength_nm[0] <= w <= table.wavelength_nm[-1]]
         if beyond:
             ledger.left_out(
-                f"point spreads of {len(beyond)} of {len(waves)} bands, beyond the table",
-                f"those at {table.wavelength_nm[0]:g} and {table.wavelength_nm[-1]:g} nm stand",
+                f"PSFs of {len(beyond)} of {len(waves)} bands beyond the wavelengths of the table",
+                f"the PSFs at {table.wavelength_nm[0]:g} and {table.wavelength_nm[-1]:g} nm are"
+                " used",
                 _change(table.psf, 1, -2),
                 "relative, between the last two wavelengths of the table",
             )
@@ -214,8 +215,8 @@ class MeasuredLens:
         corner = 1e6 * half[0] * half[1]
         if corner > self._radii(table.field_deg, light)[-1] * (1 + 1e-9):
             ledger.left_out(
-                f"point spreads beyond {table.field_deg[-1]:g} degrees",
-                "that of the outermost angle stands",
+                f"PSFs beyond the last angle of the table, {table.field_deg[-1]:g} degrees",
+                "the PSF of the last angle is used",
                 _change(table.psf, 0, -2),
                 "relative, between the last two angles of the table",
             )

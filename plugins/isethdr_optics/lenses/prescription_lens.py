@@ -357,12 +357,12 @@ class PrescribedLens(FieldLens):
         if self.distortion == "none" and edge > 0:
             bent = abs(float(distortion(real, edge)[0]))
             what = "distortion of the prescription"
-            notes.append(LeftOut(what, "the lens keeps the grid", bent, "of the position"))
+            notes.append(LeftOut(what, "lens.distortion=none ignores it", bent, "of the position"))
         if not self.field_varies:
             widest_mm = max(spot(real, t).radius_mm for t in (0.0, 0.7 * edge, edge))
             aberrations = LeftOut(
                 "geometric aberrations of the prescription",
-                "its blur is diffraction alone",
+                "the PSF contains diffraction only",
                 widest_mm * 1e-3,
                 "m (rms radius)",
             )
@@ -396,9 +396,7 @@ class PrescribedLens(FieldLens):
         if even:
             share = 2 * float(max(even))
             notes.append(
-                LeftOut(
-                    "light uneven over the stop", "next to none", share, "share of a point's light"
-                )
+                LeftOut("pupil apodization", "it is nearly none", share, "share of a point's light")
             )
         border = max(
             exit_pupil(real, float(np.tan(a)), real.reference_nm).off_ellipse

@@ -418,7 +418,7 @@ def _check(lens: IdealLens) -> None:
     if not lens.object_distance_m > 2e-3 * lens.focal_length_mm:
         raise ConfigError(
             f"lens.object_distance_m is {lens.object_distance_m!r}; expected metres, more than"
-            " twice the focal length; set lens.object_distance_m=.inf for a far object"
+            " twice the focal length; type lens.object_distance_m=inf for a far object"
         )
     _check_focus(lens.focus_m, lens.focal_length_mm)
     _check_geometry(lens)
@@ -446,5 +446,5 @@ def _check_geometry(lens: IdealLens) -> None:
         raise ConfigError(
             f"lens.falloff is {lens.falloff!r}; expected field angles in degrees that rise from 0,"
             " each with a relative illumination of 0 or more; type for example"
-            " lens.falloff={0:1,20:0.8}"
+            " 'lens.falloff={0:1,20:0.8}'"
         )

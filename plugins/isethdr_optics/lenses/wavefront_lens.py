@@ -84,5 +84,5 @@ def _check_field(lens: WavefrontLens) -> None:
     ):
         raise ConfigError(
             f"lens.field_zernike_um has the field angles {angles}; expected degrees that rise from"
-            " 0, at least two; type for example +lens.field_zernike_um={0:{},20:{8:0.2}}"
+            " 0, at least two; type for example '+lens.field_zernike_um={0:{},20:{8:0.2}}'"
         )

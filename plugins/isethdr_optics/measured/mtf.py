@@ -74,11 +74,14 @@ def _curves(columns: dict[str, np.ndarray], here: np.ndarray, where: str) -> np.
     rows = np.stack([columns[name][here] for name in names])
     rows = rows[:, np.argsort(rows[0])]
     if rows.shape[1] < 2 or rows[0, 0] != 0 or np.any(np.diff(rows[0]) <= 0):
-        raise UnitError(f"{where}: the frequencies are {rows[0].tolist()}; expected 0 and more")
+        raise UnitError(
+            f"{where}: the frequencies are {np.array2string(rows[0], threshold=8)} per mm; expected"
+            " 0 and at least one higher frequency, each only once"
+        )
     if np.any(np.abs(rows[1:, 0] - 1) > 1e-3):
         raise UnitError(
-            f"{where}: the MTF at frequency 0 is {rows[1:, 0].tolist()}; expected 1: state the"
-            " scale by dividing by it"
+            f"{where}: the MTF at frequency 0 is {rows[1, 0]:.4g} (tangential) and"
+            f" {rows[2, 0]:.4g} (sagittal); expected 1; divide each curve by its value at 0"
         )
     return rows
 

@@ -184,8 +184,9 @@ def _checked(data: dict[str, np.ndarray], path: Path) -> MeasuredTable:
     rising = np.all(np.diff(angles) > 0) and np.all(np.diff(waves) > 0)
     if not rising or angles[0] != 0 or not angles[-1] < 90:
         raise UnitError(
-            f"{path}: field_deg is {angles.tolist()}, wavelength_nm {waves.tolist()}; expected"
-            " degrees that rise from 0 to below 90, and nanometres that rise"
+            f"{path}: field_deg is {np.array2string(angles, threshold=8)}, wavelength_nm"
+            f" {np.array2string(waves, threshold=8)}; expected degrees that rise from 0 to below"
+            " 90, and nanometres that rise"
         )
     if waves[0] < 100:
         raise UnitError(f"{path}: wavelength_nm begins at {waves[0]:g}; expected nanometres")
@@ -219,8 +220,12 @@ def _check_figure(name: str, angles: np.ndarray, values: np.ndarray, path: Path)
     fits = values.shape == angles.shape and len(angles) > 1
     if not fits or angles[0] != 0 or not np.all(np.diff(angles) > 0):
         raise UnitError(
-            f"{path}: {name} has {values.size} values for the angles {angles.tolist()}; expected"
-            " one for each of two or more angles that rise from 0"
+            f"{path}: {name} has {values.size} values for the angles"
+            f" {np.array2string(angles, threshold=8)}; expected one for each of two or more angles"
+            " that rise from 0"
         )
     if not np.all((values >= low) & (values <= high)):
-        raise UnitError(f"{path}: {name} is {values.tolist()}; expected {low:g} to {high:g}")
+        raise UnitError(
+            f"{path}: {name} holds {values[~((values >= low) & (values <= high))][0]:g}; expected"
+            f" {low:g} to {high:g}"
+        )

@@ -92,8 +92,8 @@ def hyperfocal_note(lens: Any, judged_by: Finest) -> LeftOut:
     focus_m = hyperfocal_m(1e-3 * lens.focal_length_mm, lens.f_number, blur_m)
     return LeftOut(
         f"defocus, focused at the hyperfocal distance of {focus_m:.3g} m",
-        f"from {focus_m / 2:.3g} m on it blurs by less than a quarter of a {judged_by.name}; the"
-        " depth of nearer objects is not read",
+        f"beyond {focus_m / 2:.3g} m its blur is less than a quarter of a {judged_by.name}; the"
+        " defocus of nearer objects is ignored",
         LEAST,
         judged_by.unit,
         key="defocus",
@@ -311,7 +311,8 @@ def layer_notes(
         notes.append(
             LeftOut(
                 f"defocus of {100 * sharp.mean():.3g} % of the tiles",
-                f"beside diffraction, it blurs them by less than a quarter of a {judged_by.name}",
+                "its blur, without that of diffraction, is less than a quarter of a"
+                f" {judged_by.name}",
                 float(np.abs(blur[sharp]).max()) / judged_by.tiles,
                 judged_by.unit,
                 key="defocus",
@@ -322,7 +323,7 @@ def layer_notes(
         notes.append(
             LeftOut(
                 "differences of defocus within a layer",
-                f"{len(made)} layers stand for all depths; a tile has the depth of its centre",
+                f"{len(made)} layers represent all depths; a tile has the depth of its centre",
                 within / judged_by.tiles,
                 judged_by.unit,
                 key="defocus within layers",

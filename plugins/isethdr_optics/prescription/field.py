@@ -39,7 +39,7 @@ def check(lens: PrescribedLens, width: float, height: float, projection: str) ->
         raise ConfigError(
             f"prescription {lens.real().name!r} sends no light to the corners of the camera's"
             f" field, {math.degrees(corner):.1f} degrees off the axis; expected a field within the"
-            f" {lens.real().half_field_deg:g} degrees it is made for: type"
+            f" {lens.real().half_field_deg:g} degrees off the axis of its design; type"
             f" scene.horizontal_field_deg={_fits(lens, width, height, projection):g}, or another"
             " lens.prescription"
         )
@@ -64,8 +64,9 @@ def state(lens: PupilOptics, width: float, height: float, projection: str) -> No
         ledger.left_out(
             f"light towards the corners of the camera's field, {math.degrees(corner):.1f} degrees"
             " off the axis",
-            f"rims stop it: the prescription is made for {made_for:g} degrees, which"
-            f" scene.horizontal_field_deg={_fits(lens, width, height, projection):g} stays within",
+            f"lens rims block it: the design field ends {made_for:g} degrees off the axis; type"
+            f" scene.horizontal_field_deg={_fits(lens, width, height, projection):g} to stay"
+            " within it",
             max(0.0, 1 - _remaining_share(lens, corner)),
             "of the beam on the axis",
         )

@@ -110,7 +110,7 @@ class Prescription:
         if f_number < self.f_number * (1 - 1e-9):
             raise ConfigError(
                 f"prescription {self.name!r} opens to f/{self.f_number:g}; f/{f_number:g} is more"
-                f" than its surfaces pass; set lens.f_number={self.f_number:g} or choose another"
+                f" than its surfaces pass; type lens.f_number={self.f_number:g} or choose another"
                 " prescription"
             )
         wide = paraxial.entrance_pupil(self.surfaces[:-1], self.indices(self.reference_nm))[1]

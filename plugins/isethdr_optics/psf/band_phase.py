@@ -57,9 +57,9 @@ def check(lens: PupilOptics, flares: Sequence[Flare], wavelength_nm: np.ndarray)
     if change > most:
         raise ConfigError(
             f"the phase of the lens changes by {change:.3g} rad rms within the band at {wave:g} nm,"
-            f" {width:.3g} nm wide: its far kernel would take {_needed(change)} parts; expected at"
-            f" most {most:g} rad; take bands of {0.95 * most / change * width:.2g} nm or less, or a"
-            " smaller wavefront"
+            f" {width:.3g} nm wide: its PSF wings would need {_needed(change)} sub-bands; expected"
+            f" at most {most:g} rad; use bands of {0.95 * most / change * width:.2g} nm or less"
+            " (renderer.step_nm or scene.step_nm), or a smaller wavefront"
         )
 
 

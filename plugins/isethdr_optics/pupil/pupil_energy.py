@@ -63,7 +63,7 @@ def open_energy_mm2(lens: PupilOptics, flares: Sequence[Flare], wavelength_nm: f
         energy = energy_of(cells, pitch, cell_means=True)
     if not energy > DARK * stop_mm2(lens):
         raise ConfigError(
-            "the flares let no light through the pupil; expected a transmission above 0 somewhere;"
-            " type less dirt, as flare.NAME.dust_per_mm2=40"
+            "the flares block all light in the pupil; expected a transmission above 0 somewhere;"
+            " type for example flare.NAME.dust_per_mm2=40 for less dirt"
         )
     return energy

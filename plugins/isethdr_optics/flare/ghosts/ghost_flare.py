@@ -291,7 +291,8 @@ def _record_errors(
     added: xr.DataArray,
 ) -> None:
     label = (
-        "ghosts of lamps, 99 % of the tiles; the mean error of a tile is 0.04, of the flux 0.006"
+        "ghosts of lamps: limit for 99 % of the tiles; the mean error is 0.04 of a tile, 0.006 of"
+        " the flux"
     )
     ledger.error(DRAWING, "relative", "measured", label, key="ghost drawing", part=PART)
     ledger.light_part(PART, added)

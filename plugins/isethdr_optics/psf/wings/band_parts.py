@@ -65,6 +65,6 @@ def check_delay(
             f"dust_delay_um is {delay_um:g}: within the band at {wave[worst]:g} nm,"
             f" {width[worst]:g} nm wide, its phase changes by {change[worst]:.3g}"
             f" rad{f', the lens by {beside:.3g}' if beside else ''}; expected at most {most:g} rad"
-            f" together; type flare.NAME.dust_delay_um={allowed_um:.2g} or less, or take narrower"
-            " bands"
+            f" together; type flare.NAME.dust_delay_um={allowed_um:.2g} or less, or use narrower"
+            " bands (renderer.step_nm or scene.step_nm)"
         )

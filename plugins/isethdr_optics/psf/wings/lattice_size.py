@@ -247,7 +247,7 @@ def check_pupil(
     if across > most:
         raise ConfigError(
             f"at f/{lens.f_number:g} and {wave_nm:g} nm this frame is {across / PERIOD:.3g} times"
-            f" wavelength x f-number wide: its kernels would take a pupil of {across:.3g} cells"
+            f" wavelength x f-number wide: its kernels would need a pupil of {across:.3g} cells"
             f" across; expected at most {most:g}; type"
             f" lens.f_number={1.05 * lens.f_number * across / most:.2g} or more, or a smaller field"
         )
