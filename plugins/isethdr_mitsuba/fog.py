@@ -40,7 +40,7 @@ def in_fog(description: SceneDescription, variant: str) -> SceneDescription:
         return description
     ledger.left_out(
         "gradient of the sky, sun and moon",
-        "fog mixes their light: a uniform sky gives level ground as much",
+        "in fog, a uniform sky with the same illuminance on level ground replaces them",
         float("nan"),
         "",
         key="sky in fog",
@@ -60,14 +60,15 @@ def state_fog(fog: Fog | None) -> None:
     lost = [float(np.interp(np.log(fog.visibility_m), np.log(VISIBILITIES_M), v)) for v in LOST]
     ledger.left_out(
         "light of lamps that fog scatters more than once, or onto surfaces",
-        f"single scattering on what the camera sees; visibility {fog.visibility_m:.3g} m",
+        f"only single scattering towards the camera is computed; visibility {fog.visibility_m:.3g}"
+        " m",
         lost[0],
         "relative",
         key="scattered twice",
     )
     ledger.left_out(
         "light of the sky that surfaces reflect into the fog",
-        "walks through the fog end at surfaces",
+        "random walks through the fog end at surfaces",
         lost[1],
         "relative",
         key="reflected into the fog",

@@ -111,8 +111,12 @@ def state_lost_light(description: SceneDescription) -> None:
     """
     lost_share, worst = lost_light(description.materials.values())
     if lost_share > 0:
-        why = f"Mitsuba follows light to one facet alone; most at grazing angles, of {worst}"
-        ledger.left_out("light from facet to facet", why, lost_share, "relative", key="facets")
+        why = (
+            f"Mitsuba's materials scatter once; the loss is largest at grazing angles, for {worst}"
+        )
+        ledger.left_out(
+            "light between facets of rough surfaces", why, lost_share, "relative", key="facets"
+        )
 
 
 def state_hidden_lamps(error: float, view: View) -> None:
@@ -282,9 +286,10 @@ def needed_paths(
     reached = share / math.sqrt(rounds.affordable)
     if rounds.affordable < 1:
         ledger.left_out(
-            f"paths beyond {most_mean:.4g} per tile, the mean of all light groups together",
-            f"most_mean_samples of the renderer; the noise is {reached:.2g} of that of the cameras"
-            f" where {share:.2g} was asked for",
+            f"samples beyond {most_mean:.4g} per tile, mean over the tiles, all light groups"
+            " together",
+            f"renderer.most_mean_samples; the noise is {reached:.2g} times that of the cameras,"
+            f" {share:.2g} times was requested",
             reached / share,
             "times the noise asked for",
             key="mean samples",
@@ -384,8 +389,8 @@ def state_noise(result: Estimate, groups: Sequence[str], settings: MitsubaRender
             how = f"{samples} samples per tile{stored}, {seconds:.3g} s, where cameras need them"
         else:
             how = (
-                f"{samples} samples per tile{stored}, {seconds:.3g} s, nine of ten tiles within"
-                f" {rare_light(samples):.1f} times what is stated of each"
+                f"{samples} samples per tile{stored}, {seconds:.3g} s, true noise of nine tiles in"
+                f" ten within {rare_light(samples):.1f} times the noise stated of each"
             )
         ledger.error(
             noise,
@@ -398,9 +403,9 @@ def state_noise(result: Estimate, groups: Sequence[str], settings: MitsubaRender
         if settings.error_allowed is not None and noise > settings.error_allowed:
             needed = math.ceil(samples * (noise / settings.error_allowed) ** 2)
             print(
-                f"renderer: light group {group} has a noise of {noise:.2g} after {samples} samples"
-                f" per tile, {settings.error_allowed:g} is allowed;"
-                f" type renderer.most_samples={needed}",
+                f"renderer: light group {group} has a relative noise of {noise:.2g} after {samples}"
+                f" samples per tile; {settings.error_allowed:g} is allowed; type"
+                f" renderer.most_samples={needed}",
                 file=sys.stderr,
                 flush=True,
             )

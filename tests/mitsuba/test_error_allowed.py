@@ -165,7 +165,10 @@ def test_a_group_that_cannot_get_there_is_given_up_and_said_so(make, capsys):
             most_samples=12,
         )(make.street(2))
     said = capsys.readouterr().err
-    assert "light group headlights has a noise of" in said and "type renderer.most_samples=" in said
+    assert (
+        "light group headlights has a relative noise of" in said
+        and "type renderer.most_samples=" in said
+    )
     noise = {e.label.split()[-1]: e.value for e in row.errors if "light group" in e.label}
     assert noise == ds.attrs["noise"] and noise["headlights"] > 1e-3
     assert "12 samples per tile" in next(

@@ -74,15 +74,15 @@ def film_pass(
     if not angles:
         check_square(settings.width, settings.height, view.field[0] / view.field[1])
     if any(m.retro and m.retro.form == "beads" for m in description.materials.values()):
-        why = "each path that meets them would call Python: 14 times the cost"
+        why = "they would need a Python call for each path: 14 times the cost"
         ledger.left_out("beads of road markings", why, LOST_BEADS, "relative", key="beads")
     if any(m.texture for m in description.materials.values()):
-        why = "Mitsuba's own integrator gets the mean reflectance of each material"
+        why = "Mitsuba's own integrator uses the mean reflectance of each material"
         ledger.left_out("textures", why, 1.0, "relative", key="textures")
     tables = {p.lamp.table for p in lamps if p.grid is not None}
     wide, cone = max(((lost_beyond(t, cone_deg(t)), cone_deg(t)) for t in tables), default=(0, 0))
     if wide > 0:
-        why = f"spots in place of lamps with a table end {cone:g} degrees off their axis"
+        why = f"lamps with a table are rendered as spots, which end {cone:g} degrees off their axis"
         ledger.left_out("light far off a lamp's axis", why, wide, "relative", key="wide light")
     rows, columns = view.shape
     span = bands_nm[0] - settings.step_nm / 2, bands_nm[-1] + settings.step_nm / 2
@@ -98,7 +98,7 @@ def film_pass(
         )
         for s in starts
     ]
-    sky = _sky_scenes(description, span, bands_nm, settings.step_nm) if "sky" in groups else []
+    sky = sky_scenes(description, span, bands_nm, settings.step_nm) if "sky" in groups else []
     near = [p for p in lamps if p.instance]  # sun and moon belong to the scenes of the sky
     lamp_scene, switch = (
         _lamp_scene(description, view, near, groups, span)
@@ -140,11 +140,18 @@ def _block(bands_nm: np.ndarray, start: int, step_nm: float) -> list[float]:
     return block + [block[-1] + step_nm * (k + 1) for k in range(BLOCK - len(block))]
 
 
-def _sky_scenes(
+def sky_scenes(
     description: SceneDescription, span: tuple[float, float], bands_nm: np.ndarray, step_nm: float
 ) -> list[tuple[Any, np.ndarray]]:
     """Return the scenes of the parts of the sky, each with a factor per band. The light of the sky
-    is the sum over the scenes.
+    is the sum over the scenes, each times its factor.
+
+    Parameters
+    ----------
+    description : scene with its sky; without a sky there is no scene.
+    span : shortest and longest wavelength of the reflectances, nm.
+    bands_nm : (band,) centres, nm.
+    step_nm : width of the bands, nm.
     """
     if description.sky is None:
         return []
@@ -153,7 +160,7 @@ def _sky_scenes(
         lights = [_map(part, bands_nm, step_nm) for part in description.sky.parts]
         lights += [(_far_light(disc, span), 1.0) for disc in description.sky.discs]
         if description.sky.discs:
-            why = "they light as directions do, of no width: no penumbra, no image in a mirror"
+            why = "they are rendered as directional lights: no penumbra, no image in a mirror"
             ledger.left_out("width of sun and moon", why, 1.0, "relative", key="discs")
     surfaces = coloured_surfaces(description, *span)
     return [
@@ -298,6 +305,6 @@ def _shares(
             max(errors),
             "relative",
             "bound",
-            "mean over the light, as lamps light from points in front of them",
+            "mean over the light; each lamp is rendered as a point source in front of it",
         )
     return share

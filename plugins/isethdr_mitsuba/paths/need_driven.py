@@ -160,9 +160,9 @@ class Rounds:
         self.affordable = min(factors)
         if number == 1 and min(wanted, self.most_mean) > MANY:
             print(
-                f"renderer: the noise of the cameras asks for about {wanted:.2g} samples per tile,"
-                f" all light groups together; a night drive takes {USUAL}. For less time and more"
-                " noise type renderer.most_mean_samples=128",
+                f"renderer: noise below that of the cameras needs about {wanted:.2g} samples per"
+                f" tile, all light groups together; a night drive needs {USUAL}. For less time and"
+                " more noise type renderer.most_mean_samples=128",
                 file=sys.stderr,
                 flush=True,
             )
@@ -243,9 +243,9 @@ def render_by_need(
         start += time.perf_counter() - began
         change = exposure_change(limit.exposures, last.exposures)
         if change > EXPOSURE_CHANGED:
-            why = "automatic exposure of the first paths was another: need worked out again"
+            why = "the automatic exposure changed; the required samples were computed again"
             ledger.left_out(
-                "paths planned by the first exposure", why, change, "relative", key="exposure"
+                "samples planned for the first exposure", why, change, "relative", key="exposure"
             )
             rounds.until_done(last, share)
     return time.perf_counter() - start
