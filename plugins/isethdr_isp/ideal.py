@@ -42,8 +42,8 @@ class IdealIsp:
             captures = chosen(captures, "")
         elif captures.sizes["channel"] > 1:
             raise UnitError(
-                f"of {captures.sizes['channel']} channels all but one are sampled nowhere in the"
-                " filter array; a cropped pattern? use at least one whole period"
+                f"the filter array samples only one of {captures.sizes['channel']} channels;"
+                " expected at least one whole period of the pattern; crop it less"
             )
         wavelength_nm = captures.wavelength.values
         reads = readouts(captures, light("daylight", wavelength_nm))

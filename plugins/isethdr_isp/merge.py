@@ -109,8 +109,8 @@ def charges(captures: xr.Dataset, balance: Illuminant) -> tuple[list[list[Any]],
                 if not value > 0
             ]
             raise UnitError(
-                f"filter {', '.join(blind)} passes nothing of {balance}, so its captures cannot be"
-                " compared; expected a quantum efficiency above 0 somewhere in the bands; use"
+                f"filter {', '.join(blind)} transmits no light of {balance}, so its captures cannot"
+                " be compared; expected a quantum efficiency above 0 somewhere in the bands; use"
                 " isp=linear, or a sensor with other filters"
             )
         by_charge.setdefault(number, []).append(read)
@@ -136,8 +136,8 @@ def state_spectral_mismatch(groups: Sequence[list[Readout]], wavelength_nm: np.n
     )
     if worst > LARGEST_MISMATCH:
         raise UnitError(
-            f"the captures see different colours: their electrons differ by {worst:.0%} (rms) on"
-            " coloured light; expected one set of filters at different sensitivities; use"
+            f"the captures have different spectral responses: their electrons differ by {worst:.0%}"
+            " (rms) in coloured light; expected one set of filters at different sensitivities; use"
             " isp=ideal, or isp=linear with isp.capture"
         )
     if worst > 1e-9:

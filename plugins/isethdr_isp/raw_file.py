@@ -222,9 +222,9 @@ def _check(capture: xr.Dataset, names: list[str], raw: np.ndarray) -> None:
         _check_array(capture, names)
     if "response_dn" in capture and np.isfinite(capture["response_dn"].values[0]).any():
         raise UnitError(
-            "a DNG cannot hold the response of a pixel that bends; write captures.drop_vars of"
-            " response_dn, response_e, response_variance_e2, which describe it, to keep the"
-            " straight part"
+            "a DNG cannot hold a nonlinear response; expected captures without response_dn,"
+            " response_e and response_variance_e2; type captures.drop_vars(['response_dn',"
+            " 'response_e', 'response_variance_e2']) to write the codes without it"
         )
 
 

@@ -187,7 +187,7 @@ def test_what_a_dng_cannot_hold_is_said(tmp_path):
     for captures, why in (
         (shot("ideal"), "whole DN of 16 bits"),
         (shot("interleaved", cfa="RGRG/GBGB/rgrg/gbgb"), "no name for filter"),
-        (shot("lin_log"), "response of a pixel that bends"),
+        (shot("lin_log"), "cannot hold a nonlinear response"),
         (shot("bayer", bits=20), "whole DN of 16 bits"),
         (
             shot(cfa="RCCC"),

@@ -68,7 +68,7 @@ def denoised(
         variance = np.full_like(level, np.nan)
     ledger.left_out(
         "variance of the denoised picture",
-        "the weights follow the noise; the picture states no variance",
+        "the weights depend on the noise, so the picture states no variance",
         np.nan,
         "",
     )

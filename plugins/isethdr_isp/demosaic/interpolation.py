@@ -104,8 +104,8 @@ def _rule_of(data: bytes, dtype: str, shape: tuple[int, ...], channels: int) -> 
     missing = sorted(set(range(channels)) - set(np.unique(filters).tolist()))
     if missing:
         raise UnitError(
-            f"channel {missing[0]} of {channels} is sampled nowhere in the filter array; "
-            "a cropped pattern? use at least one whole period"
+            f"channel {missing[0]} of {channels} is not sampled in the filter array; expected at"
+            " least one whole period of the pattern; crop it less"
         )
     if channels == 1:  # no sample is missing, even in a picture of a single pixel
         every = Kernel(*(np.arange(n) for n in filters.shape), [(0, 0)], np.ones((1, 1)))

@@ -174,7 +174,7 @@ def _learned(
 def _state_unknown_variance(method: str) -> None:
     ledger.left_out(
         f"variance of demosaic {method}",
-        "the method follows the noise; the picture states no variance",
+        "the method depends on the noise, so the picture states no variance",
         np.nan,
         "",
     )

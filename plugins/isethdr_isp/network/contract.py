@@ -193,8 +193,8 @@ class Contract:
         if phase(letters, self.cell) is None:
             raise ConfigError(
                 f"{source} is for the filter array {self.cfa}; the sensor has"
-                f" {'/'.join(form.filters)}; expected the same array, shifted or not; choose the"
-                f" sensor's cfa, or train a model for it"
+                f" {'/'.join(form.filters)}; expected the same array, shifted or not; type for"
+                f" example sensor.cfa={self.cfa}, or train a model for this array"
             )
 
 

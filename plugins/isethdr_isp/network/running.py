@@ -114,7 +114,7 @@ def grid_of(cut: Cut, tile_px: int) -> Grid:
         if cut.reach_px > overlap:
             ledger.left_out(
                 "inputs beyond a tile",
-                f"the model takes {size[0]} x {size[1]} pixels and looks farther than the"
+                f"the model takes {size[0]} x {size[1]} pixels, and its receptive field exceeds the"
                 f" {overlap} pixels by which its tiles overlap; seams are possible",
                 np.nan,
                 "",

@@ -169,9 +169,9 @@ def unit_e_per_cd_m2(contract: Contract, taken: Shot) -> float:
     unit = float(taken.read.sensitivity[taken.channels.index(contract.unit_channel)])
     if not unit > 0:
         raise UnitError(
-            f"filter {contract.unit_channel} passes no daylight, and the model's unit is electrons"
-            " behind it; expected a quantum efficiency above 0; use a sensor like the one that the"
-            " model is for"
+            f"filter {contract.unit_channel} transmits no daylight, and the model's unit is"
+            " electrons behind it; expected a quantum efficiency above 0; use a sensor like the one"
+            " that the model is for"
         )
     return unit
 

@@ -85,7 +85,7 @@ def merge_interleaved(
     faint = [names[k] for pair in pairs.items() for k in pair if not read.sensitivity[k] > 0]
     if faint:
         raise UnitError(
-            f"filter {', '.join(faint)} passes nothing of {balance}, so its pixels cannot be"
+            f"filter {', '.join(faint)} transmits no light of {balance}, so its pixels cannot be"
             " compared; expected a quantum efficiency above 0 somewhere in the bands"
         )
     level = shading(captures, shading_csv)

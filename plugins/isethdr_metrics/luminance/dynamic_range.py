@@ -83,7 +83,7 @@ class DynamicRange:
         if np.ptp(light) < 0.1 * (light.mean() or 1.0):
             ledger.left_out(
                 "shot noise in the dark",
-                "the darkest pixels are all alike, so a + b Y is one number",
+                "the darkest pixels have nearly one luminance, so the fit a + b Y is a constant",
                 NAN,
                 "dB",
             )

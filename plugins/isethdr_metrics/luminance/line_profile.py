@@ -54,7 +54,9 @@ class LineProfile:
         y, true, valid = luminances(picture, truth)
         if not -1 <= self.row < len(y):
             raise ConfigError(
-                f"metric row is {self.row}; expected -1 or a row of the picture, 0..{len(y) - 1}"
+                f"line_profile has row={self.row}; expected a row of the picture, 0 to"
+                f" {len(y) - 1}, or -1 for that of the brightest light; type for example"
+                " metric.NAME.row=-1"
             )
         row = self.row if self.row >= 0 else int(np.unravel_index(np.argmax(true), true.shape)[0])
         spread = 1.96 * np.sqrt(luminance_variance(picture)[row])

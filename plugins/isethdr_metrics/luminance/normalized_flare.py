@@ -58,7 +58,7 @@ class NormalizedFlare:
         if not use.any():
             ledger.left_out(
                 "guard around sources",
-                "it covers the frame; pixels beside sources are counted",
+                "it would cover the whole frame, so pixels right beside sources are counted",
                 NAN,
                 "",
             )

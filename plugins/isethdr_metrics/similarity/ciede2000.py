@@ -68,7 +68,7 @@ class Ciede2000:
         use = luminances(picture, truth)[1] <= white
         share = 1 - use.mean()
         if share > 0:
-            why = "CIELAB has no meaning there"
+            why = "CIELAB is defined for surfaces, not for lamps"
             ledger.left_out("pixels above the white", why, share, "share of the frame")
         score, _, unit = self.formula
         scores = []
