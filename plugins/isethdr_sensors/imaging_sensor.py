@@ -268,8 +268,8 @@ class ImagingSensor:
             self.with_gain(self.auto_gain_max)
         except ConfigError as err:
             raise ConfigError(
-                f"sensor.auto_gain_max is {self.auto_gain_max:g}, and no sensor has that gain:"
-                f" {err}"
+                f"sensor.auto_gain_max is {self.auto_gain_max:g}, but this sensor cannot have that"
+                f" gain: {err}"
             ) from None
 
     def check_focal_length(self, focal_length_m: float) -> None:

@@ -99,13 +99,14 @@ class LinLogSensor(OneReadingSensor):
                 BIAS,
                 "relative",
                 "measured",
-                "bias of electrons read back where the response bends within a width of the noise",
+                "bias of linearised electrons where the response curves within the width of the"
+                " noise",
             )
             ledger.error(
                 VARIANCE,
                 "relative",
                 "measured",
-                "variance that a reading states of itself there, mean over readings",
+                "variance stated for a reading there, mean over readings",
             )
         tables = response(self.model().readings[0], self.exposure_s, self.well(), self.noise)
         return with_response(out, tables)

@@ -223,7 +223,7 @@ def test_a_line_narrower_than_a_band_counts_as_it_is(tmp_path, make_light, centr
 def test_a_curve_that_no_band_holds_is_refused(tmp_path, make_light):
     sensor = triangle(tmp_path, 552.0, 0.05)
     for bands in (np.array([550.0]), np.arange(600.0, 681.0, 10.0)):
-        with pytest.raises(ConfigError, match="makes no electron of light in bands"):
+        with pytest.raises(ConfigError, match="has no response in the bands from"):
             sensor(make_light(np.full((len(bands), 4, 4), 1e-3), 3.75, bands), None)
 
 

@@ -128,7 +128,7 @@ def test_what_may_differ_is_what_the_ledger_bounds():
 def test_reasons_that_are_no_omission_are_not_counted():
     unknown = Row(
         "sensor s",
-        left_out=[LeftOut("where in its bands light lies", "it holds band means", 0.5, "e", BANDS)],
+        left_out=[LeftOut("position within a band", "it holds band means", 0.5, "e", BANDS)],
     )
     assert largest(readings([1.0], [unknown]), readings([1.0])) == (0.0, 0.0)
 

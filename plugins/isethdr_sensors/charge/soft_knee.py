@@ -54,8 +54,8 @@ def check(sensor: ImagingSensor) -> None:
     ):
         if getattr(sensor, name) != off:
             raise ConfigError(
-                f"sensor.{name} is {getattr(sensor, name)}, and a pixel that overflows softly has"
-                f" no such model; type sensor.{name}={off}"
+                f"sensor.{name} is {getattr(sensor, name)}, but the model of a soft knee does not"
+                f" include it; type sensor.{name}={off}"
             )
     for name in ("knee_e", "thermal_e", "knee_e_per_s"):
         value = getattr(sensor, name)

@@ -40,10 +40,10 @@ def check(components: Sequence[tuple[Modulation, np.ndarray]], exposure_s: float
     if count(modulations, exposure_s) > MOST_PIECES:
         fastest = max(m.frequency_hz for m in modulations)
         raise ConfigError(
-            f"a light of {fastest:g} Hz switches too often within {exposure_s:g} s: this pixel"
-            f" bends, so it is followed from switch to switch; expected at most {MOST_PIECES}"
-            " pieces in an exposure; type sensor=bayer, or make the light constant: that fast,"
-            " only its mean counts"
+            f"a light of {fastest:g} Hz switches too often within {exposure_s:g} s: the response of"
+            " this pixel is nonlinear, so each interval between switches is computed; expected at"
+            f" most {MOST_PIECES} intervals in an exposure; type sensor=bayer, or remove this"
+            " light's modulation, because only its mean matters at that frequency"
         )
 
 

@@ -84,7 +84,7 @@ def take_shot(pixel: SoftKneePixel, light: xr.DataArray, generator: Generator | 
         _state_in_time(pixel)
     ledger.left_out(
         f"dynamics of pixels up to {linear_limit_e(NOTHING_E, model.exposure_s, pixel.well):.4g} e",
-        "nothing spills in them",
+        "they spill no charge",
         NOTHING_E,
         "e",
         needless=True,
@@ -127,12 +127,14 @@ def _state_in_time(pixel: SoftKneePixel) -> None:
         worst,
         "relative",
         "bound",
-        "charge spilled before a reading counts as saturated, whenever the light comes",
+        "charge spilled before a reading counts as saturated, for any variation of the light in"
+        " time",
     )
     if not any(pixel.collects):
         ledger.left_out(
-            "the light's course in time from the table that reads the pixel back beyond its knee",
-            "the table is that of even light",
+            "variation of the light in time, in the table that linearises the response beyond the"
+            " knee",
+            "the table assumes constant light",
             float("inf"),
             "relative, beyond the knee",
         )

@@ -39,8 +39,8 @@ def table(knees: Sequence[tuple[float, float]], top_code: float) -> tuple[np.nda
         )
     if np.any(np.diff(companded) > np.diff(linear) * (1 + 1e-9)):
         raise ConfigError(
-            f"sensor.companding is {knees!r}; expected it to squeeze: no part may have more codes"
-            " than it came with"
+            f"sensor.companding is {knees!r}; expected compression: no segment may have more"
+            " companded codes than linear codes"
         )
     if linear[-1] < top_code:
         raise ConfigError(

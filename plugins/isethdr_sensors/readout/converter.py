@@ -131,8 +131,8 @@ def check_reading(reading: Reading) -> None:
     if reading.companding:
         if not reading.bits:
             raise ConfigError(
-                "sensor.companding squeezes codes, and sensor.bits=0 makes none; type"
-                " sensor.bits=12"
+                "sensor.companding is set, but without a converter (sensor.bits=0) there are no"
+                " codes; type sensor.bits=12"
             )
         companding.table(reading.companding, top_code(reading))
 

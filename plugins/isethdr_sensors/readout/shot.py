@@ -114,15 +114,15 @@ def state_errors(model: SensorModel, light: xr.DataArray) -> None:
     if len(wavelength_nm) > 1:
         value = smooth_spectrum_error(model, wavelength_nm, _mean_spectrum(light))
         label = (
-            "light taken for even over each band: black bodies of 2000 to 20000 K, and the light's"
-            " own mean spectrum"
+            "light assumed uniform over each band: largest error for black bodies of 2000 to"
+            " 20000 K and for the mean spectrum of the light"
         )
         ledger.error(
             value, "relative", "measured", label, key="spectral bands", acts_on=Quantity.ELECTRONS
         )
         ledger.left_out(
-            "where in its bands light lies",
-            "it holds band means, counted as if even over each band",
+            "position of spectral lines within a band",
+            "the light consists of band means, which are taken as uniform over each band",
             line_error(model, wavelength_nm),
             "of the electrons that the same energy makes in the filters' strongest band",
             key=PLACE_IN_BAND,

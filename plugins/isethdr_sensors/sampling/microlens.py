@@ -65,8 +65,8 @@ def microlenses(design_deg: Points, response: Points) -> Microlenses | None:
         if len(points) < 2 or tuple(points[0]) != first or not rises:
             raise ConfigError(
                 f"sensor.{name} is {[list(p) for p in points]}; expected two or more points that"
-                f" rise from {list(first)}, beside a table in both fields of microlenses; type for"
-                f" example sensor.{name}={example}"
+                f" rise from {list(first)}, because microlenses need both tables, microlens_cra_deg"
+                f" and microlens_response; type for example sensor.{name}={example}"
             )
     return Microlenses(*(tuple((float(a), float(b)) for a, b in t) for t in (design_deg, response)))
 
@@ -126,7 +126,7 @@ def state(lenses: Microlenses, light: xr.DataArray, grid: PixelGrid) -> None:
     mismatch_deg = _mismatch_deg(lenses, light, np.linspace(0, corner_mm, FIELD_POINTS))
     ledger.left_out(
         "angles of the rays beside the chief ray at the microlenses",
-        "a model: the response to the chief ray stands for all rays and wavelengths",
+        "the model uses the response to the chief ray for all rays and wavelengths",
         _cone_error(lenses, mismatch_deg, float(light.attrs["f_number"])),
         f"of the light of a pixel, for an even cone of f/{light.attrs['f_number']:g}",
         key=CONE_KEY,

@@ -77,8 +77,8 @@ def _with_response(model: SensorModel, qe: np.ndarray, w: np.ndarray) -> np.ndar
         return qe
     where = f"sensor.qe_csv={model.qe_csv!r}" if model.qe_csv else f"sensor.cfa={model.cfa!r}"
     raise ConfigError(
-        f"{where} makes no electron of light in bands at {w.min():g} to {w.max():g} nm; expected a"
-        " filter that sees some of it; take bands that hold the curve, or another curve"
+        f"{where} has no response in the bands from {w.min():g} to {w.max():g} nm; expected a"
+        " quantum efficiency above 0 in one of them; use bands within the curve, or another curve"
     )
 
 
@@ -164,7 +164,9 @@ def narrow(model: SensorModel, demand: Demand) -> Demand:
     dropped = [f"{w:g}" for w in demand.wavelength_nm if w not in needed_nm]
     if dropped:
         ledger.left_out(
-            f"bands {', '.join(dropped)} nm",
+            "bands"
+            f" {', '.join(dropped if len(dropped) < 9 else [*dropped[:4], '...', *dropped[-4:]])}"
+            " nm",
             "quantum efficiency below 1e-6 of its peak",
             NEGLIGIBLE,
             "electrons per electron that the same photons make at the peak",

@@ -78,7 +78,7 @@ def exposure_limits(sensor: ImagingSensor, focal_length_m: float | None) -> Limi
             shortest_by = "exposure_flicker_hz"
     if shortest_s > longest_s * (1 + ROUNDING):
         raise ConfigError(
-            f"sensor.{shortest_by} = {getattr(sensor, shortest_by):g} asks for exposures of at"
+            f"sensor.{shortest_by} = {getattr(sensor, shortest_by):g} needs exposures of at"
             f" least {shortest_s:.4g} s, sensor.{longest_by} = {getattr(sensor, longest_by):g} for"
             f" at most {longest_s:.4g} s; expected limits that some exposure meets; type"
             f" sensor.{shortest_by}=<other number> or sensor.{longest_by}=<other number>"

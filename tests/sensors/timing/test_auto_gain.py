@@ -101,5 +101,7 @@ def test_no_such_gain(bad):
 
 
 def test_a_gain_beyond_what_amplifiers_have_is_refused_when_the_sensor_is_made():
-    with pytest.raises(ConfigError, match="auto_gain_max is 16, and no sensor has that gain"):
+    with pytest.raises(
+        ConfigError, match="auto_gain_max is 16, but this sensor cannot have that gain"
+    ):
         camera(analog_gain=100.0)
