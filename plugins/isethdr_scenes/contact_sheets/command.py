@@ -47,10 +47,10 @@ def sheet_command(  # noqa: PLR0913 - each parameter is an option of the command
     ],
     out: Annotated[str, typer.Option(help="the picture to write; NAME_key.csv lists its tiles")],
     count: Annotated[int, typer.Option(help="number of things")] = 24,
-    seed: Annotated[int, typer.Option(help="of the draw")] = 0,
-    night: Annotated[bool, typer.Option("--night", help="by night, with lamps on")] = False,
+    seed: Annotated[int, typer.Option(help="seed of the random choice of things")] = 0,
+    night: Annotated[bool, typer.Option("--night", help="render by night, with lamps on")] = False,
     quiz: Annotated[
-        bool, typer.Option("--quiz", help="shuffled, with numbers in place of names")
+        bool, typer.Option("--quiz", help="shuffle the things, and show numbers in place of names")
     ] = False,
     tile: Annotated[int, typer.Option(help="width of a tile in pixels")] = 160,
     samples: Annotated[int, typer.Option(help="paths per pixel")] = 24,

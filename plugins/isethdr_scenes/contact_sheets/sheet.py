@@ -61,9 +61,14 @@ def write(things: Sequence[Thing], look: Look, out: str) -> None:
     """
     path = Path(out)
     if path.suffix.lower() not in (".png", ".jpg"):
-        raise ConfigError(f"--out {out!r}; expected a name that ends in .png or .jpg")
+        raise ConfigError(
+            f"--out is {out!r}; expected a name that ends in .png or .jpg; type for example"
+            " --out sheet.png"
+        )
     if not things:
-        raise ConfigError("a sheet of no things; expected --count of 1 or more")
+        raise ConfigError(
+            "--count chooses no thing; expected 1 or more; type for example --count 24"
+        )
     path.parent.mkdir(parents=True, exist_ok=True)
     tiles = [picture(thing, look) for thing in things]
     captions = [str(k) if look.quiz else f"{k} {thing.family}" for k, thing in enumerate(things, 1)]

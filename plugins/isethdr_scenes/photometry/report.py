@@ -30,7 +30,7 @@ def lamp_of(lamp: str, rules: str = "") -> LampPattern:
     rule_names = tuple(r for r in rules.split(",") if r)
     for name in rule_names:
         if name not in rule_sets():
-            raise ConfigError(f"there are no rules {name!r}{did_you_mean(name, rule_sets())}")
+            raise ConfigError(f"there is no set of rules {name!r}{did_you_mean(name, rule_sets())}")
     if lamp in FAMILIES:
         lamp_family = family(lamp)
         return lamp_family._replace(rules=rule_names or lamp_family.rules)
@@ -68,7 +68,7 @@ def report(lamp: str, rules: str = "", plot: str = "") -> bool:
             print(f"  {f.rule.name:12s} {value:>16s} cd   {limits:20s} {verdict}".rstrip())
         everything += findings
     if not lamp_data.rules:
-        print(f"no rules; choose with --rules from {', '.join(rule_sets())}")
+        print(f"no rules are chosen; type --rules with one of {', '.join(rule_sets())}")
     if plot:
         draw(Path(plot), lamp, lamp_data.table, lamp_data.intensity_cd, everything)
         print(f"\nplot: {plot}")

@@ -74,7 +74,7 @@ def check(table: IntensityTable, intensity_cd: float, rules: str) -> list[Findin
     """
     sets = rule_sets()
     if rules not in sets:
-        raise ConfigError(f"there are no rules {rules!r}{did_you_mean(rules, sets)}")
+        raise ConfigError(f"there is no set of rules {rules!r}{did_you_mean(rules, sets)}")
     findings: dict[str, Finding] = {}
     # rules that other rules refer to come first
     for rule in sorted(sets[rules], key=lambda r: bool(r.of)):

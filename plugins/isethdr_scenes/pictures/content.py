@@ -120,7 +120,10 @@ def sorted_bands(content: Content, path: Path) -> Content:
     nm = np.asarray(content.wavelength_nm, float)
     order = np.argsort(nm)
     if np.any(np.diff(nm[order]) <= 0):
-        raise UnitError(f"{path} has a wavelength twice: {nm.tolist()}; expected one band for each")
+        raise UnitError(
+            f"{path} has the wavelength {nm[order][1:][np.diff(nm[order]) <= 0][0]:g} nm twice;"
+            " expected one band for each wavelength"
+        )
     values = content.values if np.all(np.diff(order) == 1) else content.values[:, order]
     return replace(content, values=values, wavelength_nm=tuple(nm[order].tolist()))
 

@@ -304,8 +304,8 @@ class PictureFile:
                     "share of white",
                 )
             ledger.left_out(
-                "spectra behind RGB",
-                "the smoothest of the same colour stand for them (Mallett, Yuksel 2019)",
+                "true spectra of RGB values",
+                "the smoothest spectra of the same colours are used (Mallett, Yuksel 2019)",
                 LIFT_ERROR,
                 "relative, of a camera's channels: rms of 24 patches in D65",
             )

@@ -85,6 +85,6 @@ def call(name: str, arguments: Sequence[str], folder: Path) -> tuple[str, ...]:
     said = (done.stderr + done.stdout).splitlines()
     if done.returncode:
         errors = [line.removeprefix("Error:").strip() for line in said if line.startswith("Error")]
-        first = errors[0] if errors else "it named no error"
+        first = errors[0] if errors else "no error message"
         raise CatalogError(f"SUMO's {name} ended with {done.returncode}: {first}")
     return tuple(x.removeprefix("Warning:").strip() for x in said if x.startswith("Warning"))

@@ -200,12 +200,10 @@ class SumoTraffic:
     def state_notes(self, vehicles_per_km: float) -> None:
         """Record in the ledger the vehicles that are left out, and how many were placed."""
         for told in (one for one in self.shortages if one.placed < one.wanted):
-            what = (
-                f"{told.placed} vehicles of {told.wanted} that {vehicles_per_km:g} per km asks for"
-            )
+            what = f"{told.placed} of {told.wanted} vehicles ({vehicles_per_km:g} per km)"
             ledger.left_out(f"SUMO placed {what}", "its traffic varies", NAN, "")
         for name in self.left_out:
-            ledger.left_out(f"vehicle {name} of SUMO", "it touches another one", NAN, "")
+            ledger.left_out(f"vehicle {name} of SUMO", "it would touch another vehicle", NAN, "")
 
     def own_pose(self, time_s: float) -> np.ndarray:
         """Return the pose (4, 4) of the camera's car some seconds after `second_s`."""
