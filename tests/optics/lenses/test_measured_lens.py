@@ -189,7 +189,7 @@ BAD = [
     ),
     ({"field_deg": [5.0, 20.0]}, UnitError, "degrees that rise from 0"),
     ({"energy": [[2.0] * 3] * 2}, UnitError, "energy is not within 0 to 1"),
-    ({"relative_illumination": [1.0, -0.5]}, UnitError, "relative_illumination is"),
+    ({"relative_illumination": [1.0, -0.5]}, UnitError, "relative_illumination holds"),
     ({"distortion_percent": [0.0]}, UnitError, "distortion_percent has 1 values"),
 ]
 
