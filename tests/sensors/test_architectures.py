@@ -2,6 +2,7 @@
 share; every preset; bad fields.
 """
 
+import dataclasses
 from importlib.resources import files
 
 import numpy as np
@@ -15,6 +16,7 @@ from isethdr_sensors import (
     SplitPixelSensor,
     StaggeredSensor,
 )
+from isethdr_sensors.imaging_sensor import ImagingSensor
 from isethdr_sensors.readout.shot import readings
 from numpy.testing import assert_allclose, assert_array_equal
 from omegaconf import OmegaConf
@@ -84,6 +86,27 @@ def test_presets_keep_the_promises_of_a_sensor(name):
     # the kit compares shots with `expected`, which holds for a linear converter and a fixed
     # exposure
     check("sensor", base, **{**fields, "inl_dn": 0.0, **FIXED.get(name, {})})
+
+
+# fields after `auto_gain_max` that are no effects of their own: they say how another one behaves,
+# divide the read noise, describe hot pixels, or combine captures, of which this sensor has one
+NO_EFFECTS = {
+    "optical_crosstalk_power",
+    "hot_dark_e_per_s",
+    "after_gain_noise_uv",
+    "defect_e_per_s",
+    "combine_bits",
+}
+
+
+def test_the_preset_of_all_effects_sets_every_effect():
+    base, given = preset("bayer_all_effects")
+    names = [f.name for f in dataclasses.fields(ImagingSensor)]
+    effects = set(names[names.index("auto_gain_max") + 1 :]) - NO_EFFECTS
+    assert not effects - set(given)
+    plain = build("sensor", base)
+    every = build("sensor", base, **given)
+    assert not [name for name in effects if getattr(every, name) == getattr(plain, name)]
 
 
 def electrons(sensor, mean_e, key=None):
