@@ -45,8 +45,10 @@ def find(
     conditions: list[str] = typer.Argument(
         None, help="name=value or name__ge|le|gt|lt|ne|in=value"
     ),
-    order_by: str = typer.Option("", help="a property; --order-by=-ssim puts the largest first"),
-    limit: int = typer.Option(50, help="most rows listed"),
+    order_by: str = typer.Option(
+        "", help="sort by this property; --order-by=-ssim puts the largest first"
+    ),
+    limit: int = typer.Option(50, help="largest number of rows"),
 ) -> None:
     """Print one row per scene, and per camera of a run."""
     places = homes()
@@ -87,7 +89,7 @@ def _remark_on_shares(rows: list[dict]) -> str:
         return ""
     return (
         f"Shares of valid pixels range from {min(shares):.2f} to {max(shares):.2f}, more than "
-        f"{UNLIKE_SHARES:g} apart: these scores stand on unlike parts of the frame."
+        f"{UNLIKE_SHARES:g} apart: these scores describe different parts of the frame."
     )
 
 
@@ -244,11 +246,15 @@ def du(stores: bool = typer.Option(False, help="list every store, the largest fi
     )
 )
 def gc(
-    dry_run: bool = typer.Option(False, "--dry-run", help="remove nothing"),
-    scenes: bool = typer.Option(False, help="also radiance that no stored run has read"),
-    copies: bool = typer.Option(False, help="also files here of stores that are in the bucket"),
+    dry_run: bool = typer.Option(False, "--dry-run", help="list only, remove nothing"),
+    scenes: bool = typer.Option(False, help="also remove radiance that no stored run has read"),
+    copies: bool = typer.Option(
+        False, help="also remove local files of stores that the bucket holds"
+    ),
     uploads_older_h: float = typer.Option(
-        UPLOADS_OLDER_H, min=1.0, help="hours since the last file of an interrupted upload"
+        UPLOADS_OLDER_H,
+        min=1.0,
+        help="least age of interrupted uploads to remove, in hours since their last file",
     ),
 ) -> None:
     """Print how much space was freed, or would be."""
@@ -282,20 +288,20 @@ def gc(
     if unread:
         size = _megabytes(sum(item.size for item in unread))
         scenes_kept = number_of(len(unread), "scene")
-        print(f"kept: {scenes_kept} that no run has read, {size} MB; --scenes removes them")
+        print(f"kept: {scenes_kept} that no run has read, {size} MB; type --scenes to remove them")
     if kept_copies and not copies:
         size = _megabytes(sum(item.size for item in kept_copies))
         print(
-            f"both here and in the bucket: {number_of(len(kept_copies), 'store')}, {size} MB here;"
-            " --copies leaves them to the bucket"
+            f"both on this machine and in the bucket: {number_of(len(kept_copies), 'store')},"
+            f" {size} MB on this machine; type --copies to remove the local files"
         )
 
 
 @catalog.command(help="Remove one run or scene. NAME is its key, or the first digits.")
 def rm(
     name: str,
-    yes: bool = typer.Option(False, "--yes", "-y", help="do not ask"),
-    force: bool = typer.Option(False, help="also radiance that runs have read"),
+    yes: bool = typer.Option(False, "--yes", "-y", help="do not ask for confirmation"),
+    force: bool = typer.Option(False, help="also remove radiance that runs have read"),
 ) -> None:
     """Print the removed path; exit with code 1 if the user answers no.
 

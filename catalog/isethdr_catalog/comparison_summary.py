@@ -41,7 +41,7 @@ def print_comparison(homes: Sequence[StoredHome], a: str, b: str) -> None:
     if len(found.settings) > MOST_SETTINGS:
         print(f"  and {len(found.settings) - MOST_SETTINGS} more, on the page")
     if found.versions:
-        print(f"other versions or codes of components: {len(found.versions)}, on the page")
+        print(f"versions and code of components that differ: {len(found.versions)}, on the page")
     changed = [pair for pair in found.scores if pair.differs is not False]
     several = len({pair.cameras for pair in found.scores}) > 1
     print()

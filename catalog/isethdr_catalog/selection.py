@@ -82,8 +82,9 @@ def found(conditions: Mapping[str, Any]) -> Selection:
     if not shots and not scenes:
         asked = " ".join(f"{name}={value}" for name, value in conditions.items())
         raise CatalogError(
-            f"nothing in {', '.join(home.name for home in homes)} meets {asked}; `isethdr catalog"
-            f" find {asked}` lists what does"
+            f"nothing in {', '.join(home.name for home in homes)} meets {asked}; expected"
+            " conditions that a stored run meets; type isethdr catalog find"
+            f" kind={conditions.get('kind', 'run')} to list what is stored"
         )
     return Selection(tuple(sorted(shots.values())), tuple(sorted(scenes.values())))
 

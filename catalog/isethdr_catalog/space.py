@@ -35,9 +35,9 @@ PARTS = {  # parts of a home folder, with their description
     "scenes": "rendered radiance",
     "runs": "runs, with their reports and labels",
     "studies": "tables of studies",
-    INTERMEDIATE: "results that later runs may reuse: made again",
-    "kernels": "point spread functions: made again",
-    "spectra": "measured spectra of lamps: looked up again",
+    INTERMEDIATE: "results that later runs may reuse; computed again when needed",
+    "kernels": "point spread functions; computed again when needed",
+    "spectra": "measured spectra of lamps; looked up again when needed",
     "sweeps": "pages and tables of sweeps",
     "datasets": "records, pages and tables of datasets",
     "pairs": "training pairs of datasets",
@@ -46,10 +46,10 @@ PARTS = {  # parts of a home folder, with their description
     "questions": "scores of the studies dirt, render_noise and picture_noise",
     "without_people": "rendered radiance without people, of question=removal",
     "arrays": "arrays from Python that are scenes of runs",
-    COMPARISONS: "pages of comparisons: made again",
+    COMPARISONS: "pages of comparisons; type isethdr catalog compare to write one again",
     "failed": "tracebacks of runs that failed",
-    INDEX: "index of the catalog: made again",
-    STATE: "state of the index: made again",
+    INDEX: "index of the catalog; rebuilt when needed",
+    STATE: "state of the index; rebuilt when needed",
     MARK: "address of the object home",
 }
 HIDDEN = (".published", ".labels")  # notes of a scratch folder about its bucket
@@ -102,7 +102,12 @@ def usage(folder: str | os.PathLike[str]) -> list[Usage]:
     others = [p for p in visible if p.name not in (*PARTS, *HIDDEN)]
     if others:
         usages.append(
-            Usage(OTHER, "not made by isethdr, or left behind", len(others), _sum(others))
+            Usage(
+                OTHER,
+                "not made by isethdr, or left by an interrupted command",
+                len(others),
+                _sum(others),
+            )
         )
     return usages
 
@@ -149,7 +154,7 @@ def removable(folder: str | os.PathLike[str], scenes: bool = False) -> list[Remo
     for end, what in ((REPORT, "report"), (LABELS, "labels")):
         for page in sorted((root / "runs").glob(f"*{end}")):
             if not page.with_name(page.name.removesuffix(end) + ".zarr").exists():
-                why = f"{what} of a run that is not there"
+                why = f"{what} of a run that no longer exists"
                 candidates.append(Removable(page, why, size_of(page)))
     return candidates + (unread_scenes(root) if scenes else [])
 
@@ -165,8 +170,8 @@ def unread_scenes(folder: str | os.PathLike[str]) -> list[Removable]:
     read_by = _readers(root)
     if unknown := read_by.pop("", []):
         raise CatalogError(
-            f"the run {unknown[0]} is damaged and cannot tell which radiance it has read; remove"
-            f" it first: isethdr catalog rm {unknown[0]}"
+            f"the run {unknown[0]} is damaged and does not state which radiance it has read; remove"
+            f" it first: type isethdr catalog rm {unknown[0]}"
         )
     unread = []
     for path in sorted((root / "scenes").glob("*.zarr")):
@@ -266,11 +271,10 @@ def remove_store(folder: str | os.PathLike[str], path: Path, force: bool = False
     if not force and (users.readers or users.unknown):
         runs = ", ".join((users.readers + users.unknown)[:4])
         count = len(users.readers) + len(users.unknown)
-        verb = "has read" if users.readers else "is damaged and may have read"
+        read_by = "was read by" if users.readers else "may have been read by damaged runs,"
         raise CatalogError(
-            f"{path.stem} is radiance that {count} run{'s' * (count > 1)} {verb}: {runs}; with"
-            " other"
-            " settings such a run would render it again; type --force to remove it all the same"
+            f"the radiance {path.stem} {read_by} {count} run{'s' * (count > 1)}: {runs}; a later"
+            " run that needs it would render it again; type --force to remove it all the same"
         )
     page = path.with_suffix(REPORT)
     free = size_of(path) + (size_of(page) if page.exists() else 0)

@@ -28,7 +28,11 @@ class Report:
     @property
     def state(self) -> str:
         """The problems in one line, or that there are none."""
-        whole = "whole" if self.protected else "readable, without a manifest: isethdr catalog adopt"
+        whole = (
+            "whole"
+            if self.protected
+            else "readable, but without a manifest: type isethdr catalog adopt"
+        )
         return "; ".join(self.problems) or whole
 
 
@@ -37,7 +41,7 @@ def verify(folder: Path) -> list[Report]:
     interrupted write.
     """
     unfinished = [
-        Report(p, 0, ("a writer was killed here; the next writer removes it",))
+        Report(p, 0, ("left by a killed process; the next command that writes removes it",))
         for sub in ("scenes", "runs")
         for p in sorted((Path(folder) / sub).glob(".*.tmp"))
     ]

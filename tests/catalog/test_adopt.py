@@ -56,7 +56,7 @@ def test_stores_of_format_1_open_and_are_found(home):
     assert np.array_equal(xyz.ravel(), np.arange(3.0 * ROWS * COLUMNS))
     assert [row["id"] for row in find(home, kind="run", ssim__ge=0.5)] == [Path(RUN).stem]
     assert {r.state for r in verify(home)} == {
-        "readable, without a manifest: isethdr catalog adopt"
+        "readable, but without a manifest: type isethdr catalog adopt"
     }
 
 

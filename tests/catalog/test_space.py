@@ -86,7 +86,7 @@ def test_a_damaged_run_may_have_read_anything(home):
     (home / "runs" / "reader.zarr" / "zarr.json").write_text("{")
     with pytest.raises(CatalogError, match="reader is damaged.*catalog rm reader"):
         space.unread_scenes(home)
-    with pytest.raises(CatalogError, match="damaged and may have read.*--force"):
+    with pytest.raises(CatalogError, match="may have been read by damaged runs.*--force"):
         space.remove_store(home, home / "scenes" / "unread.zarr")
     assert called("rm", "reader", "--yes").exit_code == 0
     assert len(space.unread_scenes(home)) == 2
@@ -106,7 +106,7 @@ def test_rm_removes_a_run_with_its_report_once_it_may(home):
 
 def test_radiance_that_a_run_has_read_goes_by_force_alone(home):
     path = home / "scenes" / "read.zarr"
-    with pytest.raises(CatalogError, match="1 run has read: reader;.*--force"):
+    with pytest.raises(CatalogError, match="was read by 1 run: reader;.*--force"):
         space.remove_store(home, path)
     assert called("rm", "read", "--yes", "--force").exit_code == 0 and not path.exists()
 
