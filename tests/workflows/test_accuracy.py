@@ -87,7 +87,7 @@ def test_a_reference_that_does_not_fit_is_refused_with_the_nearest_that_does():
         ),
     ):
         accuracy.accuracy(stage="psf", reference=10**6)
-    with pytest.raises(ConfigError, match="expected a whole number above 0"):
+    with pytest.raises(ConfigError, match="expected a whole number of points per tile"):
         accuracy.accuracy(stage="psf", reference=-1)
     with pytest.raises(ConfigError, match="type stage=psf"):
         accuracy.accuracy(stage="stored", reference=8)

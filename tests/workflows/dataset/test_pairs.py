@@ -322,4 +322,4 @@ def test_what_does_not_fit_is_found_before_any_light(quick, world, monkeypatch):
 def test_the_command_prints_where_the_pairs_are(quick, capsys):
     actions.pair(STORE, [f"folder={quick.target}", "shots=12", "blur=true", *SETTINGS])
     out = capsys.readouterr().out
-    assert f"pairs:\n{quick.target}" in out and "pairs of 1 scene are there" in out
+    assert f"pairs:\n{quick.target}" in out and "pairs of 1 scene are written" in out

@@ -56,7 +56,7 @@ def test_a_killed_training_ends_with_the_same_weights(tmp_path):
         torch.load(state, weights_only=True)  # the old state or the new one, never half of one
     last = start(tmp_path, "parts")
     said, _ = last.communicate(timeout=LIMIT_S)
-    assert last.returncode == 0 and "goes on after step" in said, said
+    assert last.returncode == 0 and "continues after step" in said, said
     expected, got = (
         torch.load(state.parents[1] / name / "state.pt", weights_only=True)["weights"]
         for name in ("whole", "parts")

@@ -222,7 +222,7 @@ def test_a_training_that_was_stopped_ends_as_one_that_was_not(own_home):
         training.trained(wanted, BAYER, stop)
     said = []
     parts = training.trained(wanted, BAYER, said.append)
-    assert said[0].startswith("goes on after step")
+    assert said[0].startswith("continues after step")
     for name, value in whole.progress.network.state_dict().items():
         assert torch.equal(value, parts.progress.network.state_dict()[name]), name
 
@@ -292,4 +292,4 @@ def test_a_view_loss_is_said_in_the_card(own_home):
     run = training.trained(settings(loss="view", steps=2), BAYER, lambda line: None)
     rows = held_out.rows_of(run.progress.network, run.judge)
     recipe = json.loads(training.recipe_text(run.settings, BAYER))
-    assert "MOVES" in finish.sections_of(run, recipe, "", {"roads": rows})["loss"]["formula"]
+    assert "is biased" in finish.sections_of(run, recipe, "", {"roads": rows})["loss"]["formula"]

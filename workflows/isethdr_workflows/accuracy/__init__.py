@@ -151,7 +151,7 @@ def accuracy(*overrides: str, knob: str = "", values: str = "", folder: str = ""
     tried = sum(not job.is_reference for job in jobs)
     tell(f"{number_of(tried, 'setting')} of {', '.join(one.name for one in configured)}")
     if kept:
-        tell(f"{len(kept)} of them are known from an earlier call; to measure them again, remove")
+        tell(f"{len(kept)} of them were measured before; to measure them again, remove the folder")
         print(into, file=sys.stderr)  # `tell` would break a long path into lines
     try:
         if left:
@@ -163,7 +163,10 @@ def accuracy(*overrides: str, knob: str = "", values: str = "", folder: str = ""
                         kept[job.key] = row
                         write_rows(into, kept, _ordered(jobs, kept))
     except KeyboardInterrupt:
-        tell(f"stopped: {len(kept)} of {tried} settings are measured; the same command goes on")
+        tell(
+            f"stopped: {len(kept)} of {tried} settings are measured; type the same command again to"
+            " continue"
+        )
         raise
     finally:
         rows = _ordered(jobs, kept)

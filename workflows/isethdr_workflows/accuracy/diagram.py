@@ -142,7 +142,7 @@ def panel(ax: Axes, work: Work, wide: bool) -> tuple[list[tuple[Any, ...]], list
         "-",
         color="#b8c7d6",
         zorder=1,
-        label="no other is better in both",
+        label="Pareto front",
     )
     for mark, shape in SHAPES.items():
         of = [p for p in visible if p.mark == mark]
@@ -159,12 +159,12 @@ def panel(ax: Axes, work: Work, wide: bool) -> tuple[list[tuple[Any, ...]], list
     # a reference error far below all points is stated in the title only
     near = work.reference_error >= floor
     if near:
-        ax.axhline(work.reference_error, ls=":", color="#555", lw=1, label="reference's own error")
+        ax.axhline(work.reference_error, ls=":", color="#555", lw=1, label="error of reference")
     if work.allowed >= 0:
         ax.axhline(work.allowed, ls="--", color="#2e8b57", lw=1, label="allowed")
     lines = textwrap.wrap(work.error_of, 60 if wide else 34)
     ax.set(xscale="log", yscale="log", xlabel="CPU seconds", ylabel="\n".join(lines))
-    right = f"(reference right to {work.reference_error:.1g})" if work.reference_error > 0 else ""
+    right = f"(error of reference {work.reference_error:.1g})" if work.reference_error > 0 else ""
     ax.set_title(
         f"{work.stage}{' ' if wide or len(work.stage + right) < 48 else chr(10)}{right}".strip()
     )

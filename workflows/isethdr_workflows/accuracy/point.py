@@ -101,7 +101,10 @@ def refuse_what_does_not_fit(
     """
     free = free_memory() if free_bytes is None else free_bytes
     if count < 1:
-        raise ConfigError(f"{title}: {count!r}; expected a whole number above 0")
+        raise ConfigError(
+            f"reference is {count!r}; expected a whole number of {title}, above 0; type for example"
+            " reference=32"
+        )
     if needed_bytes(count) <= free:
         return
     largest = largest_that_fits(count, needed_bytes, free)

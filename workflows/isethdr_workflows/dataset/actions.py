@@ -76,7 +76,7 @@ def make(name: str, settings: list[str], dry_run: bool, price: float | None) -> 
     try:
         dataset = generate(request)
     except KeyboardInterrupt:
-        print("interrupted; the same command goes on from here")
+        print("interrupted; type the same command again to continue")
         raise typer.Exit(INTERRUPTED) from None
     print_generated(dataset)
     if request.sample is not None and request.sample < request.count:
@@ -106,7 +106,7 @@ def score(name: str, settings: list[str]) -> None:
     try:
         found = imaged(dataset, overrides, print, workers)
     except KeyboardInterrupt:
-        print("interrupted; the same command goes on from here")
+        print("interrupted; type the same command again to continue")
         raise typer.Exit(INTERRUPTED) from None
     tables = tables_of(found)
     rows = [
@@ -139,12 +139,14 @@ def pair(name: str, settings: list[str]) -> None:
     try:
         made = make_pairs(request)
     except KeyboardInterrupt:
-        print("interrupted; the same command goes on from here")
+        print("interrupted; type the same command again to continue")
         raise typer.Exit(INTERRUPTED) from None
-    print(f"pairs of {number_of(made.scenes, 'scene')} are there")
+    print(f"pairs of {number_of(made.scenes, 'scene')} are written")
     print_path("pairs", made.folder)
     if made.failed:
-        print(f"{number_of(len(made.failed), 'scene')} failed, the first with {made.failed[0][1]}")
+        print(
+            f"{number_of(len(made.failed), 'scene')} failed, the first because: {made.failed[0][1]}"
+        )
         raise typer.Exit(1)
 
 
@@ -319,5 +321,5 @@ def print_runtime_estimate(
             ("cost", *(f"{price * v / 3600:.2f}" for v in (time.value, time.low, time.high)))
         )
     scenes = number_of(request.count, "scene")
-    print(f"expected of {scenes}, from {expected.sample}, with 95 % limits:")
+    print(f"estimate for {scenes} from {expected.sample} rendered, with 95 % limits:")
     print_table(["", "expected", "at least", "at most"], rows)

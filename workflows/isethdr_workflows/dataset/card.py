@@ -17,8 +17,8 @@ from .summary import class_counts
 
 CARD = "README.md"
 COMPUTED = (
-    "Every shape, surface and lamp is computed from parameters; no photograph, mesh or network of"
-    " others is in it."
+    "Every shape, surface and lamp is computed from parameters. The dataset contains no photograph,"
+    " mesh or network made by others."
 )
 PACKED = (
     "Shapes, surfaces and lamps are computed from parameters, except the meshes of the asset packs"
@@ -57,7 +57,7 @@ def card(dataset: Generated) -> str:
         "## What a scene holds",
         "",
         "- `radiance` (light_group, wavelength, y, x): spectral radiance, W m-2 sr-1 nm-1, before"
-        " any lens. The groups add: any weighted sum of them is a scene.",
+        " any lens. Light groups add: any weighted sum of them is a valid scene.",
         "- `depth` (along the optical axis) and `distance` (along the ray), m; `instance`;"
         " `category`; `normal`.",
         "- In the attributes: objects with class, visible and full box, truncation, visible"

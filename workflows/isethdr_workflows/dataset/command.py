@@ -42,7 +42,7 @@ def generate(
     ] = None,
     dry_run: Annotated[bool, typer.Option("--dry-run", help="show what would be made")] = False,
     price: Annotated[
-        float | None, typer.Option(help="of an hour of this machine: estimates the cost")
+        float | None, typer.Option(help="price of an hour of this machine, to estimate the cost")
     ] = None,
 ) -> None:
     """Make scenes, or show what would be made."""

@@ -20,7 +20,7 @@ def pack_lines(dataset: Generated) -> list[str]:
         try:
             lines += _about(load_pack(folder))
         except ConfigError:
-            lines.append(f"- `{folder}`: cannot be read now, so its licences are not known here")
+            lines.append(f"- `{folder}`: cannot be read now, so its licences are not known")
     return lines
 
 

@@ -219,9 +219,9 @@ def markdown(results: Results, tables: Sequence[Line]) -> str:
         main = _lines_table(results, tables)
         beside = _lines_table(results, counted_lines(results))
     told = (
-        "Counted: the share of pairs, one window with the object and one without it on the same"
-        " road, of which the template, which knows other roads alone, gives the first the larger"
-        " answer; 0.5 is guessing.\n"
+        "Counted: the share of pairs of windows on the same road, one with the object and one"
+        " without it, in which the template, computed from other roads only, gives the larger"
+        " answer to the window with the object (two-alternative forced choice); 0.5 is chance.\n"
     )
     parts = [markdown_table(*main), counted_text(results), told, markdown_table(*beside)]
     if not results.curve:
@@ -318,8 +318,8 @@ def beside_text(known: Sequence[Recall]) -> str:
     known : recall of detectors; none where no detector was scored.
     """
     text = (
-        "The geometric mean of d' against noise alone, as if clutter did not exist; the contrast"
-        " transfer accuracy (IEEE P2020), of cameras with all captures"
+        "The geometric mean of d' against noise alone, without clutter; the contrast transfer"
+        " accuracy (IEEE P2020), of cameras with all captures"
     )
     if known:
         text += "; the recall of a trained detector at equal false alarms"

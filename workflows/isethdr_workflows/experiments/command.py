@@ -65,12 +65,12 @@ def run(
     try:
         skipped = driver.run_steps(chosen)
     except KeyboardInterrupt:
-        print("interrupted; the same command goes on from here")
+        print("interrupted; type the same command again to continue")
         raise typer.Exit(INTERRUPTED) from None
     except driver.OutOfTime as limit:
         print(
-            f"isethdr {limit} took {steps.LONGEST_MIN:g} min and was stopped; what it made is"
-            " kept; the same command goes on from here"
+            f"isethdr {limit} took {steps.LONGEST_MIN:g} min and was stopped; its results so far"
+            " are kept; type the same command again to continue"
         )
         raise typer.Exit(OUT_OF_TIME) from None
     if skipped:

@@ -67,7 +67,7 @@ def run_steps(steps: Sequence[Step], tell: Tell = print) -> list[str]:
         if missing:
             raise CatalogError(
                 f"step {step.name} ended without {missing[0]}; expected its commands to make it;"
-                f" type isethdr experiments run {step.name} and read what they print"
+                f" type isethdr experiments run {step.name} and read the messages of its commands"
             )
         tell(f"  done in {minutes:.1f} min")
     return skipped

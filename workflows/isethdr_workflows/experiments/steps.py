@@ -67,7 +67,8 @@ def network(sensor: str) -> Step:
     table = f"{FOLDER}/{name}.csv"
     return Step(
         name,
-        f"a network of at most half a million parameters for {sensor}, against classical pictures",
+        f"a network of at most half a million parameters for {sensor}, against classical"
+        " development",
         (
             f"train picture sensor={sensor} dataset={DATASET} size=small minutes=14 threads=2"
             " patch_px=96 pictures=240"
@@ -77,7 +78,7 @@ def network(sensor: str) -> Step:
         ),
         (model, table),
         20.0,
-        "measured: 18.8 (bayer) and 21.4 (rgbw, beside tests), 14 of them steps",
+        "measured: 18.8 min (bayer) and 21.4 min (rgbw, busy machine); 14 min of each are training",
         ("torch", "train"),
     )
 
@@ -109,8 +110,8 @@ STEPS = (
         (f"{GENERATE} sample=20",),
         (f"datasets/{DATASET}/scenes/00019.json",),
         22.0,
-        "217 CPU s for each of eight scenes of 640 x 360 tiles and 31 bands, 50 of them at any"
-        " size: 130 CPU s here, on two cores",
+        "measured: 217 CPU s for a scene of 640 x 360 tiles and 31 bands, 50 CPU s of it at any"
+        " size; estimate: 130 CPU s for a scene of this size, on two cores",
     ),
     Step(
         "dataset",
@@ -121,26 +122,26 @@ STEPS = (
         ),
         (f"datasets/{DATASET}/scenes/00039.json", f"datasets/{DATASET}/splits.json"),
         22.0,
-        "as the first half",
+        "as for the first half",
     ),
     network("typical_bayer"),
     network("typical_rgbw"),
     Step(
         "filters_networks",
-        "figures 8 and 9 of the paper with the two networks, on roads they have not seen",
+        "figures 8 and 9 of the paper with the two networks, on roads outside their training",
         (
             f"study paper_fig8_9_networks dataset={DATASET} {NETWORKS}"
             f" picture={{home}}/{FOLDER}/fig8_9.jpg --csv {{home}}/{FOLDER}/filters_networks.csv",
         ),
         (f"{FOLDER}/filters_networks.csv", f"{FOLDER}/fig8_9.jpg"),
         1.0,
-        "measured: 5.2 beside tests; now the scores of the two steps before serve, and one road of"
-        " seven is imaged for the picture",
+        "measured: 5.2 min on a busy machine; estimate: less, because the scores of the two steps"
+        " before are reused and one road of seven is imaged for the picture",
         ("torch", "train"),
     ),
     Step(
         "detector",
-        "a small detector for all cameras, and what it finds on roads it has not seen",
+        "a small detector for all cameras, and what it finds on roads outside its training",
         (
             f"train detector dataset={DATASET} minutes=18 lightings=recipe realisations=1"
             " threads=2 patience=4 name=all_cameras",
@@ -149,8 +150,8 @@ STEPS = (
         ),
         ("training/detectors/all_cameras/detector.onnx", f"datasets/{DATASET}/detector_scores.csv"),
         24.0,
-        "33 runs of 20 s, 8 minutes of training, 7 runs to score; measured: 34 beside tests with 12"
-        " minutes of training, whose best step came after 4.5",
+        "estimate: 33 runs of 20 s, 8 min of training, 7 runs to score; measured with 12 min of"
+        " training: 34 min on a busy machine, the best step after 4.5 min",
         ("torch", "train"),
     ),
     Step(
@@ -159,20 +160,20 @@ STEPS = (
         (f"study detection dataset={DATASET}",),
         (f"datasets/{DATASET}/detection.md",),
         9.3,
-        "measured: 15.4 beside tests; now 0.6 of them",
+        "estimate: 0.6 of 15.4 min, measured with an earlier version on a busy machine",
     ),
     question(
         "captures",
         "one capture of the split pixel against three",
         2.0,
-        "measured: 7.3 beside tests, of them 3.5 for light that the step before keeps;"
-        " now half of the rest",
+        "estimate: half of 3.8 min; measured with an earlier version on a busy machine: 7.3 min,"
+        " 3.5 min of it for light that the step before stores",
     ),
     question(
         "filters",
         "RGB against RGBW and RCCB, 0.003 to 100 lx",
         5.0,
-        "measured: 12.6 beside tests; now 0.4 of them",
+        "estimate: 0.4 of 12.6 min, measured with an earlier version on a busy machine",
     ),
     Step(
         "detection_dark",
@@ -180,14 +181,14 @@ STEPS = (
         (f"study detection dataset={DATASET} question=dark cameras={SIX}",),
         (f"datasets/{DATASET}/detection_dark.md",),
         7.0,
-        "measured: 15.4 beside a training; 0.45 of them, guessed from detection_filters",
+        "estimate: 0.45 of 15.4 min, measured on a busy machine; factor as of detection_filters",
     ),
     question(
         "noise",
         "whether the renderer's noise changes which objects are found",
         2.5,
-        "measured: 8.8 beside tests, of them 3.5 for light that an earlier step keeps;"
-        " now half of the rest",
+        "estimate: half of 5.3 min; measured with an earlier version on a busy machine: 8.8 min,"
+        " 3.5 min of it for light that an earlier step stores",
     ),
     Step(
         "low_sun",
@@ -201,54 +202,54 @@ STEPS = (
         ),
         tuple(f"datasets/{SMALL}/detection_{name}.md" for name in ("captures", "dark")),
         6.0,
-        "50 CPU s a road measured, of which the two cores share little; a guess for the studies",
+        "measured: 50 CPU s for a road, mostly on one core; the time of the studies is a guess",
     ),
     Step(
         "filters_rccb",
-        "classical pictures and the colour matrix alone with RCCB filters, on the small roads",
+        "classical development and the colour matrix alone with RCCB filters, on the small roads",
         (
             f"study learned_picture sensor=typical_bayer sensor.cfa=RCCB dataset={SMALL}"
             f" files={{home}}/{FOLDER}/rccb --csv {{home}}/{FOLDER}/filters_rccb.csv",
         ),
         (f"{FOLDER}/filters_rccb.csv",),
         1.0,
-        "a guess: pictures of a twenty-fifth of the pixels of network_bayer, whose study took 4.8",
+        "guess: 1/25 of the pixels of the step network_bayer, whose study took 4.8 min",
     ),
     Step(
         "picture_noise",
-        "whether the renderer's noise changes what networks and RGBW filters win, on the small"
-        " roads",
+        "whether the renderer's noise changes the gain of networks and of RGBW filters, on the"
+        " small roads",
         (
             f"study picture_noise dataset={SMALL} part=all {NETWORKS}"
             f" --csv {{home}}/{FOLDER}/picture_noise.csv",
         ),
         (f"{FOLDER}/picture_noise.csv",),
         1.0,
-        "a guess, as of filters_rccb",
+        "guess, as for filters_rccb",
         ("torch", "train"),
     ),
     Step(
         "dirt",
-        "which share of the loss behind a dirty lens is scatter, ghosts, noise",
+        "shares of scatter, ghosts and noise in the loss that a dirty lens causes",
         (
             f"study dirt dataset={DATASET} cameras=bayer scenes=20 {CROP}"
             f" page={{home}}/{FOLDER}/dirt.md --csv {{home}}/{FOLDER}/dirt.csv",
         ),
         (f"{FOLDER}/dirt.md",),
         5.0,
-        "measured: 12.3 for 40 scenes; now 0.8 of them, and 20 scenes",
+        "estimate for 20 scenes: 0.4 of 12.3 min, measured for 40 scenes with an earlier version",
     ),
     Step(
         "render_noise",
-        "whether the renderer's noise or its denoiser changes that",
+        "whether the renderer's noise or its denoiser changes the result of the step dirt",
         (
             f"study render_noise dataset={DATASET} cameras=bayer scenes=5 {CROP}"
             f" page={{home}}/{FOLDER}/render_noise.md",
         ),
         (f"{FOLDER}/render_noise.md",),
         4.0,
-        "measured: 5.4 beside tests, of them 1 for kernels that the step before keeps;"
-        " 0.8 of the rest, as of dirt",
+        "estimate: 0.8 of 4.4 min; measured with an earlier version on a busy machine: 5.4 min,"
+        " 1 min of it for kernels that the step before stores",
     ),
     Step(
         "figures",
@@ -260,7 +261,7 @@ STEPS = (
         ),
         tuple(f"{FOLDER}/fig{number}.jpg" for number in (1, 2, 4)),
         2.0,
-        "a guess",
+        "guess",
     ),
     Step(
         "results",

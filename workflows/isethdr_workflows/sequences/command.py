@@ -27,6 +27,6 @@ def sequence(
     try:
         made = import_module(f"{__package__}.frames").make(request)
     except KeyboardInterrupt:
-        print("interrupted; the same command goes on from here")
+        print("interrupted; type the same command again to continue")
         raise typer.Exit(INTERRUPTED) from None
     import_module(f"{__package__}.table").show(made)

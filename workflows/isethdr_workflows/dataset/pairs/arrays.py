@@ -32,7 +32,7 @@ ABOUT = {
     "electrons_": ("capture, y, x", "e, mean of the exposure, without dark charge"),
     "raw_": ("capture, y, x", "DN, without noise"),
     "noisy_": ("shot, capture, y, x", "DN"),
-    "saturated_": ("capture, y, x", "true where the pixel measures no light any more"),
+    "saturated_": ("capture, y, x", "true where the pixel is saturated"),
     "filter": ("y, x", "number of the pixel's channel"),
     "xyz": ("y, x, xyz", "cd m-2, Y is luminance"),
     "channel_radiance": ("channel, y, x", CHANNEL_RADIANCE),

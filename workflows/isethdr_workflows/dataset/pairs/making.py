@@ -132,8 +132,8 @@ def begun(request: PairRequest, folder: Path) -> None:
     if differing:
         key = differing[0]
         raise ConfigError(
-            f"the folder {folder} holds pairs with {key}={stored.get(key)!r}, and {wanted[key]!r}"
-            " is asked for; expected the same settings; type for example"
+            f"the folder {folder} holds pairs with {key}={stored.get(key)!r}, but {wanted[key]!r}"
+            " was typed; expected the same settings, or another folder; type for example"
             f" folder={folder.name}_2"
         )
 

@@ -127,7 +127,7 @@ def trained_on(data: Data, settings: Settings, recipe: str, tell: Callable[[str]
     progress = Progress(network, adam, Clock(settings.length()), {}, [])
     if state is not None:
         progress.restore(state)
-        tell(f"goes on after step {progress.clock.step}")
+        tell(f"continues after step {progress.clock.step}")
     run = Trained(folder, settings, data, progress, device)
     _loop(run, recipe, tell)
     return run

@@ -31,7 +31,7 @@ def train_picture(typed: Sequence[str]) -> int:
     try:
         run = training.trained(settings, overrides, print)
     except KeyboardInterrupt:
-        print("interrupted; type the same command to go on", file=sys.stderr)
+        print("interrupted; type the same command again to continue", file=sys.stderr)
         return INTERRUPTED
     if run.progress.stopped:
         print(f"stopped: {run.progress.stopped}")

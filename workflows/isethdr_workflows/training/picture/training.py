@@ -150,7 +150,7 @@ def trained(settings: Settings, overrides: Sequence[str], tell: Callable[[str], 
     progress = Progress(network, adam, {}, {}, [], Clock(settings.length()))
     if state is not None:
         progress.restore(state)
-        tell(f"goes on after step {progress.clock.step}")
+        tell(f"continues after step {progress.clock.step}")
     run = Trained(folder, settings, camera, data, pictures, progress, device)
     _loop(run, sheets, recipe, tell)
     return run
