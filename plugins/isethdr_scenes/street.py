@@ -417,7 +417,8 @@ class Street:
         if now.own_gone:
             raise ConfigError(
                 f"scene.time_s is {self.time_s:g}, but the camera's car has come to the end of its"
-                f" road by then; expected less; type for example scene.time_s={self.time_s / 2:g}"
+                f" road at {time_s:g} s; expected less, or, if that is the next frame, a larger"
+                f" scene.frames_per_s; type for example scene.time_s={self.time_s / 2:g}"
             )
         return now
 

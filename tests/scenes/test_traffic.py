@@ -143,8 +143,10 @@ def test_objects_keep_their_numbers_and_next_poses_are_those_of_the_next_frame()
 
 def test_the_end_of_the_road_is_an_error_before_anything_is_built():
     street = Street(road="village", seed=3, vehicles_per_km=0.0, people_per_km=0.0, time_s=60.0)
-    with pytest.raises(ConfigError, match="end of its road by then.*scene.time_s=30"):
+    with pytest.raises(ConfigError, match="end of its road at 60 s.*scene.time_s=30"):
         street.plan()
+    with pytest.raises(ConfigError, match="time_s is 60, .* at 60.5 s"):  # of a next frame
+        street.moment(60.5)
 
 
 def test_indicators_blink_as_the_rule_says():

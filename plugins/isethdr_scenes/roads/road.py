@@ -71,7 +71,7 @@ class Lane:
 
 @dataclass(frozen=True)
 class LaneSection:
-    """Lanes that exist together from `start_m` to the next section."""
+    """Lanes that exist together from `start_m`, along s, to the start of the next section."""
 
     start_m: float
     left: tuple[Lane, ...] = ()  # 1, 2, ... from the middle outwards
@@ -122,7 +122,7 @@ class Link:
 
 @dataclass(frozen=True)
 class Road:
-    """A road; `junction` names the junction that it crosses, if it connects two others there."""
+    """A road, or a road that connects two others within a junction."""
 
     name: str
     line: ReferenceLine
@@ -135,7 +135,7 @@ class Road:
     crossfall: tuple[Profile, Profile] = (Profile(), Profile())
     shape: LateralShape | None = None  # height across the road beyond tilt and crossfall
     lane_offset: Profile = field(default_factory=Profile)  # offset of lane 0 to the left, m
-    junction: str = ""
+    junction: str = ""  # name of the junction that a connecting road crosses
     predecessor: Link | None = None
     successor: Link | None = None
     structures: tuple[Structure, ...] = ()
@@ -159,7 +159,9 @@ class Road:
         return self.sections[section].start_m, ends[section]
 
     def borders(self, section: int, s_m: ArrayLike) -> dict[int, tuple[Floats, Floats]]:
-        """Return the t of the inner and the outer border of every lane of a section."""
+        """Return the t of the inner and the outer border of every lane of a section, by the number
+        of the lane.
+        """
         s = np.asarray(s_m, float)
         ds = s - self.sections[section].start_m
         found = {}
@@ -189,7 +191,11 @@ class Road:
         return np.interp(at, s, right), np.interp(at, s, left)
 
     def height(self, s_m: ArrayLike, t_m: ArrayLike) -> Floats:
-        """Return the height of the carriageway's surface, m; it continues beyond both edges."""
+        """Return the height of the carriageway's surface, m; it continues beyond both edges.
+
+        It is the sum of the elevation of the reference line, the tilt by the superelevation, the
+        fall to both sides, and the shape.
+        """
         s = np.asarray(s_m, float)
         t = np.asarray(t_m, float)
         left, right = (profile.at(s) for profile in self.crossfall)
@@ -235,7 +241,7 @@ class Road:
         forward = np.array([cos, sin, ahead])
         left = np.array([-sin, cos, aside])
         x = np.cos(turn_rad) * forward + np.sin(turn_rad) * left
-        z = np.cross(forward, left)
+        z = np.cross(forward, left)  # upwards
         x = x / np.linalg.norm(x)
         z = z / np.linalg.norm(z)
         pose = np.eye(4)

@@ -34,19 +34,19 @@ class Pose(NamedTuple):
 
 @dataclass(frozen=True)
 class Mouth:
-    """An end of a road at a junction."""
+    """An end of a road at a junction. Inward traffic runs towards the junction."""
 
     road: Road
     end: End
 
     @property
     def s_m(self) -> float:
-        """Return the s of the end."""
+        """Return the place of the end along the road's reference line."""
         return 0.0 if self.end == "start" else self.road.length_m
 
     @property
     def section(self) -> LaneSection:
-        """Return the section at the end."""
+        """Return the section of lanes at the end."""
         return self.road.sections[0 if self.end == "start" else -1]
 
     @property
@@ -59,6 +59,7 @@ class Mouth:
         """Return the lanes, from the middle outwards, on the side of the traffic towards the
         junction or away from it.
         """
+        # right lanes run along +s: at the start of a road they lead away from the junction
         left = inward == (self.end == "start")
         return self.section.left if left else self.section.right
 
@@ -67,7 +68,7 @@ class Mouth:
         return [lane for lane in self.side(inward) if lane.type == "driving"]
 
     def width(self, lane: Lane) -> float:
-        """Return the width of a lane at the end."""
+        """Return the width of a lane at the end, m."""
         at = len(self.road.sections) - 1 if self.end == "end" else 0
         return float(lane.width.at(self.s_m - self.road.span(at)[0]))
 
@@ -85,11 +86,13 @@ def turn_rad(start: float, end: float) -> float:
 
 
 def way(start: Pose, end: Pose) -> ReferenceLine:
-    """Return the line from one pose to another: line, arc, line; or two arcs without a turn.
+    """Return the line from one pose to another: straight line, arc, straight line. If both poses
+    have the same direction, it consists of two arcs.
 
     Raises
     ------
-    ConfigError : no such line connects the poses.
+    ConfigError : the straight lines through the poses do not meet ahead of the start and before the
+        end.
     """
     turn = turn_rad(start.heading_rad, end.heading_rad)
     dx = end.x_m - start.x_m
@@ -101,12 +104,15 @@ def way(start: Pose, end: Pose) -> ReferenceLine:
     if abs(turn) < 1e-6:
         stretches = _shift(ahead, aside)
     else:
+        # distances from the start and from the end to the point where both straight lines meet
         second = aside / np.sin(turn)
         first = ahead - second * np.cos(turn)
+        # the arc is as wide as possible: it begins or ends at the nearer of the two poses
         tangent = min(first, second)
         if tangent <= 0:
             raise ConfigError(
-                "a junction cannot be built: two of its roads meet too close together"
+                "a junction cannot be built: two of its roads end beyond the point where their lanes"
+                " meet; expected roads that end before it; type another scene.seed"
             )
         curvature = np.tan(abs(turn) / 2) / tangent * np.sign(turn)
         stretches = [Stretch(first - tangent), Stretch(abs(turn / curvature), curvature)]
@@ -116,7 +122,11 @@ def way(start: Pose, end: Pose) -> ReferenceLine:
 
 
 def _shift(ahead: float, aside: float) -> list[Stretch]:
-    """Return two arcs that lead `ahead` and `aside`, m, and end in the direction of the start."""
+    """Return two arcs that lead `ahead` and `aside`, m, and end in the direction of the start.
+
+    Both have the same radius and turn by the same angle, in opposite directions. They meet half
+    way.
+    """
     if abs(aside) < TINY_M:
         return [Stretch(ahead)]
     angle = 2 * np.arctan2(abs(aside), ahead)
@@ -126,7 +136,9 @@ def _shift(ahead: float, aside: float) -> list[Stretch]:
 
 @dataclass(frozen=True)
 class Movement:
-    """A movement through a junction: from a lane of an incoming road to one of an outgoing road."""
+    """A movement through a junction: from a lane of an incoming road to a lane of an outgoing
+    road.
+    """
 
     incoming: Mouth
     outgoing: Mouth
@@ -138,12 +150,14 @@ class Movement:
 def connecting_road(name: str, junction: str, move: Movement, edge_line: Mark | None) -> Road:
     """Return the road that leads one lane through a junction.
 
+    Its reference line is the inner border of the lane, so that all of its lanes lie on the right.
+
     Parameters
     ----------
     name : name of the new road.
     junction : name of the junction that the road belongs to.
     move : lanes that the road connects.
-    edge_line : mark at the outer border of a turn at a corner; None: without.
+    edge_line : mark at the outer border of a turn at a corner; None: no mark.
     """
     start = move.incoming.inner_border(move.entry, True)
     line = way(start, move.outgoing.inner_border(move.exit, False))
@@ -177,13 +191,23 @@ def connecting_road(name: str, junction: str, move: Movement, edge_line: Mark | 
 
 
 def _between(first: float, last: float, length: float) -> Profile:
+    """Return a width that changes smoothly from `first` to `last` over a length, all in m."""
     if abs(first - last) < 1e-9:
         return Profile.constant(first)
     return Profile.smooth([(0.0, first, 0.0), (length, last, 0.0)])
 
 
 def _outside(move: Movement, length: float) -> list[Lane]:
-    """Return the lanes outside of the outermost driving lanes, if both roads have them."""
+    """Return the lanes beyond the outermost driving lane, such as shoulder and pavement.
+
+    Lanes of the two roads are paired by type, from the middle outwards. A lane without a partner
+    ends at the junction.
+
+    Parameters
+    ----------
+    move : movement at a corner.
+    length : length of the connecting road, m.
+    """
     ins = _outer(move.incoming.side(True))
     outs = _outer(move.outgoing.side(False))
     lanes: list[Lane] = []
@@ -208,13 +232,15 @@ def _outside(move: Movement, length: float) -> list[Lane]:
 
 
 def _outer(lanes: Sequence[Lane]) -> list[Lane]:
+    """Return the lanes beyond the last driving lane, from the middle outwards."""
     last = max((k for k, lane in enumerate(lanes) if lane.type == "driving"), default=-1)
     return list(lanes[last + 1 :])
 
 
 def movements(mouths: Sequence[Mouth]) -> list[Movement]:
     """Return all movements through a junction: left turns from the innermost lane, right turns from
-    the outermost lane, straight on from every lane.
+    the outermost lane. Straight on, lanes are paired from the middle outwards; a lane without a
+    partner has no movement.
     """
     order = sorted(mouths, key=lambda m: m.outward_rad % (2 * np.pi))
     found = []
@@ -247,7 +273,7 @@ def join(
     ----------
     name : name of the junction; the connecting roads are named after it, with a number.
     mouths : ends of the roads that meet there.
-    edge_line : mark at the outer border of turns at corners; None: without.
+    edge_line : mark at the outer border of turns at corners; None: no mark.
     """
     roads = []
     connections = []
