@@ -184,7 +184,7 @@ class AirlightLamps:
     def choose(
         self, g: int, rng: np.random.Generator, segment: Any, block: Any, active: Any
     ) -> Any:
-        """Return the `Aimed` of a `Segment`.
+        """Return a place on a segment, and the point of a lamp that lights it.
 
         Each of `CANDIDATES` candidates is a point of a lamp and a place on the ray. One is kept,
         with a probability in proportion to its airlight without shadows. Each candidate is drawn
@@ -194,9 +194,13 @@ class AirlightLamps:
         ----------
         g : number of the light group.
         rng : random numbers.
-        segment : stretch of a ray in fog.
+        segment : `Segment`, the stretch of a ray in fog.
         block : number of the block of the picture.
         active : lanes that take part.
+
+        Returns
+        -------
+        `Aimed`, whose level is the mean weight of all candidates.
         """
         ray = segment.ray
         end = segment.end
@@ -209,6 +213,7 @@ class AirlightLamps:
         start = rng.next_uint32()
         k = mi.UInt32(0)
         while k < self.tries:
+            # a point of a lamp; candidate k draws the lamp from part k of the group's lamps
             part = mi.Float(k) + mi.Float((start + k * OF_CANDIDATE) >> 8) * 2.0**-24
             lamp = self._pick(g, part / mi.Float(self.tries), block, active)
             t = targets.pick(rng, lamp, active)
@@ -216,6 +221,7 @@ class AirlightLamps:
             s = dr.sqrt(rng.next_float32())
             w = rng.next_float32()
             point = mi.Point3f(corner + edge1 * (1 - s) + edge2 * (s * w))
+            # a place on the ray: by the angle at the lamp, or by the transmission up to the place
             angles = Angles(ray, end, point)
             u = 2 * mi.Float((segment.turn + k * OF_PLACE) >> 8) * 2.0**-24
             lost = 1 - self.fog.along(end)
@@ -223,12 +229,14 @@ class AirlightLamps:
             u = dr.select(by_angle, u, u - 1)
             by_loss = -dr.log(dr.maximum(1 - u * lost, 1e-30)) / self.fog.sampled
             along = dr.clip(dr.select(by_angle, angles.place(u), by_loss), 0, end)
+            # density of both ways together, 1/m, times that of the point, 1/m2
             density = 0.5 * angles.density(along)
             density += 0.5 * self.fog.sampled * self.fog.along(along) / dr.maximum(lost, 1e-12)
             chance = dr.gather(mi.Float, self.chance, block * self.number + lamp, active)
             value, way, away = self.sent(ray, along, lamp, point, normal, active)
             density *= chance * per_area
             weight = dr.select(active & (density > 0) & (value > 0), value / density, 0)
+            # keep one candidate, in proportion to its weight
             total += weight
             take = (weight > 0) & (rng.next_float32() * total < weight)
             triangle = dr.select(take, t, triangle)
@@ -243,7 +251,11 @@ class AirlightLamps:
 def _tried(
     scene: Any, hits: HitTables, camera: Camera, view: View, air: AirlightLamps
 ) -> np.ndarray:
-    """Return the airlight (ray, lamp) on `RAYS` rays of each block, up to a common factor."""
+    """Return the airlight (ray, lamp) on `RAYS` rays of each block, up to a common factor.
+
+    A lamp counts as one point at its middle. Within the radius of the lamp around that point, light
+    is as strong as at the radius, and its own faces cast no shadow.
+    """
     side, across, down = blocks_of(view)
     placed = air.lamps.placed
     middle = np.array(

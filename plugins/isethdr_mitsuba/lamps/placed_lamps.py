@@ -76,8 +76,8 @@ def beam(cos_axis: np.ndarray, cos_inner: float, cos_outer: float) -> np.ndarray
     return t * t * (3 - 2 * t)
 
 
-# A lamp with cos_inner of at most this value has an inner angle of 90 degrees or more. It has no
-# beam: every face emits the same radiance in all directions.
+# Largest cosine of an inner angle of 90 degrees, with rounding. Such a lamp has no beam: every face
+# emits the same radiance in all directions.
 LAMBERTIAN_COS = 1e-9
 
 
@@ -117,6 +117,21 @@ def world_triangles(part: Part, pose: np.ndarray) -> np.ndarray:
 def _place(
     part: Part, pose: np.ndarray, number: int, name: str, normalise: str, dark: bool
 ) -> PlacedLamp:
+    """Return the lamp of a part at its place.
+
+    Parameters
+    ----------
+    part : part of a model with a lamp.
+    pose : (4, 4) pose of the object.
+    number : label of the object.
+    name : name of the object.
+    normalise : as in `placed_lamps`.
+    dark : whether the lamp's group is not rendered.
+
+    Raises
+    ------
+    ConfigError : impossible intensity or angles; no face towards the axis.
+    """
     lamp = part.lamp
     tri = world_triangles(part, pose)
     where = f"lamp {part.name!r} ({lamp.kind}) of object {name!r}"
@@ -151,6 +166,7 @@ def _place(
         return _with_table(part, pose, number, name, axis)
     area = np.linalg.norm(vectors, axis=1).sum()
     in_beam = _beam_flux(vectors, axis, cos_inner, cos_outer)  # flux at beam radiance 1
+    # the Lambertian part has the flux pi x area x floor, which is its share of the whole flux
     floor = 0.0
     if cos_inner > LAMBERTIAN_COS:
         floor = lamp.lambertian_share / (1 - lamp.lambertian_share) * in_beam / (np.pi * area)
@@ -165,8 +181,17 @@ def _place(
 def _with_table(
     part: Part, pose: np.ndarray, number: int, name: str, axis: np.ndarray
 ) -> PlacedLamp:
-    """Return a lamp with the luminous intensity of its table, whatever the shape of its faces. Its
-    peak is the largest luminance. Its flux follows from the table alone.
+    """Return a lamp with the luminous intensity of its table, whatever the shape of its faces.
+
+    Its peak is the largest luminance. The flux of its beam follows from the table alone.
+
+    Parameters
+    ----------
+    part : part of a model with a lamp that has a table.
+    pose : (4, 4) pose of the object.
+    number : label of the object.
+    name : name of the object.
+    axis : (3,) unit vector along the axis of the lamp.
     """
     lamp = part.lamp
     tri = world_triangles(part, pose)
@@ -203,6 +228,7 @@ def _table_flux(table: IntensityTable) -> float:
 
 
 def _area_vectors(tri: np.ndarray) -> np.ndarray:
+    """Return the normals (n, 3) of triangles (n, 3, 3), as long as their areas."""
     return np.cross(tri[:, 1] - tri[:, 0], tri[:, 2] - tri[:, 0]) / 2
 
 
@@ -214,6 +240,7 @@ def _beam_flux(vectors: np.ndarray, axis: np.ndarray, cos_inner: float, cos_oute
         return np.pi * np.linalg.norm(vectors, axis=1).sum()
     if np.allclose(vectors / np.linalg.norm(vectors, axis=1, keepdims=True), axis, atol=1e-6):
         return np.linalg.norm(vectors, axis=1).sum() * flat_beam_solid_angle(cos_inner, cos_outer)
+    # Gauss-Legendre quadrature over the cosine, midpoint rule over the azimuth
     node, weight = np.polynomial.legendre.leggauss(24)
     side = np.linalg.svd(axis[None])[2][1:]
     phi = (np.arange(64) + 0.5) * 2 * np.pi / 64
