@@ -111,8 +111,8 @@ def way(start: Pose, end: Pose) -> ReferenceLine:
         tangent = min(first, second)
         if tangent <= 0:
             raise ConfigError(
-                "a junction cannot be built: two of its roads end beyond the point where their lanes"
-                " meet; expected roads that end before it; type another scene.seed"
+                "a junction cannot be built: two of its roads end beyond the point where their"
+                " lanes meet; expected roads that end before it; type another scene.seed"
             )
         curvature = np.tan(abs(turn) / 2) / tangent * np.sign(turn)
         stretches = [Stretch(first - tangent), Stretch(abs(turn / curvature), curvature)]
