@@ -90,7 +90,7 @@ def state_errors(scores: list[Score]) -> None:
     if ledger.stated():
         return
     if not scores:
-        ledger.error(0.0, "1", "bound", "no score; why not is among what is left out")
+        ledger.error(0.0, "1", "bound", "no score; the reason is listed among the omissions")
         return
     sure = [s for s in scores if not math.isnan(half_interval(s))]
     if not sure:

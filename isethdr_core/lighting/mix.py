@@ -152,7 +152,8 @@ def _sum(ds: xr.Dataset, weights: dict[str, float]) -> np.ndarray:
         if total.max(initial=0.0) > np.finfo(np.float32).max:
             raise UnitError(
                 f"mixed radiance reaches {total.max():g} W m-2 sr-1 nm-1, beyond float32; expected"
-                f" at most 3.4e38; lower the weights {weights}"
+                " at most 3.4e38; type smaller weights than"
+                f" {', '.join(f'{group} {weight:.3g}' for group, weight in weights.items())}"
             )
         summed[bands] = total
     return summed

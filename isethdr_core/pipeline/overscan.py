@@ -39,7 +39,7 @@ def left_out_where_unseen(
         return demand
     ledger.left_out(
         f"tiles beyond the camera's field, {renderer.margin:.0%} on each side",
-        "the lens spreads no light into it",
+        "the lens spreads none of their light into the field",
         0.0,
         "W m-2 sr-1 nm-1",
         needless=True,

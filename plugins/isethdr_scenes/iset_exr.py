@@ -123,7 +123,7 @@ class IsetExr:
             2.0**-24,
             "relative",
             "bound",
-            "rounding to float32; how noisy the files are, they do not say",
+            "rounding to float32; the files do not state their noise",
         )
         bands = None
         cube = None

@@ -112,7 +112,8 @@ def poisson(mean: npt.ArrayLike, word: npt.ArrayLike) -> np.ndarray:
     word = np.ravel(word)
     if not np.all((mean >= 0) & (mean <= LARGEST_MEAN_E)):
         raise ValueError(
-            f"mean electrons are {mean.min()}..{mean.max()}; expected finite values within 0..1e18"
+            f"mean electrons are {mean.min():g} to {mean.max():g}; expected finite values from 0 to"
+            " 1e18"
         )
     low = mean < SERIES_BELOW_E
     if low.all():

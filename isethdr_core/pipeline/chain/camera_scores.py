@@ -195,7 +195,7 @@ def renderer_errors(work: CameraAtWork, camera: Camera) -> dict[ScoreKey, Render
         if work.chain.draws > 1:
             errors = computed_errors(work, camera)
         else:
-            why = "one shot does not tell how much the next one differs; draws=4 does"
+            why = "one noise realisation gives no interval; type draws=4"
             errors = score_errors.ScoreErrors(
                 left_out=(ledger.LeftOut("intervals of scores", why, float("inf"), "1"),)
             )
