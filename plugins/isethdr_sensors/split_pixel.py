@@ -90,8 +90,9 @@ class SplitPixelSensor(ImagingSensor):
         counts = {name: len(getattr(self, name)) for name in per_reading}
         if set(counts.values()) not in ({3}, {4}):
             raise ConfigError(
-                f"sensor has numbers for {counts} readings; expected 3 (LPLG, LPHG, SPLG) or 4 (and"
-                " SPHG) in all of them"
+                "the fields of the sensor have these numbers of values:"
+                f" {', '.join(f'{name} {count}' for name, count in counts.items())}; expected 3"
+                " each (LPLG, LPHG, SPLG) or 4 each (and SPHG)"
             )
         if sum(self.fill_factor) > LARGEST_FILL:
             raise ConfigError(

@@ -96,7 +96,7 @@ def test_a_rider_with_the_vehicle_is_one_thing_on_the_ground():
 
 def test_nobody_rides_a_car():
     car = things.draw("car", np.random.default_rng(0))
-    with pytest.raises(ValueError, match="nobody rides a 'car'.*bicycle"):
+    with pytest.raises(ValueError, match="group 'car' has no rider.*bicycle"):
         things.rider_of(car, np.random.default_rng(0))
 
 

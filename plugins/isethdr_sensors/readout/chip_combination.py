@@ -98,8 +98,8 @@ def check(model: SensorModel) -> None:
             )
         if any(code != int(code) for _, code in knees):
             raise ConfigError(
-                f"sensor.companding is {knees!r}; expected whole companded codes, so that each is"
-                " decoded to its own"
+                f"sensor.companding is {knees!r}; expected whole companded codes, so that decoding"
+                " gives each of them back"
             )
 
 

@@ -218,7 +218,9 @@ def test_geometry_that_is_not_that_of_the_run_is_refused(home, tmp_path, three_b
     with pytest.raises(CatalogError, match="cannot be made again.*'three_boxes' is not installed"):
         exported([LABELLED], tmp_path / "out", ["boxes3d"])
     three_boxes(scene(moved_m=1e-3))
-    with pytest.raises(CatalogError, match="'car 1' is not where the scene of this version has it"):
+    with pytest.raises(
+        CatalogError, match="'car 1' has another position in the scene of this version"
+    ):
         exported([LABELLED], tmp_path / "out", ["boxes3d"])
     [shot] = select([LABELLED]).shots
     assert geometry.full_boxes(Item(1, shot)) == {}

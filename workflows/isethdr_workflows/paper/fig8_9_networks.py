@@ -104,8 +104,8 @@ def paper_fig8_9_networks(
     held_out = roads.of(part)
     if not held_out or part == TRAIN:
         raise ConfigError(
-            f"the part {part!r} of {roads.name} has {len(held_out)} scenes that no training saw;"
-            " type for example part=test"
+            f"the part {part!r} of {roads.name} has {len(held_out)} scenes; expected a"
+            " part with scenes that is not used for training; type for example part=test"
         )
     at_night = next((road for road in held_out if is_at_night(road)), held_out[0])
     found: list[Found] = []
@@ -166,7 +166,8 @@ def filters_of(rgb: str, rgbw: str, sensors: str, overrides: Sequence[str]) -> d
     if levels[0] != levels[1]:
         raise ConfigError(
             f"the classical settings of the two models are for {levels[0]} and {levels[1]} lux;"
-            " expected the same illuminances; type isethdr study learned_picture with one lux="
+            " expected the same illuminances; type isethdr study learned_picture for both models"
+            " with the same lux=..."
         )
     return found
 

@@ -115,8 +115,9 @@ def chosen(dataset: str, part: str, scenes: int) -> list[Road]:
         of_part = tuple(sorted(every, key=lambda road: road.record.number))
     if not of_part or part == TRAIN or scenes < 0:
         raise ConfigError(
-            f"the part {part!r} of {roads.name} has {len(of_part)} scenes that no training saw, and"
-            f" scenes is {scenes}; type for example part=test scenes=4"
+            f"the part {part!r} of {roads.name} has {len(of_part)} scenes, and scenes is {scenes};"
+            " expected a part with scenes that is not used for training, and scenes of 0 or more;"
+            " type for example part=test scenes=4"
         )
     return list(of_part[: scenes or None])
 

@@ -86,7 +86,9 @@ class Riders:
         """
         if vehicle.group not in self.ridden:
             expected = ", ".join(self.ridden)
-            raise ValueError(f"nobody rides a {vehicle.group!r}; expected a thing of {expected}")
+            raise ValueError(
+                f"a thing of the group {vehicle.group!r} has no rider; expected one of {expected}"
+            )
         low, high = self._figure(vehicle, variant).extent()
         x, y, z = (float(v) for v in (low + high) / 2)
         length, width, height = (round(float(v), 3) for v in high - low)
@@ -103,7 +105,7 @@ class Riders:
     def build(self, thing: Thing, detail: Detail) -> Assembly:
         """Return the mesh of a rider alone, in the vehicle's coordinates, or of both, centred."""
         if not isinstance(thing, Rider) or thing.vehicle is None:
-            raise ValueError(f"a rider was expected, not a {thing.group!r}")
+            raise ValueError(f"the thing is of the group {thing.group!r}; expected a rider")
         person = self._figure(thing.vehicle, thing.variant).assembly(detail, standing=False)
         if not thing.vehicle_shown:
             return person

@@ -58,7 +58,7 @@ def described(item: Item) -> SceneDescription:
     CatalogError : the scene has no geometry, cannot be built, or has other objects than the run.
     """
     if not item.attributes.get("scene_ids"):
-        raise _unknown(item, "its scene makes its own light and has no geometry")
+        raise _unknown(item, "its scene states its own radiance and has no geometry")
     found = _built(json.dumps(item.attributes["config"]["scene"], sort_keys=True))
     if isinstance(found, str):
         raise _unknown(item, found)
@@ -66,8 +66,8 @@ def described(item: Item) -> SceneDescription:
         if _differs(row, found.objects):
             raise _unknown(
                 item,
-                f"{row['name']!r} is not where the scene of this version has it; run it again, or"
-                " install the isethdr that stored it",
+                f"{row['name']!r} has another position in the scene of this version; run it again,"
+                " or install the isethdr that stored it",
             )
     return found
 

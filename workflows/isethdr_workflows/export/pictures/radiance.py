@@ -34,7 +34,7 @@ def check(job: Job) -> None:
     for item in job.items:
         if not item.attributes.get("scene_ids"):
             raise CatalogError(
-                f"run {item.key} has no stored radiance: its scene makes its own; leave radiance"
+                f"run {item.key} has no stored radiance: its scene states its own; leave radiance"
                 " out of --to, or choose runs with a renderer"
             )
     missing = [path for path in _scenes(job) if not path.is_dir()]

@@ -91,8 +91,8 @@ def learned_picture(
     held_out = roads.of(part)
     if not held_out or part == TRAIN:
         raise ConfigError(
-            f"the part {part!r} of {roads.name} has {len(held_out)} scenes that no training saw;"
-            " type for example part=test"
+            f"the part {part!r} of {roads.name} has {len(held_out)} scenes; expected a"
+            " part with scenes that is not used for training; type for example part=test"
         )
     contests = [Contest(camera, level) for level in levels(lux)]
     searches = tuned(contests, roads.of(TRAIN)[:TUNED_ON], overrides)
