@@ -13,19 +13,19 @@ from isethdr_core.cli.summary_tables import ledger_table, runtime_estimate_table
 from isethdr_core.demand import Demand
 from isethdr_core.motion.run_time import sub_frame_work
 from isethdr_core.motion.shot_time import shot_time
-from isethdr_core.pipeline import runtime_estimate
 from isethdr_core.pipeline.chain import chain
 from isethdr_core.pipeline.memory import Frame
 from isethdr_core.pipeline.memory_estimate import PROGRAM_BYTES, STATED
 from isethdr_core.pipeline.runtime_estimate import (
     IMAGING,
     LOADING_S,
-    _rendering,
     elapsed_s,
     expected_s,
+    expected_times,
     size,
     stages,
 )
+from isethdr_core.pipeline.runtime_estimate.rendering import ratio_by_samples
 from isethdr_core.runs.provenance import described
 from isethdr_core.runs.run import plain
 
@@ -75,7 +75,7 @@ def test_waiting_for_other_programs_is_not_estimated(monkeypatch):
         {"stage": "lens ideal", "seconds": 3.0, "cpu_s": 5.0},  # two threads
         {"stage": "plan", "seconds": 1.0},  # written by an earlier version
     ]
-    monkeypatch.setattr(runtime_estimate, "newest", lambda kind: [stored_run(config, rows)])
+    monkeypatch.setattr(expected_times, "newest", lambda kind: [stored_run(config, rows)])
     assert estimate(FAST) == {"isp ideal": 2.0, "lens ideal": 3.0, "plan": 1.0}
 
 
@@ -86,8 +86,8 @@ def test_a_run_that_states_no_size_is_no_measure_of_one_that_does(monkeypatch):
     rows = [{"stage": s, "seconds": 2.0} for s in ("lens ideal", "isp ideal", "plan")]
     for more, found in (({}, {"plan": 2.0}), ({"pixel_bytes": {"ideal": 1e3}}, {"isp ideal": 4.0})):
         stored = stored_run(of_file, rows, **more)
-        monkeypatch.setattr(runtime_estimate, "newest", lambda kind, stored=stored: [stored])
-        monkeypatch.setattr(runtime_estimate, "pixel_bytes", lambda chain: {"ideal": 2e3})
+        monkeypatch.setattr(expected_times, "newest", lambda kind, stored=stored: [stored])
+        monkeypatch.setattr(expected_times, "pixel_bytes", lambda chain: {"ideal": 2e3})
         assert estimate(FAST) == {"plan": 2.0} | found
 
 
@@ -101,7 +101,7 @@ def test_the_loading_of_libraries_does_not_grow_with_the_picture(monkeypatch, mo
     each_s = 1e-5  # per tile
     row = {"stage": "scene uniform", "cpu_s": loading_s + 96 * 54 * each_s, "modules": modules}
     rows = [row | {"seconds": 60.0}, {"stage": "plan", "seconds": 0.1, "cpu_s": 0.1}]
-    monkeypatch.setattr(runtime_estimate, "newest", lambda kind: [stored_run(tiny, rows)])
+    monkeypatch.setattr(expected_times, "newest", lambda kind: [stored_run(tiny, rows)])
     expected = estimate([*FAST, "scene.width=640", "scene.height=360"])
     scene_s = loading_s + 640 * 360 * each_s
     assert expected == pytest.approx({"scene uniform": scene_s, "plan": 0.1})
@@ -114,8 +114,8 @@ def test_a_stored_stage_with_the_same_settings_is_preferred(monkeypatch):
         stored_run(other, [{"stage": "isp ideal", "seconds": 50.0}]),
         stored_run(same, [{"stage": "isp ideal", "seconds": 2.0}], pixel_bytes={"ideal": 1e3}),
     ]
-    monkeypatch.setattr(runtime_estimate, "newest", lambda kind: runs)
-    monkeypatch.setattr(runtime_estimate, "pixel_bytes", lambda chain: {"ideal": 2e3})
+    monkeypatch.setattr(expected_times, "newest", lambda kind: runs)
+    monkeypatch.setattr(expected_times, "pixel_bytes", lambda chain: {"ideal": 2e3})
     # the stage of half the size counts, because its settings are the same
     assert estimate(FAST) == {"isp ideal": 4.0}
 
@@ -127,7 +127,7 @@ def test_records_without_cpu_time_are_used_for_stages_that_have_no_other(monkeyp
     without = [{"stage": s, "seconds": 100.0} for s in ("isp ideal", "plan", "lighting ideal")]
     for runs in ([(other, with_cpu), (same, without)], [(same, without), (other, with_cpu)]):
         stored = [stored_run(config, rows) for config, rows in runs]
-        monkeypatch.setattr(runtime_estimate, "newest", lambda kind, stored=stored: stored)
+        monkeypatch.setattr(expected_times, "newest", lambda kind, stored=stored: stored)
         # the record with CPU time has ten times as many tiles; the record without is nearer in size
         # and settings
         assert estimate(FAST) == pytest.approx(
@@ -138,7 +138,7 @@ def test_records_without_cpu_time_are_used_for_stages_that_have_no_other(monkeyp
 def test_draws_take_as_long_as_there_are_more_of_them(monkeypatch):
     config = plain(compose(FAST))  # 2 draws: one beyond the picture itself
     rows = [{"stage": "draws ideal", "seconds": 2.0}, {"stage": "isp ideal", "seconds": 1.0}]
-    monkeypatch.setattr(runtime_estimate, "newest", lambda kind: [stored_run(config, rows)])
+    monkeypatch.setattr(expected_times, "newest", lambda kind: [stored_run(config, rows)])
     assert estimate([*FAST, "draws=8"]) == {"draws ideal": 14.0, "isp ideal": 1.0}
 
 
@@ -162,7 +162,7 @@ def test_a_lens_that_can_tell_is_believed_and_corrected_by_what_runs_took(monkey
 
     def lens_s(lens, *rows):
         stored = [{"config": config, "ledger": [row], IMAGING: then} for row, then in rows]
-        monkeypatch.setattr(runtime_estimate, "newest", lambda kind: stored)
+        monkeypatch.setattr(expected_times, "newest", lambda kind: stored)
         known = expected_s(replace(parts, lens=lens), config, None, frame)
         return known.get("lens ideal")
 
@@ -199,7 +199,7 @@ def test_sub_frames_are_made_imaged_and_sensed_one_by_one(monkeypatch):
     rows = [{"stage": stage, "seconds": seconds} for stage, seconds in took.items()]
     record = {"moments_s": [0.0, 0.1, 0.2], "motion_px": 2.0, "shot_s": 0.2}
     stored = {"config": config, "ledger": rows, "scene": described(parts.scene), "motion": record}
-    monkeypatch.setattr(runtime_estimate, "newest", lambda kind: [stored])
+    monkeypatch.setattr(expected_times, "newest", lambda kind: [stored])
     moving = sub_frame_work(parts, Demand(), [stored])
     known = expected_s(parts, config, None, None, moving)
     assert moving.count == 5 and not moving.to_render
@@ -286,16 +286,16 @@ def test_a_renderer_is_expected_to_take_longer_for_more_paths_groups_and_tiles()
         def expected_paths(self, paths, noise):
             return paths * (noise / 0.1) ** 2
 
-    assert _rendering(object(), now, both, stored) == pytest.approx(2.0)  # twice the tiles
-    assert _rendering(GoesOn(), now, both, stored) == pytest.approx(2.0 * (20 + 240) / 80)
-    assert _rendering(GoesOn(), now, Demand(groups=("sky",)), stored) == pytest.approx(
+    assert ratio_by_samples(object(), now, both, stored) == pytest.approx(2.0)  # twice the tiles
+    assert ratio_by_samples(GoesOn(), now, both, stored) == pytest.approx(2.0 * (20 + 240) / 80)
+    assert ratio_by_samples(GoesOn(), now, Demand(groups=("sky",)), stored) == pytest.approx(
         2.0 * 20 / 80
     )
     # a group without a record counts as the mean of the known groups
-    assert _rendering(GoesOn(), now, Demand(groups=("sky", "other")), stored) == pytest.approx(
-        2.0 * (20 + 130) / 80
-    )
-    assert _rendering(object(), now, both, {**stored, "path_span": {}}) == pytest.approx(2.0)
+    assert ratio_by_samples(
+        GoesOn(), now, Demand(groups=("sky", "other")), stored
+    ) == pytest.approx(2.0 * (20 + 130) / 80)
+    assert ratio_by_samples(object(), now, both, {**stored, "path_span": {}}) == pytest.approx(2.0)
 
 
 class Guesses:
@@ -317,7 +317,7 @@ def test_a_renderer_guesses_where_nothing_is_stored_of_the_scene(monkeypatch):
     parts = replace(parts, renderer=Guesses())
     config["renderer"] = {"name": "guesses"}
     frame = Frame(100, 200, (1e-3, 1e-3), (500.0, 600.0), True)
-    monkeypatch.setattr(runtime_estimate, "newest", lambda kind: [])
+    monkeypatch.setattr(expected_times, "newest", lambda kind: [])
     seconds = lambda demand: expected_s(parts, config, demand, frame).get("renderer guesses")
     assert seconds(Demand()) == 400.0 and seconds(Demand(groups=("sky",))) == 100.0
     assert seconds(None) is None  # all is stored
@@ -344,7 +344,7 @@ def test_a_guess_is_corrected_by_a_stored_rendering_of_any_scene(monkeypatch):
 
     def seconds(**changed):
         scenes = [{**stored, **changed}]
-        monkeypatch.setattr(runtime_estimate, "newest", lambda k: scenes if k == "scenes" else [])
+        monkeypatch.setattr(expected_times, "newest", lambda k: scenes if k == "scenes" else [])
         return expected_s(parts, config, Demand(), frame)["renderer guesses"]
 
     assert seconds() == pytest.approx(1200.0)
@@ -368,5 +368,5 @@ def test_a_smaller_share_of_the_noise_is_expected_to_take_more_samples():
         "limit_share": 1.0,
     }
     now = {"width": 20, "height": 4, "first_nm": 500.0, "last_nm": 600.0, "step_nm": 100.0}
-    assert _rendering(Guesses(), now, Demand(), stored) == pytest.approx(4.0)
-    assert _rendering(Guesses(), now, Demand(), {**stored, "limit_share": None}) == 1.0
+    assert ratio_by_samples(Guesses(), now, Demand(), stored) == pytest.approx(4.0)
+    assert ratio_by_samples(Guesses(), now, Demand(), {**stored, "limit_share": None}) == 1.0
