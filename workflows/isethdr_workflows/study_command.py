@@ -85,9 +85,12 @@ def study_of(studies: Studies) -> Callable[..., None]:
     """Return the command that runs the studies of a package."""
 
     def study(
-        name: Annotated[str, typer.Argument(help="name of a study; none lists them")] = "",
+        name: Annotated[
+            str, typer.Argument(help="name of a study; without a name, all studies are listed")
+        ] = "",
         settings: Annotated[
-            list[str] | None, typer.Argument(help="key=value, as the study's function takes them")
+            list[str] | None,
+            typer.Argument(help="settings of the study as key=value, and overrides of the config"),
         ] = None,
         csv_file: Annotated[
             str, typer.Option("--csv", help="also write the rows to this file")

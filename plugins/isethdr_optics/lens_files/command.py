@@ -21,7 +21,7 @@ def lens_commands() -> None:
 def import_command(
     file: str = typer.Argument(help="Zemax .zmx, CODE V .seq, or PBRT .dat."),
     glass: list[str] = typer.Option(
-        [], help="A glass catalogue .agf, or NAME=nd/Vd, or NAME=index; may be given many times."
+        [], help="A glass catalogue .agf, or NAME=nd/Vd, or NAME=index; may be given several times."
     ),
     out: str = typer.Option("", help="The prescription to write; by default <file>.yaml here."),
 ) -> None:

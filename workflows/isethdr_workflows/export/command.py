@@ -21,8 +21,8 @@ def export(
     what: list[str] = typer.Argument(help="runs, sweeps, or conditions; the folder comes last"),
     to: list[str] = typer.Option([], help="formats, separated by commas"),
     force: bool = typer.Option(False, "--force", help="replace the folder of an earlier export"),
-    licence: str = typer.Option("", help="of the files: an SPDX name or an address"),
-    title: str = typer.Option("", help="of the data set; by default the folder's name"),
+    licence: str = typer.Option("", help="licence of the files: an SPDX name or an address"),
+    title: str = typer.Option("", help="title of the data set; by default the name of the folder"),
 ) -> None:
     """Write files of the chosen formats into a new folder, with a manifest."""
     import_module(f"{__package__}.exporting").run(what, to, force, licence, title)

@@ -23,10 +23,14 @@ def list_command() -> None:
 
 @roads_command.command("sheet", short_help="Draw kinds of base road from above.")
 def sheet_command(
-    what: Path = typer.Argument(help="folder for pictures of kinds; or a road file (.xodr)"),
-    out: Path = typer.Argument(None, help="picture of a road file; beside it without"),
-    seeds: int = typer.Option(1, help="number of sheets, each of another seed"),
-    kinds: str = typer.Option("", help="names of kinds, separated by commas; all without"),
+    what: Path = typer.Argument(
+        help="folder to write the sheets of kinds into; or a road file (.xodr) to draw"
+    ),
+    out: Path = typer.Argument(
+        None, help="picture of the road file to write; by default next to the file"
+    ),
+    seeds: int = typer.Option(1, help="number of sheets, each with another seed"),
+    kinds: str = typer.Option("", help="names of kinds, separated by commas; by default all"),
 ) -> None:
     """Draw kinds of base road from above, one PNG per seed; or the plan of a road file."""
     if what.suffix == ".xodr":
