@@ -10,30 +10,24 @@ import numpy as np
 import pytest
 from isethdr_workflows.dataset.record import folder_of
 from isethdr_workflows.dataset.study.intervals import Mean
-from isethdr_workflows.detection.levels import at_levels, crossing
 from isethdr_workflows.detection.observer.observing import Check, Observer
-from isethdr_workflows.detection.page import (
-    d_text,
-    markdown,
-    means_csv,
-    objects_csv,
-    overstated,
-    page,
-    roads_text,
-    share_text,
-    too_many,
-)
 from isethdr_workflows.detection.questions import BUNDLED, QUESTIONS, question_of
-from isethdr_workflows.detection.recall import recalls
-from isethdr_workflows.detection.results import CurvePoint, Results
-from isethdr_workflows.detection.study import summary
-from isethdr_workflows.detection.tables import (
+from isethdr_workflows.detection.results.checks import overstated, too_many
+from isethdr_workflows.detection.results.csv_tables import means_csv, objects_csv
+from isethdr_workflows.detection.results.levels import at_levels, crossing
+from isethdr_workflows.detection.results.markdown import markdown
+from isethdr_workflows.detection.results.number_text import d_text, roads_text, share_text
+from isethdr_workflows.detection.results.page import page
+from isethdr_workflows.detection.results.recall import recalls
+from isethdr_workflows.detection.results.shares import (
     Found,
     compared_with,
     geometric,
     lines,
     roads_needed,
 )
+from isethdr_workflows.detection.results.study_results import CurvePoint, Results
+from isethdr_workflows.detection.results.summary import summary
 from scipy.stats import norm
 
 from isethdr_core.errors import ConfigError

@@ -6,7 +6,7 @@ import itertools
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -16,8 +16,6 @@ from isethdr_core.storage.object_home.calls import kept_here
 
 from ..dataset.generate import Generated, generated
 from ..dataset.record import SceneRecord, read_dataset
-from ..dataset.study.intervals import Mean, mean_over_roads
-from ..questions.tables import columns
 from .exposing import even
 from .frame import CLASSES, Frame, Thing, kind_of, noisier
 from .imaging import (
@@ -29,19 +27,19 @@ from .imaging import (
     prepared,
     view,
 )
-from .levels import LOST, LOST_APART, Crossing, at_levels, crossing
-from .observer.channels import count
 from .observer.observing import Answer, Beside, Check, Observer, observed, places_of, row
-from .page import write_files
 from .questions import Question, question_of
-from .results import CurvePoint, Results
-from .tables import FEWEST_ROADS, Found, Needed, counted, few_roads, lines, roads_needed
+from .results.curves import with_curves
+from .results.files import write_files
+from .results.shares import Found, Needed, roads_needed
+from .results.study_results import Results
+from .results.summary import print_limitations, summary
 from .threads import at_once
 
 RENDERED = ", rendered without"  # these two texts follow the name of a camera
 NOISIER = ", twice the render noise"
-PRINTED = ("all", "class", "light", "light and distance")  # titles of the tables that are printed
-NOTHING = Mean(math.nan, math.nan, math.nan, 0, 0)
+
+
 # lowest level over the lowest factor on the light; objects differ in their own illuminance
 MOST_FACTOR = 10.0
 
@@ -95,7 +93,7 @@ def detection(
     )
     for title, path in write_files(results):
         print_path(kept_here(title, path), path)
-    say(results)
+    print_limitations(results)
     return summary(results)
 
 
@@ -335,162 +333,3 @@ def limited(frame: Frame, asked: Question) -> Frame:
 def _needed(rows: Sequence[Found]) -> list[Needed]:
     persons = [one for one in rows if one.kind == "person"]
     return roads_needed(persons) if persons else []
-
-
-class Cells(NamedTuple):
-    """Shares found at the levels of a question, for objects with values from all cameras."""
-
-    values: dict[str, np.ndarray]  # (object, level) values by camera
-    roads: list[str]  # road of each object
-
-
-def with_curves(results: Results) -> Results:
-    """Return results with the curves of both shares against the level of light, and crossings."""
-    stated = _cells(results, results.rows)
-    told_apart = _cells(results, counted(results.rows))
-    return replace(
-        results,
-        curve=tuple(_curve(results, stated)),
-        crossings=_crossings(results, stated, LOST),
-        counted_curve=tuple(_curve(results, told_apart)),
-        counted_crossings=_crossings(results, told_apart, LOST_APART),
-    )
-
-
-def _crossings(results: Results, cells: Cells, lost: float) -> dict[str, Crossing]:
-    """Return the level at which each camera falls to the share `lost`, or at which the first camera
-    overtakes each other camera.
-    """
-    asked = results.asked
-    if asked.unit == "object_lux":
-        return {
-            camera: crossing(asked.levels, table, cells.roads, lost)
-            for camera, table in cells.values.items()
-        }
-    first = results.cameras[0]
-    return {
-        f"{first} over {camera}": crossing(
-            asked.levels, cells.values[first] - cells.values[camera], cells.roads, 0.0
-        )
-        for camera in results.cameras[1:]
-    }
-
-
-def _cells(results: Results, rows: Sequence[Found]) -> Cells:
-    asked = results.asked
-    objects: dict[tuple[int, int], dict[str, list[tuple[float, float]]]] = {}
-    roads: dict[tuple[int, int], str] = {}
-    for one in rows:
-        level = one.illuminance_lx if asked.unit == "object_lux" else one.level
-        if math.isfinite(one.found) and level > 0:
-            key = one.scene, one.instance
-            roads[key] = one.road
-            objects.setdefault(key, {}).setdefault(one.camera, []).append((level, one.found))
-    keys = [key for key, seen in objects.items() if len(seen) == len(results.cameras)]
-    return Cells(
-        {
-            camera: np.array(
-                [at_levels(objects[key][camera], asked.levels) for key in keys]
-            ).reshape(len(keys), len(asked.levels))
-            for camera in results.cameras
-        },
-        [roads[key] for key in keys],
-    )
-
-
-def _curve(results: Results, cells: Cells) -> list[CurvePoint]:
-    points = []
-    values, roads = cells
-    first = results.cameras[0]
-    for camera, table in values.items():
-        for k, level in enumerate(results.asked.levels):
-            mean = few_roads(mean_over_roads(table[:, k].tolist(), roads, (0.0, 1.0)))
-            apart = (table[:, k] - values[first][:, k]).tolist()
-            less = few_roads(mean_over_roads(apart, roads))
-            point = CurvePoint(
-                camera, level, mean.value, mean.low, mean.high, mean.count, mean.roads
-            )
-            if camera != first:
-                point = replace(
-                    point,
-                    difference=less.value,
-                    difference_low=less.low,
-                    difference_high=less.high,
-                )
-            points.append(point)
-    return points
-
-
-def say(results: Results) -> None:
-    """Print the limitations of the results: rows without a value, few roads, failed scenes."""
-    known = sum(math.isfinite(one.d) for one in results.rows)
-    channels = count(results.how.order)
-    if known < len(results.rows):
-        print(
-            f"{len(results.rows) - known} of {len(results.rows)} rows have no value: the object"
-            " fills the picture, or other roads show fewer windows without objects than twice the"
-            f" {channels} channels of each colour; more roads, windows=96 or order=2 help"
-        )
-    if results.roads < FEWEST_ROADS:
-        roads = number_of(results.roads, "road")
-        print(f"no interval from {roads}; expected at least {FEWEST_ROADS}")
-    for number, reason in results.failed:
-        print(f"scene {number + 1} failed: {reason}")
-
-
-def summary(results: Results) -> list[dict]:
-    """Return the rows that the command prints and stores, one for each camera and class, or for
-    each camera and level of light. The CSV file holds all tables.
-    """
-    if results.asked.levels:
-        return _curve_rows(results)
-    told_apart = {(line.table, line.name): line for line in lines(counted(results.rows))}
-    rows = []
-    for line in lines(results.rows):
-        if line.table not in PRINTED:
-            continue
-        pairs = told_apart.get((line.table, line.name))
-        for k, camera in enumerate(results.cameras):
-            row: dict[str, Any] = {
-                "table": line.table,
-                "row": line.name,
-                "camera": camera,
-                "objects": line.objects,
-            }
-            row |= columns("found", line.means[k])
-            row |= columns("told_apart", pairs.means[k] if pairs else NOTHING)
-            less = pairs.differences[k - 1] if pairs and k else NOTHING
-            row |= columns("told_apart_less_first", less)
-            row |= columns("noise_only_d", line.noise_only_d[k])
-            row |= columns("contrast_transfer", line.transfer[k])
-            rows.append(row | {"noise_only": line.noise_only[k], "median_d": line.median_d[k]})
-    return rows
-
-
-def _curve_rows(results: Results) -> list[dict]:
-    """Return the rows of curves, with share found and pairs told apart at each level."""
-    told_apart = {(one.camera, one.level): one for one in results.counted_curve}
-    rows = []
-    for one in results.curve:
-        pairs = told_apart[one.camera, one.level]
-        row: dict[str, Any] = {
-            "camera": one.camera,
-            "level": one.level,
-            "objects": one.objects,
-            "roads": one.roads,
-        }
-        row |= {"found": one.found, "found_low": one.low, "found_high": one.high}
-        row |= {
-            "told_apart": pairs.found,
-            "told_apart_low": pairs.low,
-            "told_apart_high": pairs.high,
-        }
-        rows.append(
-            row
-            | {
-                "told_apart_less_first": pairs.difference,
-                "told_apart_less_first_low": pairs.difference_low,
-                "told_apart_less_first_high": pairs.difference_high,
-            }
-        )
-    return rows

@@ -15,7 +15,7 @@ from isethdr_core.errors import ConfigError
 from isethdr_core.plugins.registry import build
 
 from ..dataset.study.intervals import mean_over_roads
-from ..detection.levels import crossing
+from ..detection.results.levels import crossing
 from ..training.learned_picture import road_scores
 from ..training.learned_picture.contest import Contest, Shot, scores_of
 from ..training.learned_picture.road_scores import HeldOut

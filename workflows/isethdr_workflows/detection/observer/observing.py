@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..frame import Frame, Thing
-from ..tables import Found
+from ..results.shares import Found
 from ..threads import at_once
 from .channels import count
 from .clutter import Clutter, Moments, covariance, size_of

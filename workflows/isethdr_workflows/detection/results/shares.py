@@ -12,9 +12,9 @@ from typing import NamedTuple
 import numpy as np
 from scipy.stats import norm, t
 
-from ..dataset.study.intervals import LEVEL, Mean, mean_over_roads
-from ..dataset.summary import DISTANCES_M, HEIGHTS, LUX, bounds
-from .frame import CLASSES
+from ...dataset.study.intervals import LEVEL, Mean, mean_over_roads
+from ...dataset.summary import DISTANCES_M, HEIGHTS, LUX, bounds
+from ..frame import CLASSES
 
 NOT_KNOWN = "not known"
 PAPER = (0.224, 0.244)  # shares of persons found that the paper reports for one and three captures

@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .tables import FEWEST_ROADS
+from .shares import FEWEST_ROADS
 
 RESAMPLES = 1000
 LOST = 0.5  # share of objects found, below which they count as lost

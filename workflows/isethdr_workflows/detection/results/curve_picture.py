@@ -9,7 +9,7 @@ from typing import Any
 from isethdr_core.extras import needed
 
 from .levels import LOST, LOST_APART
-from .results import CurvePoint, Results
+from .study_results import CurvePoint, Results
 
 COLUMNS = 4
 PANEL_IN = (2.4, 1.75)  # width and height of a panel, inches

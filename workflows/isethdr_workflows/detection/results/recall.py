@@ -16,9 +16,9 @@ from typing import NamedTuple
 import numpy as np
 from scipy.stats import spearmanr
 
-from ..dataset.study.intervals import Mean, mean_over_roads
-from .frame import CLASSES
-from .tables import Found, few_roads
+from ...dataset.study.intervals import Mean, mean_over_roads
+from ..frame import CLASSES
+from .shares import Found, few_roads
 
 FILE = "detector_objects.csv"
 

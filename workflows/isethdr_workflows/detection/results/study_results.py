@@ -6,10 +6,10 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
+from ..observer.observing import Check, Observer
+from ..questions import Question
 from .levels import Crossing
-from .observer.observing import Check, Observer
-from .questions import Question
-from .tables import Found, Needed
+from .shares import Found, Needed
 
 
 @dataclass(frozen=True)
