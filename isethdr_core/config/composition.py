@@ -40,6 +40,9 @@ if TYPE_CHECKING:
     from omegaconf import DictConfig
 
 NUMBERS = {"Float": "a number", "Integer": "a whole number"}  # by OmegaConf's name of the type
+REQUIRED = ("scene", "lighting", "lens", "isp")  # a run has one component of each of these kinds
+TABLES = {"cameras": "sensor", "flare": "flare", "metric": "metric", "versions": "lighting"}
+NOT_THERE = re.compile(r"Could not delete (?:from config\. )?'([^']+)'")
 NO_NUMBER = re.compile(r"Value '(.*)' of type '\w+' could not be converted to (Float|Integer)")
 
 
@@ -65,7 +68,8 @@ def compose(overrides: Sequence[str] = (), config_name: str = "config") -> DictC
 
 
 def check_choices(overrides: Iterable[Override]) -> None:
-    """Refuse a choice that is not a name. Hydra fails on it without a helpful message.
+    """Refuse a choice that is not a name, and a run without a kind that it needs. Hydra fails on
+    them without a helpful message.
 
     Parameters
     ----------
@@ -73,18 +77,23 @@ def check_choices(overrides: Iterable[Override]) -> None:
 
     Raises
     ------
-    ConfigError : `null` or an interpolation stands where the name of a config is expected.
+    ConfigError : `null` or an interpolation stands where the name of a config is expected, or a
+        kind that a run needs is left out.
     """
     for override in overrides:
         group = override.key_or_group.partition("@")[0]
         value = override.value()
         if group not in (*KINDS, "experiment"):
             continue
-        if value is None and not override.is_delete():
+        name = override.get_key_element().lstrip("+~")
+        if name in REQUIRED and override.is_delete():
             raise ConfigError(
-                f"{group} is null; expected a name; type ~{group} to leave it out,"
-                f" or {group}=<name>"
+                f"~{name} leaves out the {name}, and each run needs one; type for example"
+                f" {name}=ideal"
             )
+        if value is None and not override.is_delete():
+            leave_out = "" if name in REQUIRED else f"~{name} to leave it out, or "
+            raise ConfigError(f"{name} is null; expected a name; type {leave_out}{name}=<name>")
         if "${" in str(value):
             raise ConfigError(
                 f"{group} is {str(value)!r}; expected a name; type {group}=<name>;"
@@ -152,13 +161,11 @@ def explain(err: BaseException) -> str:
     """Return the message of Hydra or OmegaConf in the form of isethdr's errors: what was wrong, the
     nearest valid name, what to type.
     """
-    if isinstance(err, MissingConfigException) and err.options and err.missing_cfg_file:
+    if isinstance(err, MissingConfigException) and "/" in str(err.missing_cfg_file):
         group, _, name = str(err.missing_cfg_file).rpartition("/")
-        options = [o for o in err.options if not o.startswith("_")]
-        return (
-            f"{group} {name!r} is not installed{did_you_mean(name, options)}; `isethdr plugins`"
-            " describes all of them"
-        )
+        options = [o for o in err.options or () if not o.startswith("_")]
+        hint = did_you_mean(name, options) if options else ""
+        return f"{group} {name!r} is not installed{hint}; `isethdr plugins` describes all of them"
     # Hydra wraps what OmegaConf raises about an override
     for missing in (err, err.__cause__):
         if isinstance(missing, ConfigAttributeError | ConfigKeyError):
@@ -178,6 +185,11 @@ def explain(err: BaseException) -> str:
                 f" {example}"
             )
     text = " ".join(str(e).strip() for e in (err, err.__cause__) if e is not None)
+    if absent := NOT_THERE.search(text):
+        return (
+            f"{absent.group(1)} cannot be left out, because the config does not have it; type"
+            " isethdr run --cfg job to see all keys"
+        )
     lines = [
         line.strip()
         for line in text.splitlines()
@@ -200,7 +212,15 @@ def _no_such_key(missing: Any, overridden: bool, text: str) -> str:
     quoted = re.search(r"override '([^']+)'", text)
     where = quoted.group(1) if overridden and quoted else key
     if overridden and owner is dict and key in KINDS:
-        return f"{where} sets a field, but no {key} is chosen; type {key}=<name> as well"
+        cameras = list(missing.parent_node.get("cameras") or {}) if key == "sensor" else []
+        of_camera = f", or cameras.{cameras[0]}{where[len(key) :]}=<value>" if cameras else ""
+        return f"{where} sets a field, but no {key} is chosen; type {key}=<name> as well{of_camera}"
+    table, _, entry = str(missing.full_key).partition(".")
+    if overridden and owner is dict and table in TABLES and entry == key:
+        return (
+            f"{table} has no entry {key!r}{did_you_mean(key, missing.parent_node or ())}; to add one"
+            f" type +{TABLES[table]}@{table}.{key}=<name>"
+        )
     if overridden and owner is dict and "." in str(missing.full_key):  # a table that users fill
         added = re.search(r"append to your config use (.+)", text)
         typed = shlex.quote(added.group(1).strip()) if added else f"+{where}=<value>"

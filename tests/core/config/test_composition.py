@@ -142,6 +142,19 @@ def test_every_component_is_a_config_group_entry_with_its_name():
             r"to add it to the table type '\+lighting.targets.sky={statistic: max, cd_m2: 9}'",
         ),
         (
+            ["~lens"],
+            "~lens leaves out the lens, and each run needs one; type for example lens=ideal",
+        ),
+        (["lens=null"], "lens is null; expected a name; type lens=<name>"),
+        (["lighting@versions.day=null"], "type ~lighting@versions.day to leave it out, or"),
+        (["~flare.fog"], "flare.fog cannot be left out, because the config does not have it"),
+        (["lens=[ideal2]"], "lens 'ideal2' is not installed; `isethdr plugins`"),
+        (["sensor.exposure_s=0.01"], "type sensor=<name> as well, or cameras.bayer.exposure_s=<"),
+        (
+            ["cameras.bayr.exposure_s=0.01"],
+            r"cameras has no entry 'bayr'; did you mean 'bayer'.* \+sensor@cameras.bayr=<name>",
+        ),
+        (
             ["lens=wavefront", "lens.zernike_um.8=0.1"],
             r"keys of lens.zernike_um are numbers; .* type for example '\+lens.zernike_um={8:<",
         ),
