@@ -6,7 +6,7 @@
 | `index`         | `refresh`: rebuild index.duckdb, a cache of all records   |
 | `index_file`    | the index: records in typed columns of a DuckDB file       |
 | `joined_index`  | the indices of several homes as one                        |
-| `query`         | `find`, `sql`, `show`                                      |
+| `query/`        | `find`, `sql`, `show`                                      |
 | `compare`       | the differences between two stored runs                    |
 | `comparison_summary` | what `isethdr catalog compare` prints                 |
 | `python_calls`  | `isethdr.find`, `show` and `compare`                       |

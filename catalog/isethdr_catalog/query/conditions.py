@@ -1,0 +1,143 @@
+"""Conditions: the SQL of the conditions and of the order of `find`."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+from isethdr_core.storage.home_folder import StoredHome
+
+from .. import index_file
+from ..joined_index import home_column
+from .connection import HOME, PLAIN
+
+OPERATORS = {"ge": ">=", "le": "<=", "gt": ">", "lt": "<"}
+
+
+class Column(NamedTuple):
+    """The SQL expression of a property, and the type of its values."""
+
+    text: str
+    kind: str
+
+
+def property_and_operator(key: str) -> tuple[str, str]:
+    """Return the property and the operator of the keyword of a condition.
+
+    Parameters
+    ----------
+    key : for example `kind`, or `person__distance_m__le`.
+    """
+    name, _, operator = key.rpartition("__")
+    if name and operator in (*OPERATORS, "ne", "in"):
+        return name.replace("__", "."), operator
+    return key.replace("__", "."), "eq"
+
+
+def column_of(
+    known: dict[str, index_file.Property], name: str, homes: tuple[StoredHome, ...]
+) -> Column:
+    """Return the SQL expression of a property.
+
+    Parameters
+    ----------
+    known : properties of the records.
+    name : name of the property.
+    homes : homes of the query.
+    """
+    if name == HOME:
+        return Column(home_column(homes), index_file.TEXT)
+    if name in PLAIN:
+        return Column(name, index_file.TEXT)
+    found = known.get(name)
+    if found is not None and found.column is not None:
+        return Column(found.column, found.kind)
+    return Column(f"json_extract_string(properties, {index_file.pointer(name)})", index_file.LIST)
+
+
+def order_sql(column: Column, direction: str) -> str:
+    """Return the SQL that sorts numbers by value, and other text after them.
+
+    Parameters
+    ----------
+    column : property to sort by.
+    direction : ASC or DESC.
+    """
+    if column.kind == index_file.NUMBER:
+        return f"{column.text} {direction} NULLS LAST"
+    return (
+        f"try_cast({column.text} AS DOUBLE) {direction} NULLS LAST,"
+        f" {column.text} {direction} NULLS LAST"
+    )
+
+
+def condition_sql(column: Column, operator: str, value: Any) -> tuple[str, list[Any]]:
+    """Return the SQL of one condition and the values that it binds.
+
+    Parameters
+    ----------
+    column : property that the condition is about.
+    operator : `eq`, `ne`, `in` or a key of `OPERATORS`.
+    value : value of the condition; for `in` several.
+    """
+    if operator in OPERATORS:
+        number = _number(value)
+        if number is None:  # dates and other text are compared as text
+            return f"CAST({column.text} AS VARCHAR) {OPERATORS[operator]} ?", [str(value)]
+        as_number = f"try_cast({column.text} AS DOUBLE)"
+        if column.kind == index_file.NUMBER:
+            as_number = column.text
+        return f"{as_number} {OPERATORS[operator]} ?", [number]
+    tests = []
+    values = []
+    for alternative in _alternatives(operator, value):
+        test, bound = _equal(column, alternative)
+        tests.append(test)
+        values += bound
+    joined = " OR ".join(tests) or "false"
+    if operator == "ne":
+        return f"coalesce(NOT ({joined}), true)", values
+    return f"coalesce({joined}, false)", values
+
+
+def _alternatives(operator: str, value: Any) -> list[str]:
+    if isinstance(value, list | tuple | set):
+        several = list(value)
+    else:
+        several = str(value).split(",") if operator == "in" else [value]
+    return [str(v).lower() if isinstance(v, bool) else str(v) for v in several]
+
+
+def _equal(column: Column, value: str) -> tuple[str, list[Any]]:
+    """Return the SQL for "a property equals or holds a value", and the values that it binds."""
+    number = _number(value)
+    if column.kind == index_file.NUMBER:
+        return ("false", []) if number is None else (f"{column.text} = ?", [number])
+    tests = [f"{column.text} = ?"]
+    values = [value]
+    if number is not None:
+        tests.append(f"try_cast({column.text} AS DOUBLE) = ?")
+        values.append(number)
+    if column.kind == index_file.LIST:
+        as_list = (
+            f"from_json(CASE WHEN {column.text} LIKE '[%' AND json_valid({column.text})"
+            f" THEN {column.text} ELSE '[]' END, '[\"VARCHAR\"]')"
+        )
+        tests.append(f"list_contains({as_list}, ?)")
+        values.append(value)
+    equal = f"({' OR '.join(tests)})"
+    if column.kind == index_file.LIST and number is None and _is_verbatim_in_json(value):
+        # Reading JSON takes most of the time of such a query. Texts without the value are left out.
+        return f"CASE WHEN contains({column.text}, ?) THEN {equal} ELSE false END", [value, *values]
+    return equal, values
+
+
+def _is_verbatim_in_json(text: str) -> bool:
+    """Return whether JSON writes the characters of `text` unchanged."""
+    return text.isascii() and text.isprintable() and not set(text) & set('"\\/')
+
+
+def _number(value: Any) -> float | None:
+    try:
+        return float(value)
+    except (TypeError, ValueError):
+        return None
