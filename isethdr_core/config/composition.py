@@ -218,8 +218,8 @@ def _no_such_key(missing: Any, overridden: bool, text: str) -> str:
     table, _, entry = str(missing.full_key).partition(".")
     if overridden and owner is dict and table in TABLES and entry == key:
         return (
-            f"{table} has no entry {key!r}{did_you_mean(key, missing.parent_node or ())}; to add one"
-            f" type +{TABLES[table]}@{table}.{key}=<name>"
+            f"{table} has no entry {key!r}{did_you_mean(key, missing.parent_node or ())}; to add"
+            f" it, type +{TABLES[table]}@{table}.{key}=<name>"
         )
     if overridden and owner is dict and "." in str(missing.full_key):  # a table that users fill
         added = re.search(r"append to your config use (.+)", text)
