@@ -98,7 +98,7 @@ def film_pass(
         )
         for s in starts
     ]
-    sky = sky_scenes(description, span, bands_nm, settings.step_nm) if "sky" in groups else []
+    sky = _sky_scenes(description, span, bands_nm, settings.step_nm) if "sky" in groups else []
     near = [p for p in lamps if p.instance]  # sun and moon belong to the scenes of the sky
     lamp_scene, switch = (
         _lamp_scene(description, view, near, groups, span)
@@ -140,7 +140,7 @@ def _block(bands_nm: np.ndarray, start: int, step_nm: float) -> list[float]:
     return block + [block[-1] + step_nm * (k + 1) for k in range(BLOCK - len(block))]
 
 
-def sky_scenes(
+def _sky_scenes(
     description: SceneDescription, span: tuple[float, float], bands_nm: np.ndarray, step_nm: float
 ) -> list[tuple[Any, np.ndarray]]:
     """Return the scenes of the parts of the sky, each with a factor per band. The light of the sky
