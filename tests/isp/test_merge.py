@@ -227,5 +227,5 @@ def test_captures_of_different_colours_are_refused(bench):
         {"name": c, "charge": k, "top_e": 1e9, "read": 1.0, "qe": bench.QE[k : k + 1]}
         for k, c in enumerate("RGB")
     ]
-    with pytest.raises(UnitError, match="different colours.*isp=ideal"):
+    with pytest.raises(UnitError, match="different spectral responses.*isp=ideal"):
         MergeIsp()(bench.make(np.ones((8, 8)), specs, MONO, bench.QE[:1]))

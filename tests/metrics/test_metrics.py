@@ -323,7 +323,7 @@ def test_profile_runs_through_the_brightest_lamp():
     ).all()
     assert metric(picture(y * 10), picture(y))[0].value == pytest.approx(1)
     assert LineProfile(row=3).profile(picture(y), picture(y))["row"] == 3
-    with pytest.raises(ConfigError, match="row is 99"):
+    with pytest.raises(ConfigError, match="has row=99"):
         LineProfile(row=99)(picture(y), picture(y))
 
 

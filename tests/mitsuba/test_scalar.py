@@ -267,7 +267,7 @@ def test_the_ledger_says_what_the_lamps_extent_costs(make):
         MitsubaRenderer(width=16, height=9, margin=0.0, samples=8, step_nm=100.0, variant="scalar")(
             make.street(2), Demand(groups=("streetlights",))
         )
-    (note,) = (e for e in row.errors if e.how == "bound" and "points" in e.label)
+    (note,) = (e for e in row.errors if e.how == "bound" and "point source" in e.label)
     # lamps of 0.8 x 0.4 m in pieces of at most 0.3 m, 7 m above the road: an error of about (0.2 /
     # 7)^2
     assert 1e-5 < note.value < 1e-2

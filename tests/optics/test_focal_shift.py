@@ -112,7 +112,7 @@ def test_other_hopeless_requests_are_refused_before_any_work(monkeypatch):
         dust_opacity=(1.0, 1.0),
         scratches_per_mm2=0.0,
     )
-    with pytest.raises(ConfigError, match="no light"):
+    with pytest.raises(ConfigError, match="block all light"):
         lens.psf(550.0, 1.0, 16, [covered])
     # a lower limit, since to reach the real one takes seconds
     monkeypatch.setattr("isethdr_core.physics.optics.pupil.shape_sum.MOST_TERMS", 300)

@@ -35,7 +35,7 @@ def test_tiles_lie_row_by_row_over_their_captions():
 def test_a_sheet_is_a_picture_file_of_at_least_one_thing(tmp_path):
     with pytest.raises(ConfigError, match="ends in .png"):
         write(chosen("car", 1, 0, False), Look(), str(tmp_path / "sheet.txt"))
-    with pytest.raises(ConfigError, match="of no things"):
+    with pytest.raises(ConfigError, match="chooses no thing"):
         write([], Look(), str(tmp_path / "sheet.png"))
 
 

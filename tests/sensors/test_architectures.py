@@ -171,7 +171,7 @@ def test_four_captures_of_two_photodiodes():
         and correlation[2, 3] > 0.9
         and abs(correlation[0, 2]) < 5 / np.sqrt(N)
     )
-    with pytest.raises(ConfigError, match=r"expected 3 \(LPLG, LPHG, SPLG\) or 4"):
+    with pytest.raises(ConfigError, match=r"expected 3 each \(LPLG, LPHG, SPLG\) or 4"):
         SplitPixelSensor(read_noise_e=(1.0, 1.0, 1.0, 1.0))
 
 

@@ -277,7 +277,7 @@ def test_companding_is_undone_by_its_table():
     [
         (((512.0, 512.0), (400.0, 600.0), (4095.0, 1023.0)), "increase from knee to knee"),
         (((512.0, 512.0), (4095.0, 400.0)), "increase"),
-        (((512.0, 600.0), (4095.0, 1023.0)), "squeeze"),
+        (((512.0, 600.0), (4095.0, 1023.0)), "compression"),
         (((2000.0, 1023.0),), "top code 4095"),
         (((1.0, float("nan")),), "with nan in it"),
     ],

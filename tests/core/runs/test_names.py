@@ -97,7 +97,7 @@ def test_the_chain_is_not_built_with_such_a_name(composed, table):
 
 
 def test_the_shown_lighting_keeps_its_name(composed):
-    with pytest.raises(ConfigError, match="version name 'main' is taken"):
+    with pytest.raises(ConfigError, match="lighting version is called 'main'"):
         chain(with_entry(composed, "versions", "main", composed.lighting))
 
 

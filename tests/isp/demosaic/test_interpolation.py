@@ -92,7 +92,7 @@ def test_bayer_equals_isetcams_bilinear(reference, largest_difference):
 def test_refuses_arrays_it_cannot_serve():
     with pytest.raises(UnitError, match="does not repeat"):
         demosaic(np.zeros((40, 40)), np.random.default_rng(0).integers(0, 3, (40, 40)), 3)
-    with pytest.raises(UnitError, match="sampled nowhere"):
+    with pytest.raises(UnitError, match="is not sampled"):
         demosaic(np.zeros((8, 8)), tiled(PATTERNS["bayer"], (8, 8)), 4)
     with pytest.raises(UnitError, match="smaller than its filter array"):
         demosaic(np.zeros((2, 2)), tiled(PATTERNS["bayer"], (2, 2)), 3)

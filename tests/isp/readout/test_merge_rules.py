@@ -133,7 +133,7 @@ def test_a_single_pixel_without_filters_is_a_picture_and_with_them_an_error(benc
     qe = bench.QE_W[3:]
     picture = isp(bench.make(bench.mosaic_of(grey, (1, 1), MONO, qe), pattern=MONO, qe=qe))
     assert picture.xyz.values[0, 0, 1] == pytest.approx(7, rel=1e-9)
-    with pytest.raises(UnitError, match="sampled nowhere"):
+    with pytest.raises(UnitError, match="is not sampled|samples only one"):
         isp(bench.make(np.ones((1, 1))))
 
 

@@ -58,10 +58,10 @@ def test_what_parts_follow_is_not_stated_and_what_no_parts_follow_is_refused():
     assert 0 < error < 0.1 and "24 parts of the band at 450 nm" in what
     strong = WavefrontLens(zernike_um={8: 20.0})
     with pytest.raises(
-        ConfigError, match=r"450 nm, 100 nm wide.*take bands of (\d+) nm or less"
+        ConfigError, match=r"450 nm, 100 nm wide.*use bands of (\d+) nm or less"
     ) as refused:
         kernels.kernels(KernelRequest(strong, (), wide, (3.0, 3.0), (8, 8)))
-    narrower = float(str(refused.value).split("take bands of ")[1].split(" nm")[0])
+    narrower = float(str(refused.value).split("use bands of ")[1].split(" nm")[0])
     assert 50 < narrower < 100
     # the band width that the message proposes is accepted
     band_phase.check(strong, (), np.array([450.0, 450.0 + narrower]))

@@ -142,7 +142,7 @@ def test_automatic_exposure_meters_the_readings(flat):
     ("name", "fields", "said"),
     [
         ("bayer", {"combine_bits": 20}, "takes one capture"),
-        ("lofic", {"combine_bits": 20}, "no such model"),
+        ("lofic", {"combine_bits": 20}, "does not include it"),
         ("dual_gain", {"combine_bits": 20, "bits": 0}, "makes no codes"),
         ("dual_gain", {"combine_bits": 18}, "combine_bits is 18"),
         ("staggered", {"combine_bits": 20, "companding": [[1e5, 4095.0]]}, "expected its last"),

@@ -82,7 +82,7 @@ def test_gain_makes_up_for_what_whole_periods_cut_off(make_light):
     [
         ({"exposure_speed_m_s": -1.0}, "exposure_speed_m_s is"),
         ({"exposure_flicker_hz": -90.0}, "exposure_flicker_hz is"),
-        ({"exposure_flicker_hz": 20.0}, "exposure_flicker_hz = 20 asks for .*exposure_max_s"),
+        ({"exposure_flicker_hz": 20.0}, "exposure_flicker_hz = 20 needs .*exposure_max_s"),
         ({"exposure_percentile": 101.0}, "exposure_percentile is"),
         ({"exposure_lamp_ratio": 0.5}, "exposure_lamp_ratio is"),
     ],

@@ -269,7 +269,7 @@ def test_a_scene_that_fails_is_named_and_the_exit_code_says_so(quick, monkeypatc
 
 def test_a_folder_of_other_settings_is_not_mixed(quick):
     make_pairs(quick, lambda _line: None)
-    with pytest.raises(ConfigError, match=r"shots=12, and 2 is asked for.*folder=pairs_2"):
+    with pytest.raises(ConfigError, match=r"shots=12, but 2 was typed.*folder=pairs_2"):
         make_pairs(replace(quick, shots=2), print)
     (quick.target / "pairs.json").write_text("{")
     with pytest.raises(CatalogError, match="is damaged"):
