@@ -1,9 +1,8 @@
 """The steps of the experiments: commands, files that they make, expected minutes.
 
 A command continues where it stopped, so an interrupted step is typed again. Expected minutes are
-for two cores without other work; `basis` says how they were derived. Where a basis says "now", the
-code became faster after the measurement, and the number is the share of CPU seconds on three roads
-that remained.
+for two cores without other work; `basis` says how they were derived. "Slow machine" is one whose
+cores ran at about half of their usual speed, beside other work.
 """
 
 from __future__ import annotations
@@ -78,7 +77,7 @@ def network(sensor: str) -> Step:
         ),
         (model, table),
         20.0,
-        "measured: 18.8 min (bayer) and 21.4 min (rgbw, busy machine); 14 min of each are training",
+        "measured: 18.8 min (bayer); 25.6 and 26.9 min on a slow machine; 14 min are training",
         ("torch", "train"),
     )
 
@@ -110,8 +109,7 @@ STEPS = (
         (f"{GENERATE} sample=20",),
         (f"datasets/{DATASET}/scenes/00019.json",),
         22.0,
-        "measured: 217 CPU s for a scene of 640 x 360 tiles and 31 bands, 50 CPU s of it at any"
-        " size; estimate: 130 CPU s for a scene of this size, on two cores",
+        "measured: 24.7 min on a slow machine, 26.8 min for the second half; 146 CPU s a scene",
     ),
     Step(
         "dataset",
@@ -134,24 +132,23 @@ STEPS = (
             f" picture={{home}}/{FOLDER}/fig8_9.jpg --csv {{home}}/{FOLDER}/filters_networks.csv",
         ),
         (f"{FOLDER}/filters_networks.csv", f"{FOLDER}/fig8_9.jpg"),
-        1.0,
-        "measured: 5.2 min on a busy machine; estimate: less, because the scores of the two steps"
-        " before are reused and one road of seven is imaged for the picture",
+        0.3,
+        "measured on a slow machine; the scores of the two steps before are reused",
         ("torch", "train"),
     ),
     Step(
         "detector",
         "a small detector for all cameras, and what it finds on roads outside its training",
         (
-            f"train detector dataset={DATASET} minutes=18 lightings=recipe realisations=1"
+            f"train detector dataset={DATASET} minutes=10 lightings=recipe realisations=1"
             " threads=2 patience=4 name=all_cameras",
             f"study detector_scores dataset={DATASET} part=test draws=1"
             " detector={home}/training/detectors/all_cameras/detector.yaml",
         ),
         ("training/detectors/all_cameras/detector.onnx", f"datasets/{DATASET}/detector_scores.csv"),
-        24.0,
-        "estimate: 33 runs of 20 s, 8 min of training, 7 runs to score; measured with 12 min of"
-        " training: 34 min on a busy machine, the best step after 4.5 min",
+        16.0,
+        "estimate: 33 runs and 7 runs to score, 6 min on two cores, and the training; measured with"
+        " 12 min of training: 34 min on a busy machine, the best step after 4.5 min",
         ("torch", "train"),
     ),
     Step(
@@ -166,29 +163,27 @@ STEPS = (
         "captures",
         "one capture of the split pixel against three",
         2.0,
-        "estimate: half of 3.8 min; measured with an earlier version on a busy machine: 7.3 min,"
-        " 3.5 min of it for light that the step before stores",
+        "measured: 3.3 min on a slow machine",
     ),
     question(
         "filters",
         "RGB against RGBW and RCCB, 0.003 to 100 lx",
-        5.0,
-        "estimate: 0.4 of 12.6 min, measured with an earlier version on a busy machine",
+        8.5,
+        "estimate: half of 16.9 min, measured on a slow machine",
     ),
     Step(
         "detection_dark",
         "how dark it may get before a person is lost, for six sensors",
         (f"study detection dataset={DATASET} question=dark cameras={SIX}",),
         (f"datasets/{DATASET}/detection_dark.md",),
-        7.0,
-        "estimate: 0.45 of 15.4 min, measured on a busy machine; factor as of detection_filters",
+        8.0,
+        "estimate: half of 15.6 min, measured on a slow machine",
     ),
     question(
         "noise",
         "whether the renderer's noise changes which objects are found",
         2.5,
-        "estimate: half of 5.3 min; measured with an earlier version on a busy machine: 8.8 min,"
-        " 3.5 min of it for light that an earlier step stores",
+        "measured: 3.1 min on a slow machine",
     ),
     Step(
         "low_sun",
@@ -201,8 +196,8 @@ STEPS = (
             f"study detection dataset={SMALL} question=dark",
         ),
         tuple(f"datasets/{SMALL}/detection_{name}.md" for name in ("captures", "dark")),
-        6.0,
-        "measured: 50 CPU s for a road, mostly on one core; the time of the studies is a guess",
+        9.0,
+        "estimate: half of 17.7 min, measured on a slow machine",
     ),
     Step(
         "filters_rccb",
@@ -212,8 +207,8 @@ STEPS = (
             f" files={{home}}/{FOLDER}/rccb --csv {{home}}/{FOLDER}/filters_rccb.csv",
         ),
         (f"{FOLDER}/filters_rccb.csv",),
-        1.0,
-        "guess: 1/25 of the pixels of the step network_bayer, whose study took 4.8 min",
+        1.2,
+        "estimate: half of 2.2 min, measured on a slow machine",
     ),
     Step(
         "picture_noise",
@@ -224,8 +219,8 @@ STEPS = (
             f" --csv {{home}}/{FOLDER}/picture_noise.csv",
         ),
         (f"{FOLDER}/picture_noise.csv",),
-        1.0,
-        "guess, as for filters_rccb",
+        2.5,
+        "estimate: half of 4.6 min, measured on a slow machine",
         ("torch", "train"),
     ),
     Step(
@@ -237,7 +232,7 @@ STEPS = (
         ),
         (f"{FOLDER}/dirt.md",),
         5.0,
-        "estimate for 20 scenes: 0.4 of 12.3 min, measured for 40 scenes with an earlier version",
+        "measured: 5.8 min on a slow machine",
     ),
     Step(
         "render_noise",
@@ -248,8 +243,7 @@ STEPS = (
         ),
         (f"{FOLDER}/render_noise.md",),
         4.0,
-        "estimate: 0.8 of 4.4 min; measured with an earlier version on a busy machine: 5.4 min,"
-        " 1 min of it for kernels that the step before stores",
+        "measured: 5.1 min on a slow machine",
     ),
     Step(
         "figures",
