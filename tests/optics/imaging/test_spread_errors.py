@@ -197,6 +197,7 @@ def test_a_scene_that_needs_finer_kernels_gets_them():
     assert asked_for(1e9, None) == [1.0]  # no sensor states its noise
 
 
+@pytest.mark.slow
 def test_rings_are_made_finer_where_a_wider_core_takes_longer(monkeypatch):
     """Rings get half of the error where that is enough, else a quarter of it.
 
