@@ -164,7 +164,7 @@ def prepared(
     luminance = xyz.xyz.values[..., 1].astype(float)
     within = inside(scene)
     difference = relative_halves(scene, mixed)
-    kept = scene.drop_vars("radiance")
+    kept = scene[["instance"]].load()  # the other labels would take five times the memory
     if difference is not None:
         kept[HALF_DIFFERENCE] = (("y", "x"), difference)
     ready = Prepared(

@@ -181,30 +181,12 @@ def studied(
     checks: dict[str, Check] = {}
     places: dict[str, float] = {}
     for name in names:
-        views = at_once(
-            lambda one, name=name: view(one, name, even(one.light) if asked.grey_field else None),
-            ready,
-        )
-        light = {one.record.number: one.light for one in ready}
-        empty = [view(one, name, light.get(one.record.number)) for one in bare]
-        for level in levels_of(asked):
-            frames = at_once(
-                lambda one, level=level: limited(one.frame(factor_of(one, asked, level)), asked),
-                views,
-            )
-            places = places or places_of(frames)
-            forms = [Form(name.text, frames)]
-            if empty:
-                seen = {one.prepared.record.number: one.frame(level) for one in empty}
-                forms.append(Form(name.text + RENDERED, frames, seen))
-            if asked.noisier:
-                forms.append(Form(name.text + NOISIER, [noisier(frame) for frame in frames]))
-            for text, shown, without in forms:
-                row_of = RowOf(text, level, transfer_of(views, name))
-                found, check = observed(shown, how, row_of, places, without)
-                rows += found
-                checks[text] = checks.get(text, Check()) + check
-        known = sum(math.isfinite(row.d) for row in rows if row.camera == name.text)
+        # a function of its own, so that the pictures of one camera are freed before the next one
+        found, of_camera, places = _through(name, Scenes(ready, bare), asked, how, places)
+        rows += found
+        for text, check in of_camera.items():
+            checks[text] = checks.get(text, Check()) + check
+        known = sum(math.isfinite(row.d) for row in found if row.camera == name.text)
         print(f"{name.text}: {number_of(known, 'row')}")
     results = Results(
         dataset="",
@@ -220,6 +202,49 @@ def studied(
     if asked.levels:
         return with_curves(results)
     return replace(results, needed=tuple(_needed(rows)))
+
+
+class Scenes(NamedTuple):
+    """The scenes of a study, imaged by the lens."""
+
+    ready: Sequence[Prepared]
+    bare: Sequence[Prepared]  # the same views rendered without objects; empty if not asked for
+
+
+def _through(
+    name: CameraName,
+    scenes: Scenes,
+    asked: Question,
+    how: Observer,
+    places: dict[str, float],
+) -> tuple[list[Found], dict[str, Check], dict[str, float]]:
+    """Return the rows of all scenes through one camera, its checks, and the number of places of
+    each class in a picture, which is counted once if `places` is empty.
+    """
+    views = at_once(
+        lambda one: view(one, name, even(one.light) if asked.grey_field else None), scenes.ready
+    )
+    light = {one.record.number: one.light for one in scenes.ready}
+    empty = [view(one, name, light.get(one.record.number)) for one in scenes.bare]
+    rows: list[Found] = []
+    checks: dict[str, Check] = {}
+    for level in levels_of(asked):
+        frames = at_once(
+            lambda one, level=level: limited(one.frame(factor_of(one, asked, level)), asked), views
+        )
+        places = places or places_of(frames)
+        forms = [Form(name.text, frames)]
+        if empty:
+            seen = {one.prepared.record.number: one.frame(level) for one in empty}
+            forms.append(Form(name.text + RENDERED, frames, seen))
+        if asked.noisier:
+            forms.append(Form(name.text + NOISIER, [noisier(frame) for frame in frames]))
+        for text, shown, without in forms:
+            row_of = RowOf(text, level, transfer_of(views, name))
+            found, check = observed(shown, how, row_of, places, without)
+            rows += found
+            checks[text] = checks.get(text, Check()) + check
+    return rows, checks, places
 
 
 class Form(NamedTuple):
