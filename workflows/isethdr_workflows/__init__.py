@@ -4,6 +4,7 @@
 |-----------------|-----------------------------------------------------------------------------|
 | `empty_home`    | a study's own folder for stores and kernels                                 |
 | `ghosts_night`  | ghosts of a night drive, with uncoated and with coated glass                |
+| `html_template` | templates of the pages of datasets and studies                              |
 | `markdown_table` | a table in Markdown                                                        |
 | `preview`       | a first look at a scene: few samples, denoised                              |
 | `study_command` | the command `isethdr study`                                                 |

@@ -5,19 +5,18 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cache
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from isethdr_catalog.report import pictures
-from jinja2 import Environment, FileSystemLoader, StrictUndefined, Template
 
 from isethdr_core.cli.progress import track
 from isethdr_core.cli.terminal import duration
 from isethdr_core.display import display_view
 from isethdr_core.storage.atomic_write import write_text
 
+from ..html_template import html_template
 from .generate import Generated
 from .record import SceneRecord, folder_of
 from .runtime_estimate import runtime_estimate
@@ -73,7 +72,7 @@ def page(dataset: Generated, looks: Sequence[Look]) -> str:
     dataset : definition and records of the dataset.
     looks : looks of the scenes that are made.
     """
-    return _template().render(
+    return html_template(TEMPLATES, "dataset.html").render(
         definition=dataset.definition,
         recipe=dataset.definition.recipe,
         made=len(dataset.made),
@@ -161,15 +160,3 @@ def _histograms(looks: Sequence[Look]) -> list[tuple[str, list[tuple[str, float]
         row = zip(DECADES[first:last], share[first:last], strict=True)
         rows.append((group, [(f"{low:g}", float(s)) for low, s in row]))
     return rows
-
-
-@cache
-def _template() -> Template:
-    environment = Environment(
-        loader=FileSystemLoader(TEMPLATES),
-        autoescape=True,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
-    return environment.get_template("dataset.html")

@@ -9,13 +9,11 @@ import io
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import asdict, dataclass, fields
-from functools import cache
 from pathlib import Path
-
-from jinja2 import Environment, FileSystemLoader, StrictUndefined, Template
 
 from isethdr_core.storage.atomic_write import write_text
 
+from ...html_template import html_template
 from ..generate import Generated
 from ..record import folder_of
 from .cameras import Imaged
@@ -76,7 +74,7 @@ def page(dataset: Generated, imaged: Imaged, tables: Tables, overrides: Sequence
     tables : tables of these scores.
     overrides : overrides of the command.
     """
-    return _template().render(
+    return html_template(TEMPLATES, "scores.html").render(
         definition=dataset.definition,
         scenes=len(imaged.shots),
         roads=len({shot.road for shot in imaged.shots}),
@@ -152,15 +150,3 @@ def csv_text(head: Sequence[str], rows: Iterable[Iterable[object]]) -> str:
     for row in rows:
         writer.writerow("" if isinstance(v, float) and math.isnan(v) else v for v in row)
     return out.getvalue()
-
-
-@cache
-def _template() -> Template:
-    environment = Environment(
-        loader=FileSystemLoader(TEMPLATES),
-        autoescape=True,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
-    return environment.get_template("scores.html")

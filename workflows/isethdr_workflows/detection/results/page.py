@@ -4,13 +4,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
-from functools import cache
 from pathlib import Path
-
-from jinja2 import Environment, FileSystemLoader, StrictUndefined, Template
 
 from ...dataset.record import folder_of
 from ...dataset.study.files import colour_of, shown
+from ...html_template import html_template
 from ..observer.channels import SCALE, count
 from .checks import counted_lines, overstated, too_many
 from .number_text import (
@@ -39,7 +37,7 @@ def page(results: Results, tables: Sequence[Line]) -> str:
     results : results of the study.
     tables : rows of the main tables.
     """
-    return _template().render(
+    return html_template(TEMPLATES, "detection.html").render(
         results=results,
         groups=grouped(tables),
         cameras=[(name, colour_of(k)) for k, name in enumerate(results.cameras)],
@@ -104,15 +102,3 @@ def drawing(results: Results) -> dict[str, object]:
         "height": HEIGHT,
         "margin": MARGIN,
     }
-
-
-@cache
-def _template() -> Template:
-    environment = Environment(
-        loader=FileSystemLoader(TEMPLATES),
-        autoescape=True,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
-    return environment.get_template("detection.html")
