@@ -100,7 +100,8 @@ def of_phase_patterns(frame: Frame) -> Kernels:
     widths = np.diff(frame.edges_nm)[:, 0]
     core = tuple(slice(r - c, r + c + 1) for r, c in zip(frame.reach, frame.core))
     read = scaled_pattern.finer_rings(frame)
-    bands = np.empty((count, *sides), np.float32)
+    # zeros: the errors are computed before the core is filled, and do not count there
+    bands = np.zeros((count, *sides), np.float32)
 
     def exact(band: int) -> np.ndarray:
         grid = wings.Grid(1, frame.pitch_um, frame.core)
