@@ -129,6 +129,16 @@ def test_the_page_says_what_was_not_run(ran, isethdr_home):
     assert text.count("## ") == 2  # the step and, one level lower, its table
 
 
+def test_several_tables_of_a_step_have_titles_of_their_own(ran, isethdr_home, monkeypatch):
+    several = replace(TWO, makes=("experiments/two.md", "experiments/dark.md"))
+    monkeypatch.setattr(results, "STEPS", (ONE, several))
+    (isethdr_home / "experiments").mkdir(parents=True, exist_ok=True)
+    (isethdr_home / "experiments" / "dark.md").write_text("| lux |\n|---|\n")
+    driver.run_steps((ONE, several), print)
+    titles = [line for line in results.page().splitlines() if line.startswith("## ")]
+    assert titles == ["## one", "## two: two", "## two: dark"]
+
+
 def test_a_csv_file_becomes_a_table():
     text = results.table_of("lux,score,value\n0.01,ssim,0.123456\n10,ssim,\n3,ssim,nan\n")
     rows = ["| 0.01 | ssim | 0.123 |", "| 10 | ssim |  |", "| 3 | ssim | – |"]

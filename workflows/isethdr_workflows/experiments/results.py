@@ -50,12 +50,15 @@ def page() -> str:
         numbers = f"{record.minutes:.1f} | {record.load:.1f}"
         lines.append(f"| {step.name} | {commands} | {numbers} | {record.finished} |")
     for step in STEPS:
-        for path in step.makes:
-            if path.endswith(TABLES) and not path.endswith(PAGE) and is_finished(step):
-                text = (home() / path).read_text(encoding="utf-8").strip()
-                text = table_of(text) if path.endswith(".csv") else _lower(text)
-                about = f"{step.about[0].upper()}{step.about[1:]}."
-                lines += ["", f"## {step.name}", "", about, "", *text.splitlines()]
+        if not is_finished(step):
+            continue
+        tables = [p for p in step.makes if p.endswith(TABLES) and not p.endswith(PAGE)]
+        for path in tables:
+            text = (home() / path).read_text(encoding="utf-8").strip()
+            text = table_of(text) if path.endswith(".csv") else _lower(text)
+            about = f"{step.about[0].upper()}{step.about[1:]}."
+            title = step.name if len(tables) == 1 else f"{step.name}: {Path(path).stem}"
+            lines += ["", f"## {title}", "", about, "", *text.splitlines()]
     return "\n".join(_narrow(lines)) + "\n"
 
 
