@@ -8,7 +8,7 @@ All three functions read one home or several (`storage.home_folder.existing_home
 | `conditions`    | the SQL of these conditions                                            |
 | `sql_queries`   | `sql`: queries of the user, which see the records only                 |
 | `one_store`     | `show`: the attributes of one store                                    |
-| `connection`    | the indices of homes in one database, closed to everything else        |
+| `connection`    | a database with the records of homes, which can reach nothing else     |
 """
 
 from .connection import SANDBOX, Homes

@@ -1,4 +1,6 @@
-"""Connections: the indices of homes in one database, with views, and closed to everything else."""
+"""Connections to a database with the records of some homes as views. It can reach no file, no
+network and no extension.
+"""
 
 from __future__ import annotations
 

@@ -12,8 +12,8 @@ from .connection import Homes, homes_of, own_database, reading
 if TYPE_CHECKING:
     import duckdb
 
-# types of statements that a user may type: READING ones change nothing, MAKING ones make tables in
-# memory; others (ATTACH, DETACH, COPY, SET, LOAD, ...) are refused
+# Types of statements that a user may type. Those of READING change nothing, those of MAKING make or
+# change tables in memory. All others (ATTACH, DETACH, COPY, SET, LOAD, ...) are refused.
 READING = ("SELECT", "EXPLAIN")
 MAKING = ("CREATE", "INSERT", "UPDATE", "DELETE", "DROP", "ALTER", "MULTI")
 VIEW_NAMES = ("stores", "shots", "properties", "objects", "scores", "object_scores")

@@ -78,7 +78,7 @@ def newest(kind: str) -> list[dict]:
 
 
 def _busy_s(row: dict[str, float | str]) -> float:
-    """Return the seconds of a stage without its waiting for other programs."""
+    """Return the seconds that a stage took, without the time that it waited for other programs."""
     cpu_s = row.get("cpu_s")  # earlier versions stored none
     return row["seconds"] if cpu_s is None else min(row["seconds"], cpu_s)
 

@@ -221,7 +221,8 @@ class AirlightLamps:
             s = dr.sqrt(rng.next_float32())
             w = rng.next_float32()
             point = mi.Point3f(corner + edge1 * (1 - s) + edge2 * (s * w))
-            # a place on the ray: by the angle at the lamp, or by the transmission up to the place
+            # choose a place on the ray, either by the angle that it makes at the lamp, or by the
+            # transmission of the fog up to it
             angles = Angles(ray, end, point)
             u = 2 * mi.Float((segment.turn + k * OF_PLACE) >> 8) * 2.0**-24
             lost = 1 - self.fog.along(end)

@@ -86,8 +86,8 @@ def turn_rad(start: float, end: float) -> float:
 
 
 def way(start: Pose, end: Pose) -> ReferenceLine:
-    """Return the line from one pose to another: straight line, arc, straight line. If both poses
-    have the same direction, it consists of two arcs.
+    """Return the path from one pose to another: a straight line, an arc and a straight line. If
+    both poses have the same direction, the path consists of two arcs.
 
     Raises
     ------
