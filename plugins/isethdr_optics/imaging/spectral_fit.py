@@ -41,6 +41,9 @@ STEPS = np.stack(np.mgrid[-1:2, -1:2], axis=-1).reshape(-1, 2)
 # bright tiles together, and from single bright tiles
 WORST = (1.7, 3.5, 2.0)
 TOLERATED = FUNCTIONALS  # share of the allowed error that functionals may use, at the worst tile
+# share of the allowed error that the functionals of the near part may use for light from bright
+# tiles. With more, no number of functionals of the far part would be enough.
+NEAR_SHARE = 0.8
 MOST = 12  # largest number of functionals; with more, imaging band by band is as fast
 
 
@@ -141,7 +144,9 @@ def fit(
         )
         return near and Fit(near, None, bright, samples.radii, share, samples.sample_count)
     near, first = fewest(
-        exact_functionals, samples.core.reshape(-1, len(cube)), samples.around_tiles
+        exact_functionals,
+        samples.core.reshape(-1, len(cube)),
+        lambda basis: max(samples.around_tiles(basis), samples.of_bright(basis, None) / NEAR_SHARE),
     )
     if near is None:
         return None
@@ -275,21 +280,33 @@ class _ErrorSamples:
             ).max(initial=0.0)
         )
 
-    def of_bright(self, near: Basis, far: Basis) -> float:
+    def of_bright(self, near: Basis, far: Basis | None) -> float:
         """Return the largest expected error of light from bright tiles, together and single, over
         the noise.
+
+        Parameters
+        ----------
+        near, far : functionals of the two parts of the kernels; far None: no error from there.
         """
-        parts = (self.missed_near, near), (self.beyond, far)
-        missed_light = sum(
-            np.einsum("tsb,sb->tb", self.kernels * part, basis.missed(self.bright))
-            for part, basis in parts
-        )
+        missed_light = self._missed(self.missed_near, near)
+        if far is not None:
+            missed_light = missed_light + self._missed(self.beyond, far)
         of_all_bright = self._share(missed_light @ self.weights.T, self.far_light)
+        largest = WORST[1] * float(of_all_bright.max(initial=0.0))
+        if far is None:
+            return largest
         single = self._share(self._from_single(far.missed(self.single)), self.single_light)
-        return max(
-            WORST[1] * float(of_all_bright.max(initial=0.0)),
-            WORST[2] * float(single.max(initial=0.0)),
-        )
+        return max(largest, WORST[2] * float(single.max(initial=0.0)))
+
+    def _missed(self, part: np.ndarray, basis: Basis) -> np.ndarray:
+        """Return the light (target, band) from bright tiles that a part of the kernels misses.
+
+        Parameters
+        ----------
+        part : (target, source, 1) whether a source sends its light through this part.
+        basis : functionals of the part.
+        """
+        return np.einsum("tsb,sb->tb", self.kernels * part, basis.missed(self.bright))
 
     @property
     def sample_count(self) -> int:

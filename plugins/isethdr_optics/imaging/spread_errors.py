@@ -10,7 +10,7 @@ computed pattern can have the same sign everywhere, and is summed linearly.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -261,8 +261,15 @@ def _shares_beyond_cores(
     sizes: Sequence[CoreSize],
 ) -> list[float]:
     """Return, for each size of the core, the error of the rings beyond it over the noise."""
-    error_kernels = _beyond_cores(kernels_of_field, electron_map, [size.tiles for size in sizes])
-    return [_share_of_noise(electron_map, response, one) for one in error_kernels]
+    if not sizes:
+        return []
+    error_kernels = _error_kernels(kernels_of_field, electron_map.block, electron_map.frame)
+    noise = _noise(electron_map, response, error_kernels)
+    variances = _beyond_cores(kernels_of_field, electron_map, [size.tiles for size in sizes])
+    return [
+        _share_of_noise(electron_map, error_kernels._replace(variance=one), noise)
+        for one in variances
+    ]
 
 
 def noise_share(
@@ -278,29 +285,56 @@ def noise_share(
     electron_map : photoelectron map of the scene, for that sensor.
     response : `isethdr_core.demand.Response` of the sensor.
     """
+    error_kernels = _error_kernels(kernels_of_field, electron_map.block, electron_map.frame)
     return _share_of_noise(
-        electron_map,
-        response,
-        _error_kernels(kernels_of_field, electron_map.block, electron_map.frame),
+        electron_map, error_kernels, _noise(electron_map, response, error_kernels)
     )
 
 
-def _share_of_noise(
+class _Noise(NamedTuple):
+    """Noise of the blocks of one channel that are not saturated."""
+
+    lit: np.ndarray  # (y, x) mask of blocks that are not saturated
+    noise_e: np.ndarray  # (block,) a lower bound
+    bound: np.ndarray  # (block,) error from the period of the computed pattern, over the noise
+
+
+def _noise(
     electron_map: PhotoelectronMap, response: Response, error_kernels: _ErrorKernels
+) -> list[_Noise]:
+    """Return the noise of each row of the map."""
+    found = []
+    for total, least in zip(electron_map.sums, electron_map.least):
+        bound = _convolved_with_bound(total, error_kernels.wrapped)
+        # a lower bound on the light, because `light` leaves out the kernel near its axis
+        least = least + _convolved(total, error_kernels.light)
+        lit = least < response.full_scale_e
+        noise_e = np.sqrt(max(response.read_noise_e, 1.0) ** 2 + least)[lit]
+        found.append(_Noise(lit, noise_e, bound[lit] / noise_e))
+    return found
+
+
+def _share_of_noise(
+    electron_map: PhotoelectronMap, error_kernels: _ErrorKernels, noise: Sequence[_Noise]
 ) -> float:
+    """Return the 99th percentile of the blocks' errors over their noise, the largest of all rows.
+
+    Parameters
+    ----------
+    electron_map : photoelectron map of the scene.
+    error_kernels : kernels of the errors.
+    noise : noise of each row of the map.
+    """
     shares = [0.0]
-    for row, total, least in zip(electron_map.weights, electron_map.sums, electron_map.least):
+    for row, row_noise in zip(electron_map.weights, noise):
+        if not row_noise.lit.any():
+            continue
         deviation = _convolved_with_bound(
             np.tensordot((row * error_kernels.bands) ** 2, electron_map.squares, 1),
             error_kernels.variance,
         )
-        bound = _convolved_with_bound(total, error_kernels.wrapped)
-        # a lower bound on the light, because `light` leaves out the kernel near its axis
-        least = least + _convolved(total, error_kernels.light)
-        noise = np.sqrt(max(response.read_noise_e, 1.0) ** 2 + least)
-        lit = least < response.full_scale_e
-        if lit.any():
-            shares.append(within((bound / noise)[lit], (np.sqrt(deviation) / noise)[lit]))
+        deviation_share = np.sqrt(deviation[row_noise.lit]) / row_noise.noise_e
+        shares.append(within(row_noise.bound, deviation_share))
     return max(shares)
 
 
@@ -314,9 +348,9 @@ class _ErrorKernels(NamedTuple):
 
 
 def _error_kernels(kernels_of_field: Kernels, block: int, frame: tuple[int, int]) -> _ErrorKernels:
-    """Return the error kernels. They are cached in the kernels, which never change."""
-    cache = kernels_of_field.__dict__.setdefault("_error_kernels", {})
-    if (block, frame) not in cache:
+    """Return the error kernels between blocks of a frame."""
+
+    def make() -> _ErrorKernels:
         worst, bands = _worst(kernels_of_field)
         kernel = np.asarray(kernels_of_field.bands[worst], np.float32)
         variance = _squares(kernels_of_field, kernel, worst)
@@ -334,31 +368,43 @@ def _error_kernels(kernels_of_field: Kernels, block: int, frame: tuple[int, int]
             tiles = np.maximum(np.abs(y)[:, None], np.abs(x))
             wrapped[tiles <= kernels_of_field.wide.tiles] = 0.0
         parts = (_in_blocks(part, block, frame) for part in (variance, wrapped, light))
-        cache[block, frame] = _ErrorKernels(bands, *parts)
-    return cache[block, frame]
+        return _ErrorKernels(bands, *parts)
+
+    return kernels_of_field.kept(("errors", block, frame), make)
 
 
 def _beyond_cores(
     kernels_of_field: Kernels, electron_map: PhotoelectronMap, sizes: Sequence[int]
-) -> Iterator[_ErrorKernels]:
-    """Yield the error kernels with an exact core of each of `sizes` tiles, in rising order."""
-    error_kernels = _error_kernels(kernels_of_field, electron_map.block, electron_map.frame)
-    worst, _ = _worst(kernels_of_field)
-    variance = _squares(
-        kernels_of_field, np.asarray(kernels_of_field.bands[worst], np.float32), worst
-    )
-    for tiles in sizes:
-        middle = [n // 2 for n in variance.shape]
-        variance[tuple(slice(max(m - tiles, 0), m + tiles + 1) for m in middle)] = 0.0
-        yield error_kernels._replace(
-            variance=_in_blocks(variance, electron_map.block, electron_map.frame)
+) -> list[Kernel]:
+    """Return the variances of the errors beyond an exact core of each of `sizes` tiles, in rising
+    order.
+    """
+
+    def make() -> list[Kernel]:
+        worst, _ = _worst(kernels_of_field)
+        variance = _squares(
+            kernels_of_field, np.asarray(kernels_of_field.bands[worst], np.float32), worst
         )
+        found = []
+        for tiles in sizes:
+            middle = [n // 2 for n in variance.shape]
+            variance[tuple(slice(max(m - tiles, 0), m + tiles + 1) for m in middle)] = 0.0
+            found.append(_in_blocks(variance, electron_map.block, electron_map.frame))
+        return found
+
+    key = "beyond cores", electron_map.block, electron_map.frame, tuple(sizes)
+    return kernels_of_field.kept(key, make)
 
 
 def _worst(kernels_of_field: Kernels) -> tuple[int, np.ndarray]:
     """Return the index of the band with the largest errors, and the error of every band relative to
     it.
     """
+    return kernels_of_field.kept("worst band", lambda: _compared_bands(kernels_of_field))
+
+
+def _compared_bands(kernels_of_field: Kernels) -> tuple[int, np.ndarray]:
+    """Compute the result of `_worst`."""
     points, steps, first = kernels_of_field.sampled
     offsets = [np.arange(n) - n // 2 for n in kernels_of_field.bands[0].shape]
     y, x = (a[f::s] for a, f, s in zip(offsets, first, steps))

@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import is_dataclass, replace
+from functools import lru_cache
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -124,8 +125,14 @@ def wavelengths_of_phase(
     blur = pupil_size.blur_um(lens, middle)
     dense = np.interp(min(pitch_um) / blur, DENSE_WIDTHS, DENSE_GAUSS)
     count = int(np.ceil(dense * (moved / blur + phase_rad))) + MORE_GAUSS
-    place, weight = np.polynomial.legendre.leggauss(count)
+    place, weight = _gauss_rule(count)
     return Wavelengths(middle + place * width / 2, weight / 2)
+
+
+@lru_cache(maxsize=256)
+def _gauss_rule(count: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return the nodes and weights of Gauss's rule with `count` nodes on -1 to 1."""
+    return np.polynomial.legendre.leggauss(count)
 
 
 def is_closed_form(lens: PupilOptics, flares: Sequence[Flare]) -> bool:

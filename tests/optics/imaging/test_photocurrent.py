@@ -221,6 +221,24 @@ def test_light_that_no_few_functionals_tell_goes_band_by_band(monkeypatch):
     np.testing.assert_array_equal(light.values, LENS(mixed, FLARES).values)
 
 
+def test_near_functionals_leave_room_for_those_of_the_far_part(monkeypatch):
+    """Functionals of the near part that use the whole allowed error would make those of the far
+    part fail in any number.
+    """
+    large(monkeypatch)
+    sensor = build("sensor", "bayer", pitch_um=3.0)
+    allowed = spectral_fit.TOLERATED * response(sensor).noise_fraction_allowed
+
+    def of_bright(self, near, far):
+        of_near = 0.95 if len(near.project) < 8 else 0.5
+        return allowed * (of_near + (0.1 if far else 0.0))
+
+    monkeypatch.setattr(spectral_fit._ErrorSamples, "of_bright", of_bright)
+    _, _, row = compare(sensor, night(shape=(150, 180)))
+    (note,) = [e for e in row.errors if "functionals" in e.label]
+    assert note.label.startswith("8 (and 3 far from a lamp)")
+
+
 def test_a_frame_too_small_for_functionals_goes_band_by_band(monkeypatch):
     monkeypatch.setattr(planning, "WORTH", night().size + 1)
     assert (

@@ -234,6 +234,28 @@ def test_rings_are_made_finer_where_a_wider_core_takes_longer(monkeypatch):
     assert spread_errors._finer_rings(usual, before, seen, limited, sizes) is None
 
 
+def test_what_follows_from_kernels_alone_is_computed_once(monkeypatch):
+    """A second image with the same kernels needs no errors of kernels again."""
+    response = build("sensor", "bayer").narrow(Demand()).response
+    lens, mixed = street()
+    usual = made_kernels(KernelRequest(lens, DIRT, BANDS, (10.0, 10.0), (33, 49)))
+    calls = []
+    deviation = spread_errors._deviation
+    monkeypatch.setattr(spread_errors, "_deviation", lambda *a: calls.append(1) or deviation(*a))
+
+    def shares(light):
+        seen = photoelectron_map.map_photoelectrons(lens, light, 1.0, response)
+        sizes = kernels.wider_cores(usual)
+        beyond = spread_errors._shares_beyond_cores(usual, seen, response, sizes)
+        return [spread_errors.noise_share(usual, seen, response), *beyond]
+
+    first = shares(mixed)
+    assert len(first) > 2 and calls
+    calls.clear()
+    brighter = shares(mixed.copy(data=10 * mixed.values))
+    assert not calls and brighter != first
+
+
 @pytest.mark.slow
 def test_kernels_from_one_pattern_get_a_wider_exact_core(monkeypatch):
     """Choose the smallest core that is enough; where none is, a core that is quick, or none."""

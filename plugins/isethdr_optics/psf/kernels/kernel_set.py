@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Hashable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import NamedTuple
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 
@@ -18,6 +18,8 @@ from ..scaled_pattern import Frame
 # largest memory of the transforms of one lens's kernels that are not mapped from disk
 SPECTRA_BYTES = 1 << 30
 SAMPLED = 64  # number of sample points of a kernel along each axis, for estimates
+
+T = TypeVar("T")  # type of a result that kernels keep
 
 
 class Wide(NamedTuple):
@@ -111,6 +113,24 @@ class Kernels:
         if self.spectra:
             return self.spectra.kernels[band]
         return convolution.prepare(self.bands[band], [n // 2 + 1 for n in self.bands[band].shape])
+
+    def kept(self, key: Hashable, make: Callable[[], T]) -> T:
+        """Return make(), or the result of an earlier call with the same key. Kernels never change,
+        so that what follows from them alone is computed once.
+
+        Parameters
+        ----------
+        key : name of the result.
+        make : function without parameters that computes it.
+        """
+        if key not in self._results:
+            self._results[key] = make()
+        return self._results[key]
+
+    @cached_property
+    def _results(self) -> dict[Hashable, Any]:
+        """Results of `kept`."""
+        return {}
 
     @property
     def held_bytes(self) -> int:
