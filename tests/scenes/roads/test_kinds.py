@@ -99,6 +99,25 @@ def test_way_ends_at_its_pose(aside):
     assert not line.gaps(1e-9, 1e-9)
 
 
+@pytest.mark.parametrize("turn", (0.0, 1e-4, -0.05, 0.05, 0.25))
+@pytest.mark.parametrize("aside", (-3.0, -0.2, 0.2, 3.0))
+def test_movement_straight_on_may_lead_to_the_side(aside, turn):
+    """Roads that are almost in line, with lanes that are not: the straight lines through the lanes
+    often meet before the start or beyond the end.
+    """
+    start = Pose(0.0, 0.0, 0.0)
+    end = Pose(20.0, aside, turn)
+    line = way(start, end)
+    x, y, heading, _ = line.at(line.length_m)
+    assert (x, y, heading) == pytest.approx(end, abs=1e-9)
+    assert not line.gaps(1e-9, 1e-9)
+    # not much longer than the chord, and without a loop
+    assert line.length_m < 1.05 * np.hypot(20.0, aside)
+    for end in (Pose(-20.0, aside, turn), Pose(0.5, 10 * aside, turn), Pose(20.0, -9.0, 1.5)):
+        with pytest.raises(ConfigError, match="cannot be built"):
+            way(start, end)
+
+
 def test_parabola_joins_the_grades():
     heights = grades([0.05, -0.03], [Vertex(100.0, 1000.0)])
     assert heights.slope([59.9, 140.1]) == pytest.approx([0.05, -0.03])

@@ -21,6 +21,8 @@ from ..reference_line import ReferenceLine, Stretch
 from ..road import End, Lane, LaneSection, Link, Mark, Road
 
 STRAIGHT_RAD = 0.3  # a movement that turns less counts as straight on
+PARALLEL_RAD = 1e-6  # directions that differ by less are parallel
+MOST_TURN_RAD = np.pi / 2  # largest turn of one of the two arcs of a movement straight on
 TINY_M = 1e-6
 
 
@@ -86,13 +88,15 @@ def turn_rad(start: float, end: float) -> float:
 
 
 def way(start: Pose, end: Pose) -> ReferenceLine:
-    """Return the path from one pose to another: a straight line, an arc and a straight line. If
-    both poses have the same direction, the path consists of two arcs.
+    """Return the path from one pose to another: a straight line, an arc and a straight line. A
+    movement straight on consists of two arcs if the straight lines through its poses do not meet
+    between them.
 
     Raises
     ------
-    ConfigError : the straight lines through the poses do not meet ahead of the start and before the
-        end.
+    ConfigError : the straight lines through the poses of a turn do not meet ahead of the start and
+        before the end, or the end of a movement straight on lies far to the side or behind the
+        start.
     """
     turn = turn_rad(start.heading_rad, end.heading_rad)
     dx = end.x_m - start.x_m
@@ -101,37 +105,71 @@ def way(start: Pose, end: Pose) -> ReferenceLine:
     sin = np.sin(start.heading_rad)
     ahead = dx * cos + dy * sin
     aside = dy * cos - dx * sin
-    if abs(turn) < 1e-6:
-        stretches = _shift(ahead, aside)
-    else:
-        # distances from the start and from the end to the point where both straight lines meet
-        second = aside / np.sin(turn)
-        first = ahead - second * np.cos(turn)
-        # the arc is as wide as possible: it begins or ends at the nearer of the two poses
-        tangent = min(first, second)
-        if tangent <= 0:
-            raise ConfigError(
-                "a junction cannot be built: two of its roads end beyond the point where their"
-                " lanes meet; expected roads that end before it; type another scene.seed"
-            )
-        curvature = np.tan(abs(turn) / 2) / tangent * np.sign(turn)
-        stretches = [Stretch(first - tangent), Stretch(abs(turn / curvature), curvature)]
-        stretches.append(Stretch(second - tangent))
+    stretches = _line_and_arc(ahead, aside, turn) if abs(turn) >= PARALLEL_RAD else None
+    if stretches is None and abs(turn) < STRAIGHT_RAD:
+        stretches = _two_arcs(ahead, aside, turn)
+    if stretches is None:
+        raise ConfigError(
+            "a junction cannot be built: two of its roads end beyond the point where their"
+            " lanes meet; expected roads that end before it; type another scene.seed"
+        )
     kept = [s for s in stretches if s.length_m > TINY_M]
     return ReferenceLine.of(*start, kept)
 
 
-def _shift(ahead: float, aside: float) -> list[Stretch]:
-    """Return two arcs that lead `ahead` and `aside`, m, and end in the direction of the start.
+def _line_and_arc(ahead: float, aside: float, turn: float) -> list[Stretch] | None:
+    """Return a straight line, an arc and a straight line; None if the straight lines do not meet
+    ahead of the start and before the end.
 
-    Both have the same radius and turn by the same angle, in opposite directions. They meet half
-    way.
+    Parameters
+    ----------
+    ahead, aside : place of the end from the start, m, along its direction and to the left of it.
+    turn : direction of the end from that of the start, rad; not 0.
     """
-    if abs(aside) < TINY_M:
+    # distances from the start and from the end to the point where both straight lines meet
+    second = aside / np.sin(turn)
+    first = ahead - second * np.cos(turn)
+    # the arc is as wide as possible: it begins or ends at the nearer of the two poses
+    tangent = min(first, second)
+    if tangent <= 0:
+        return None
+    curvature = np.tan(abs(turn) / 2) / tangent * np.sign(turn)
+    arc = Stretch(abs(turn / curvature), curvature)
+    return [Stretch(first - tangent), arc, Stretch(second - tangent)]
+
+
+def _two_arcs(ahead: float, aside: float, turn: float) -> list[Stretch] | None:
+    """Return two arcs with one tangent where they meet (a biarc with control points at equal
+    distances from both ends). Return None if the end does not lie ahead of the start, or if an
+    arc would turn by more than `MOST_TURN_RAD`.
+
+    Parameters
+    ----------
+    ahead, aside, turn : as in `_line_and_arc`; the turn may be 0.
+    """
+    if abs(aside) < TINY_M and abs(turn) < PARALLEL_RAD:
         return [Stretch(ahead)]
-    angle = 2 * np.arctan2(abs(aside), ahead)
-    curvature = np.sign(aside) * 4 * abs(aside) / (ahead**2 + aside**2)
-    return [Stretch(angle / abs(curvature), curvature), Stretch(angle / abs(curvature), -curvature)]
+    if ahead <= 0:
+        return None
+    end = complex(ahead, aside)
+    direction = complex(np.cos(turn), np.sin(turn))
+    # distance d of the control points: |end - d (1 + direction)| = 2 d. This form of the root has
+    # no difference of nearly equal numbers if the ends are almost parallel.
+    along = 2 * (end * (1 + direction).conjugate()).real
+    square = abs(end) ** 2
+    root = np.sqrt(along**2 + 8 * (1 - direction.real) * square)
+    distance = 2 * square / (along + root)
+    middle = (end + distance * (1 - direction)) / 2
+    first = float(np.angle(middle))  # an arc turns by twice the angle of its chord
+    second = turn_rad(2 * first, float(np.angle(end - middle)))
+    if 2 * max(abs(first), abs(second)) > MOST_TURN_RAD:
+        return None
+    return [_arc(abs(middle), first), _arc(abs(end - middle), second)]
+
+
+def _arc(chord_m: float, angle: float) -> Stretch:
+    """Return the arc with a chord of `chord_m` at `angle`, rad, to its direction at the start."""
+    return Stretch(chord_m / np.sinc(angle / np.pi), 2 * np.sin(angle) / chord_m)
 
 
 @dataclass(frozen=True)
