@@ -9,13 +9,24 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import shapely
-from isethdr_scenes.geometry.mesh.cutting import REACH_M, cut, polygon, subdivide
+from isethdr_scenes.geometry.mesh.cutting import (
+    REACH_M,
+    Within,
+    cut,
+    halves,
+    inside_of,
+    outside_of,
+    polygon,
+    subdivide,
+)
 from isethdr_scenes.geometry.mesh.implicit import Field, blend, cone, skin_of
 from isethdr_scenes.geometry.mesh.piece import (
     Assembly,
     compact,
     cross,
+    extent_of,
     face_areas,
+    greatest,
     join,
     mirrored,
     pose,
@@ -153,6 +164,58 @@ def test_cut_along_a_linear_field_is_exact():
     assert below.vertices[:, 2].max() == pytest.approx(0.2, abs=1e-12)
     assert area(below) == pytest.approx(1 + 4 * 0.7, rel=ROUNDING)
     assert area(above) == pytest.approx(1 + 4 * 0.3, rel=ROUNDING)
+
+
+def same_mesh(one, other):
+    pairs = (
+        (one.vertices, other.vertices),
+        (one.faces, other.faces),
+        (one.normals, other.normals),
+    )
+    return all(np.array_equal(a, b) for a, b in pairs)
+
+
+def test_a_single_side_of_a_cut_equals_that_of_the_whole_cut():
+    sphere = ball(n=12)
+    value = sphere.vertices @ [0.6, 0.3, 0.2] - 0.1
+    inside, outside, _ = cut(sphere, value)
+    assert all(map(same_mesh, halves(sphere, value), (inside, outside)))
+    assert same_mesh(inside_of(sphere, value), inside)
+    assert same_mesh(outside_of(sphere, value), outside)
+    assert not same_mesh(inside, outside)
+
+
+def test_distances_are_left_out_only_where_they_change_no_cut():
+    """The faces of the sheet are 0.3 m wide, which is longer than the ends of the region."""
+    x, y = np.meshgrid(np.linspace(-3, 3, 21), np.linspace(-3, 3, 21), indexing="ij")
+    sheet = grid(np.stack([x, y, 0 * x], -1))
+    x, y, _ = sheet.vertices.T
+    outline = polygon([(-0.5, -0.4), (0.7, -0.3), (0.1, 0.6)], 0.05)
+    for grow_m in (0.0, 0.1):
+        beside = 0.2 - x
+        everywhere = outline(x, y)
+        near = outline(x, y, Within(sheet.faces, beside, grow_m))
+        whole = cut(sheet, np.maximum(everywhere, beside) - grow_m)
+        fast = cut(sheet, np.maximum(near, beside) - grow_m)
+        assert all(map(same_mesh, fast[:2], whole[:2])) and np.array_equal(fast[2], whole[2])
+        assert len(fast[0].faces) > 4
+        # many distances that are smaller than the reach were not computed
+        assert ((near == REACH_M) & (everywhere < REACH_M)).sum() > 50
+
+
+def test_extents_and_maxima_are_those_of_numpy():
+    v = np.random.default_rng(4).normal(size=(50, 3))
+    assert np.array_equal(extent_of(v), [v.min(0), v.max(0)])
+    assert np.array_equal(greatest(*v.T), v.max(1))
+
+
+def test_a_tube_follows_the_central_differences_of_its_path():
+    path = np.random.default_rng(5).normal(size=(6, 3))
+    rings = tube(path, 0.1, sides=5, caps=False).vertices.reshape(6, 5, 3)
+    slopes = np.gradient(path, axis=0)
+    # each ring lies in the plane through its point that is perpendicular to the slope
+    off_plane = ((rings - path[:, None]) * unit(slopes)[:, None]).sum(-1)
+    assert np.abs(off_plane).max() < ROUNDING
 
 
 def test_polygon_is_a_signed_distance():

@@ -7,8 +7,16 @@ import pytest
 from isethdr_scenes import things
 from isethdr_scenes.things.detail import extent_m
 from isethdr_scenes.things.people import families as people
-from isethdr_scenes.things.people.body import ANKLE_M, Body
-from isethdr_scenes.things.people.mounted import BALL_M, PALM_M, seated
+from isethdr_scenes.things.people.body import ANKLE_M, Body, spine
+from isethdr_scenes.things.people.mounted import (
+    BALL_M,
+    LEANS_DEG,
+    PALM_M,
+    SEATED_M,
+    SLIDES_M,
+    STRETCHED,
+    seated,
+)
 from isethdr_scenes.things.registry import RIDDEN
 from isethdr_scenes.things.riding import RidingPosition
 
@@ -62,6 +70,28 @@ def test_hands_and_feet_reach_and_bones_keep_their_lengths(height):
                 assert apart == pytest.approx(length, rel=2e-3)
         over = at["pelvis"] - position.saddle
         assert 0.05 < over[2] < 0.15 and abs(over[1]) < 1e-9
+
+
+def test_riders_slide_and_lean_as_little_as_they_must():
+    """Compare with a search that computes the back for each slide and lean in turn."""
+    leans = set()
+    for position in positions():
+        body, at = seated(Body(height_m=1.7, stoop_deg=4.0), position)
+        arm = STRETCHED * (body.upper_arm_m + body.forearm_m + PALM_M * body.scale)
+        saddle = np.array(position.saddle) + [0.0, 0.0, SEATED_M * body.scale * body.girth]
+        tried = (
+            (lean, spine(body, saddle + [slide, 0.0, 0.0], float(np.radians(lean))))
+            for slide in SLIDES_M
+            for lean in LEANS_DEG
+        )
+        lean, expected = next(
+            (lean, back)
+            for lean, back in tried
+            if np.linalg.norm(np.array(position.grips[0]) - back["shoulder_l"]) <= arm
+        )
+        leans.add(lean)
+        assert all(np.array_equal(at[name], joint) for name, joint in expected.items())
+    assert len(leans) > 2
 
 
 def test_the_mesh_of_a_rider_touches_grips_and_pedals():

@@ -10,9 +10,10 @@ import numpy as np
 import pytest
 import shapely
 from isethdr_scenes import things
-from isethdr_scenes.geometry.mesh.piece import face_areas
+from isethdr_scenes.geometry.mesh.piece import Assembly, Piece, face_areas, lit, shift
+from isethdr_scenes.geometry.mesh.primitives import box
 from isethdr_scenes.materials import MATERIALS
-from isethdr_scenes.things.detail import extent_m
+from isethdr_scenes.things.detail import centred, clean, coarser, extent_m, finished
 from isethdr_scenes.things.fleets import ALIKE, PIXELS, fleet, likeness, silhouettes
 from PIL import Image, ImageDraw
 
@@ -130,6 +131,27 @@ def test_a_far_car_is_coarser_and_has_the_extent_and_the_lamps_of_a_near_one():
             # 2 mm: both are centred by their own extents
             assert part.vertices == pytest.approx(expected, abs=2e-3), part.name
             assert np.array_equal(part.faces, lamps[part.name].faces)
+
+
+@pytest.mark.parametrize("cell_m", [None, 0.05])
+def test_finishing_equals_its_three_steps(cell_m):
+    sliver = Piece("sliver", np.eye(3) * [1, 0, 0], np.array([[0, 1, 2]]), normals=np.eye(3))
+    made = Assembly("made").add(
+        sliver,
+        *lit(box((0.5, 0.1, 0.3), (0.1, 0.2, 0.1), "lamp", r=0.02), "low_beam", (1, 0, 0)),
+        box((0.2, 0.3, 0.4), (0.9, 0.7, 0.5), "body", r=0.1),
+        box((0.2, 0.3, 0.4), (0.3, 0.2, 0.2), "seat").moved(shift(0.1, 0.0, 0.2)),
+    )
+    expected = centred(clean(made))
+    if cell_m is not None:
+        expected = coarser(expected, cell_m)
+    found = finished(made, cell_m)
+    assert [part.name for part in found.parts] == [part.name for part in expected.parts]
+    assert "sliver" not in {part.name for part in found.parts}
+    for one, other in zip(found.parts, expected.parts, strict=True):
+        assert np.array_equal(one.vertices, other.vertices)
+        assert np.array_equal(one.faces, other.faces)
+        assert np.array_equal(one.normals, other.normals)
 
 
 @pytest.mark.slow

@@ -86,9 +86,15 @@ class Profile:
 
     def at(self, s_m: ArrayLike) -> Floats:
         """Return the values at `s_m`, in its shape."""
+        if not self.pieces:
+            return np.zeros(np.shape(s_m))
+        if len(self.pieces) == 1:
+            start, a, b, c, d = self.pieces[0]
+            ds = np.asarray(s_m, float) - start
+            return np.asarray(a + ds * (b + ds * (c + ds * d)))
         ds, piece = self._pieces_at(s_m)
-        a, b, c, d = np.moveaxis(piece[..., 1:], -1, 0)
-        return np.asarray(a + ds * (b + ds * (c + ds * d)))
+        cubic = piece[..., 3] + ds * piece[..., 4]
+        return np.asarray(piece[..., 1] + ds * (piece[..., 2] + ds * cubic))
 
     def slope(self, s_m: ArrayLike) -> Floats:
         """Return the derivative by s at `s_m`."""

@@ -188,9 +188,16 @@ class ReferenceLine:
     def at(self, s_m: ArrayLike) -> Plan:
         """Return the places at `s_m`; outside the line its first and last records continue."""
         s = np.asarray(s_m, float)
-        starts = np.array([r.start_m for r in self.records])
+        starts = self._starts
         which = np.maximum(np.searchsorted(starts, s, side="right") - 1, 0)
+        first = int(which.min(initial=len(starts)))
         out = np.empty((4, *s.shape))
+        if first == which.max(initial=0):  # all places are on one record
+            for row, values in zip(
+                out.reshape(4, -1), self.records[first].at(s.ravel() - starts[first])
+            ):
+                row[...] = values
+            return Plan(*out)
         for k in np.unique(which):
             here = which == k
             out[:, here] = self.records[k].at(s[here] - starts[k])
@@ -201,6 +208,10 @@ class ReferenceLine:
         s, t = np.broadcast_arrays(np.asarray(s_m, float), np.asarray(t_m, float))
         x, y, heading, _ = self.at(s)
         return np.stack([x - t * np.sin(heading), y + t * np.cos(heading)], -1)
+
+    @cached_property
+    def _starts(self) -> Floats:
+        return np.array([r.start_m for r in self.records])
 
     @cached_property
     def _samples(self) -> tuple[Floats, cKDTree]:

@@ -7,18 +7,20 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..geometry.mesh.piece import Assembly, Piece, face_sizes
+from ..geometry.mesh.piece import Assembly, Piece, extent_of, face_sizes, squared_length
 
 LEAST_FACE_M2 = 1e-10  # least area of a face; smaller ones are slivers of cuts, never visible
 MOST_IN_TABLE = 4_000_000  # largest number of possible keys that are numbered by a table
+
+MOST_IN_KEY = 1_600_000  # largest number of vertices of which an int64 encodes three
 
 
 def clean(model: Assembly) -> Assembly:
     """Return a copy without faces that have no area."""
     if not model.parts:
         return Assembly(model.name)
-    joined = _joined(model.parts)
-    return _without_slivers(model.name, model.parts, joined)
+    solid = _without_slivers(_joined(model.parts))
+    return Assembly(model.name).add(*solid.apart(model.parts))
 
 
 class _Joined(NamedTuple):
@@ -29,6 +31,18 @@ class _Joined(NamedTuple):
     normals: np.ndarray | None  # (n, 3), 0 in parts without normals; None: no part has normals
     vertex_ends: np.ndarray  # (parts + 1,) first vertex of each part, and the end of the last part
     face_ends: np.ndarray  # (parts + 1,) the same of faces
+
+    def beginning(self, count: int) -> _Joined:
+        """Return the meshes of the first `count` parts as one."""
+        vertex_ends = self.vertex_ends[: count + 1]
+        face_ends = self.face_ends[: count + 1]
+        return _Joined(
+            self.vertices[: vertex_ends[-1]],
+            self.faces[: face_ends[-1]],
+            None if self.normals is None else self.normals[: vertex_ends[-1]],
+            vertex_ends,
+            face_ends,
+        )
 
     def apart(self, parts: Sequence[Piece]) -> list[Piece]:
         """Return the meshes as separate parts, with names, materials and lamps of `parts`."""
@@ -62,16 +76,9 @@ def _joined(parts: Sequence[Piece]) -> _Joined:
     )
 
 
-def _without_slivers(name: str, parts: Sequence[Piece], joined: _Joined) -> Assembly:
-    """Return the parts without faces that have no area, and without vertices that no face uses.
-
-    Parameters
-    ----------
-    name : name of the assembly.
-    parts : parts that give names, materials and lamps.
-    joined : their meshes as one.
-    """
-    size = face_sizes(Piece(name, joined.vertices, joined.faces))
+def _without_slivers(joined: _Joined) -> _Joined:
+    """Return meshes without faces that have no area, and without vertices that no face uses."""
+    size = face_sizes(Piece("joined", joined.vertices, joined.faces))
     solid = size > LEAST_FACE_M2
     whole = bool(solid.all())
     faces = joined.faces if whole else joined.faces.compress(solid, 0)
@@ -79,16 +86,14 @@ def _without_slivers(name: str, parts: Sequence[Piece], joined: _Joined) -> Asse
     used = np.zeros(len(joined.vertices), bool)
     used[faces] = True
     if used.all():
-        kept = joined._replace(faces=faces, face_ends=face_ends)
-    else:
-        kept = _Joined(
-            joined.vertices.compress(used, 0),
-            (np.cumsum(used) - 1).take(faces),
-            None if joined.normals is None else joined.normals.compress(used, 0),
-            _ends_of(used, joined.vertex_ends),
-            face_ends,
-        )
-    return Assembly(name).add(*kept.apart(parts))
+        return joined._replace(faces=faces, face_ends=face_ends)
+    return _Joined(
+        joined.vertices.compress(used, 0),
+        (np.cumsum(used) - 1).take(faces),
+        None if joined.normals is None else joined.normals.compress(used, 0),
+        _ends_of(used, joined.vertex_ends),
+        face_ends,
+    )
 
 
 def _ends_of(kept: np.ndarray, ends: np.ndarray) -> np.ndarray:
@@ -102,11 +107,32 @@ def _ends_of(kept: np.ndarray, ends: np.ndarray) -> np.ndarray:
     return np.append(0, np.cumsum(kept)).take(ends)
 
 
+def finished(model: Assembly, cell_m: float | None = None) -> Assembly:
+    """Return a copy that is cleaned, centred, and coarser if a cell is given.
+
+    The result is that of `clean`, `centred` and `coarser`, which would join all parts three times.
+
+    Parameters
+    ----------
+    model : the assembly.
+    cell_m : width of the cells in which vertices are merged, m; None: all vertices stay.
+    """
+    parts = model.parts
+    dark = [part for part in parts if part.lamp is None]
+    if cell_m is not None:  # dark parts first, so that their meshes are the beginning of the whole
+        parts = dark + [part for part in parts if part.lamp is not None]
+    whole = _without_slivers(_joined(parts))
+    whole = whole._replace(vertices=whole.vertices - _middle_m(whole.vertices))
+    if cell_m is None:
+        return Assembly(model.name).add(*whole.apart(parts))
+    merged = _merged(whole.beginning(len(dark)), cell_m)
+    lit = whole.apart(parts)[len(dark) :]
+    return Assembly(model.name).add(*merged.apart(dark), *lit)
+
+
 def centred(model: Assembly) -> Assembly:
     """Return a copy with its extent centred in x and y."""
-    low, high = extent_m(model)
-    middle = (low + high) / 2
-    middle[2] = 0.0
+    middle = _middle_m(np.concatenate([part.vertices for part in model.parts]))
     parts = [
         Piece(p.name, p.vertices - middle, p.faces, p.material, p.normals, p.lamp)
         for p in model.parts
@@ -114,10 +140,17 @@ def centred(model: Assembly) -> Assembly:
     return Assembly(model.name, parts)
 
 
+def _middle_m(vertices: np.ndarray) -> np.ndarray:
+    """Return the middle (3,) in x and y of the extent of vertices (n, 3), at z = 0, m."""
+    low, high = extent_of(vertices)
+    middle = (low + high) / 2
+    middle[2] = 0.0
+    return middle
+
+
 def extent_m(model: Assembly) -> tuple[np.ndarray, np.ndarray]:
     """Return the least and the largest x, y, z of all vertices, m."""
-    v = np.concatenate([part.vertices for part in model.parts])
-    return v.min(0), v.max(0)
+    return extent_of(np.concatenate([part.vertices for part in model.parts]))
 
 
 def coarser(model: Assembly, cell_m: float) -> Assembly:
@@ -128,10 +161,14 @@ def coarser(model: Assembly, cell_m: float) -> Assembly:
     """
     dark = [part for part in model.parts if part.lamp is None]
     lit = [part for part in model.parts if part.lamp is not None]
-    joined = _joined(dark)
+    merged = _merged(_joined(dark), cell_m)
+    return Assembly(model.name).add(*merged.apart(dark), *lit)
+
+
+def _merged(joined: _Joined, cell_m: float) -> _Joined:
+    """Return meshes with all vertices in a cell of `cell_m` merged, without slivers."""
     ids, places = _cells(joined.vertices, cell_m)
-    merged = _moved_to(joined, ids, places)
-    return _without_slivers(model.name, dark, merged).add(*lit)
+    return _without_slivers(_moved_to(joined, ids, places))
 
 
 def _cells(vertices: np.ndarray, cell_m: float) -> tuple[np.ndarray, np.ndarray]:
@@ -140,18 +177,17 @@ def _cells(vertices: np.ndarray, cell_m: float) -> tuple[np.ndarray, np.ndarray]
     The place is the mean of the cell's vertices. Along an axis it is the end of the extent if one
     of these vertices is there.
     """
-    low = vertices.min(0)
-    high = vertices.max(0)
-    cell = np.floor((vertices - low) / cell_m + 0.5).astype(np.int64)
-    span = cell.max(0) + 1
-    key = (cell[:, 0] * span[1] + cell[:, 1]) * span[2] + cell[:, 2]
+    rows = np.ascontiguousarray(vertices.T)
+    low, high = extent_of(vertices)
+    cell = np.floor((rows - low[:, None]) / cell_m + 0.5).astype(np.int64)
+    span = cell.max(1) + 1
+    key = (cell[0] * span[1] + cell[1]) * span[2] + cell[2]
     _, ids = _numbered(key)
     count = np.bincount(ids)
-    total = np.stack([np.bincount(ids, vertices[:, k]) for k in range(3)], 1)
-    places = total / count[:, None]
-    for axis in range(3):
+    places = np.stack([np.bincount(ids, row) / count for row in rows], 1)
+    for axis, row in enumerate(rows):
         for end in (low[axis], high[axis]):
-            places[ids[vertices[:, axis] == end], axis] = end
+            places[ids.take(np.flatnonzero(row == end)), axis] = end
     return ids, places
 
 
@@ -205,14 +241,19 @@ def _distinct(faces: np.ndarray) -> np.ndarray:
     low = np.minimum(np.minimum(a, b), c)
     high = np.maximum(np.maximum(a, b), c)
     number = int(faces.max(initial=0)) + 1
-    _, pair = np.unique(low * number + high, return_inverse=True)
-    _, first = np.unique(pair * number + (a + b + c - low - high), return_index=True)
-    return thick[np.sort(first)]
+    pair = low * number + high
+    if number > MOST_IN_KEY:
+        _, pair = np.unique(pair, return_inverse=True)
+    key = pair * number + (a + b + c - low - high)
+    order = np.argsort(key)
+    key = key.take(order)
+    starts = np.flatnonzero(np.append(True, key[1:] != key[:-1])[: len(key)])
+    return thick[np.sort(np.minimum.reduceat(order, starts))] if len(key) else thick
 
 
 def _unit_or_up(v: np.ndarray) -> np.ndarray:
     """Return unit vectors (n, 3). They point up where the normals of a thin part cancel."""
-    length = np.linalg.norm(v, axis=1)
+    length = np.sqrt(squared_length(v))
     out = v / np.maximum(length, 1e-9)[:, None]
     out[length < 1e-3] = (0.0, 0.0, 1.0)
     return out

@@ -12,11 +12,11 @@ from typing import Protocol
 
 import numpy as np
 
-from ..geometry.mesh.cutting import cut
+from ..geometry.mesh.cutting import halves, inside_of
 from ..geometry.mesh.implicit import Field, blend, cone, skin_of
 from ..geometry.mesh.piece import Assembly, Piece, shift, unit
 from ..geometry.mesh.primitives import ball, box, closed_tubes, grid, tube
-from .detail import clean
+from .detail import clean, extent_m
 from .thing import Detail
 
 DETAILS: tuple[Detail, ...] = ("near", "middle", "far")
@@ -117,13 +117,13 @@ class Mass:
             steps = 4 if patches else 1
             surface = tubes_of(self.limbs, steps).named(self.name, self.material)
             if self.trim is not None:
-                surface = cut(surface, self.trim(surface.vertices))[0]
+                surface = inside_of(surface, self.trim(surface.vertices))
         else:
             step = self.step_m * (MIDDLE_STEP if detail == "middle" else 1.0)
             surface = skin_of(self._field(), step, self.name, self.material)
         out = []
         for patch in patches:
-            part, surface, _ = cut(surface, patch.inside(surface.vertices))
+            part, surface = halves(surface, patch.inside(surface.vertices))
             out.append(part.named(patch.name, patch.material))
         return [surface, *out]
 
@@ -314,7 +314,6 @@ class Figure:
 
 def stood(assembly: Assembly) -> Assembly:
     """Return the assembly centred in x and y, with its lowest point at z = 0."""
-    low = np.min([p.vertices.min(0) for p in assembly.parts], 0)
-    high = np.max([p.vertices.max(0) for p in assembly.parts], 0)
+    low, high = extent_m(assembly)
     x, y = -(low + high)[:2] / 2
     return assembly.moved(shift(x, y, -low[2]))

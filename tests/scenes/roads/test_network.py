@@ -81,6 +81,30 @@ def test_smooth_profile_keeps_values_and_slopes():
     assert before == pytest.approx(after, abs=1e-7) and after == pytest.approx(-0.2)
 
 
+def test_a_profile_is_its_cubic_for_any_number_of_pieces():
+    s = np.linspace(-5, 30, 36)
+    cubic = Cubic(2.0, 1.0, 0.3, -0.02, 0.001)
+    ds = s - 2.0
+    expected = 1.0 + ds * (0.3 + ds * (-0.02 + ds * 0.001))
+    assert np.array_equal(Profile((cubic,)).at(s), expected)
+    after = Profile((cubic, Cubic(12.0, 7.0)))
+    assert np.array_equal(after.at(s), np.where(s < 12.0, expected, 7.0))
+    assert np.array_equal(Profile().at(s), np.zeros(36))
+    assert Profile((cubic,)).at(3.0).shape == Profile().at(3.0).shape == ()
+
+
+def test_places_on_one_record_are_those_of_the_whole_line(road):
+    """All records of the line at once, and the places of each record alone."""
+    s = np.linspace(0, 160, 33)
+    whole = np.array(road.line.at(s))
+    starts = [record.start_m for record in road.line.records]
+    which = np.searchsorted(starts, s, side="right")
+    for k in range(1, len(starts) + 1):
+        assert np.array_equal(road.line.at(s[which == k]), whole[:, which == k])
+    assert np.array_equal(road.line.at(s[:1, None]), whole[:, :1, None])
+    assert np.array(road.line.at(np.zeros(0))).shape == (4, 0)
+
+
 def test_gap_between_records_is_found(road):
     records = list(road.line.records)
     records[2] = replace(records[2], x_m=records[2].x_m + 0.5)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ...lamps import lamp
-from ..mesh.cutting import polygon
+from ..mesh.cutting import Within, polygon
 from ..mesh.piece import Assembly, Piece, lit, pose
 from ..mesh.primitives import box, tube
 from ..vehicles.body import Body
@@ -187,7 +187,8 @@ def _pane_lamp(
 
     def outside(p: Piece | None, grow: float = 0.0) -> np.ndarray:
         u, _, z, y = b.at(p)
-        return np.maximum(outline(s * y, z) - grow, u - 0.6)
+        within = Within((p or b.paint).faces, u - 0.6, grow)
+        return np.maximum(outline(s * y, z, within) - grow, within.beside)
 
     if part is None:
         ring = b.take(f"{kind}.{tag}.bezel", "gloss_black", outside(None, 0.012))

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
 import numpy as np
 
@@ -17,11 +17,13 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
 REACH_M = 1.0  # twice the length of the longest face that is cut
-BLOCK = 16384  # number of points whose distances are computed at a time
+BLOCK = 2048  # number of points whose distances are computed at a time
 # Number of edges in a group of a polygon. Points that are far from a group skip all its edges.
 EDGES = 8
 ROUNDING = 1 + 1e-9  # factor that exceeds the rounding error of any squared distance
+ROUNDING_M = 1e-6  # length that exceeds the rounding error of any distance
 SLACK_M = 1e-9  # length that exceeds the rounding error of any point where an edge is crossed
+LEAST_M = 1e-7  # least size of a value at a vertex; smaller ones count as this distance outside
 # corners of a face in order, starting from its first, second and third corner
 TURNS = np.array([[0, 1, 2], [1, 2, 0], [2, 0, 1]])
 
@@ -40,8 +42,58 @@ def cut(part: Piece, value: np.ndarray) -> tuple[Piece, Piece, np.ndarray]:
     The piece where `value` is negative, the piece where it is positive, and the seam (k, 2, 2, 3):
     both ends of each segment of the cut line, each end as position, m, and normal.
     """
-    value = np.where(np.abs(value) < 1e-7, 1e-7, value)
-    below = value < 0
+    both = _sides(part, value, ("inside", "outside"))
+    return both.inside, both.outside, both.seam()
+
+
+def halves(part: Piece, value: np.ndarray) -> tuple[Piece, Piece]:
+    """Return both pieces of `cut`, without the seam."""
+    both = _sides(part, value, ("inside", "outside"))
+    return both.inside, both.outside
+
+
+def inside_of(part: Piece, value: np.ndarray) -> Piece:
+    """Return the piece of `cut` where `value` is negative."""
+    return _sides(part, value, ("inside",)).inside
+
+
+def outside_of(part: Piece, value: np.ndarray) -> Piece:
+    """Return the piece of `cut` where `value` is positive."""
+    return _sides(part, value, ("outside",)).outside
+
+
+class _Sides(NamedTuple):
+    """Both sides of a cut, and the ends of its line."""
+
+    inside: Piece
+    outside: Piece
+    ends: np.ndarray  # (2 k, 3) first ends of all segments, then their last ends, m
+    normals: np.ndarray  # (2 k, 3) normals at these ends
+    swapped: np.ndarray  # (k,) whether both ends of a segment change places in the seam
+
+    def seam(self) -> np.ndarray:
+        """Return the seam (k, 2, 2, 3) of the cut."""
+        k = len(self.swapped)
+        seam = np.empty((k, 2, 2, 3))
+        for end, rows in enumerate((slice(k), slice(k, None))):
+            seam[:, end, 0] = self.ends[rows]
+            seam[:, end, 1] = self.normals[rows]
+        seam[self.swapped] = seam[self.swapped][:, ::-1]
+        return seam
+
+
+def _sides(part: Piece, value: np.ndarray, wanted: tuple[str, ...]) -> _Sides:
+    """Return the sides of `cut` that are wanted: `inside` and `outside`.
+
+    A side that is not wanted is the whole piece.
+
+    Parameters
+    ----------
+    part : piece with normals.
+    value : (vertices,) values that change sign at the cut.
+    wanted : names of the wanted sides.
+    """
+    below = value <= -LEAST_M
     v = part.vertices
     n = part.normals
     f = part.faces
@@ -58,8 +110,8 @@ def cut(part: Piece, value: np.ndarray) -> tuple[Piece, Piece, np.ndarray]:
     # both ends of the cut in each face: the first on the edge a-b, the second on the edge a-c
     p = np.concatenate([a, a])
     q = np.concatenate([b, c])
-    value_p = value.take(p)
-    w = (value_p / (value_p - value.take(q)))[:, None]
+    value_p = _not_zero(value.take(p))
+    w = (value_p / (value_p - _not_zero(value.take(q))))[:, None]
     v_p = v.take(p, 0)
     n_p = n.take(p, 0)
     ends = v_p + w * (v.take(q, 0) - v_p)
@@ -73,7 +125,9 @@ def cut(part: Piece, value: np.ndarray) -> tuple[Piece, Piece, np.ndarray]:
     def side(own: np.ndarray, corners: int, tips: np.ndarray, quads: np.ndarray) -> Piece:
         # every vertex of a side, and every end of the line, is in a face of that side
         rows = np.flatnonzero(own)
-        number = np.concatenate([np.cumsum(own) - 1, len(rows) + np.arange(2 * k)])
+        number = np.empty(len(v) + 2 * k, np.int64)
+        number[rows] = np.arange(len(rows))
+        number[len(v) :] = np.arange(len(rows), len(rows) + 2 * k)
         whole = f.take(np.flatnonzero(count == corners), 0)
         return Piece(
             part.name,
@@ -84,12 +138,14 @@ def cut(part: Piece, value: np.ndarray) -> tuple[Piece, Piece, np.ndarray]:
             part.lamp,
         )
 
-    seam = np.empty((k, 2, 2, 3))
-    for end, rows in enumerate((slice(k), slice(k, None))):
-        seam[:, end, 0] = ends[rows]
-        seam[:, end, 1] = end_normals[rows]
-    seam[tip_neg] = seam[tip_neg][:, ::-1]
-    return side(below, 3, tip_neg, ~two), side(~below, 0, ~tip_neg, two), seam
+    inside = side(below, 3, tip_neg, ~two) if "inside" in wanted else part
+    outside = side(~below, 0, ~tip_neg, two) if "outside" in wanted else part
+    return _Sides(inside, outside, ends, end_normals, tip_neg)
+
+
+def _not_zero(value: np.ndarray) -> np.ndarray:
+    """Return values with `LEAST_M` in place of smaller sizes."""
+    return np.where(np.abs(value) < LEAST_M, LEAST_M, value)
 
 
 def hem(seam: np.ndarray, shift: float | np.ndarray, name: str, material: str) -> Piece:
@@ -113,7 +169,34 @@ def hem(seam: np.ndarray, shift: float | np.ndarray, name: str, material: str) -
     return flat(replace(strip, faces=strip.faces[solid]))
 
 
-def polygon(points: ArrayLike, r: float = 0.0) -> Callable[..., Any]:
+class Within(NamedTuple):
+    """A sheet out of which a region is cut, and the other borders of the region.
+
+    The value at a vertex matters only in faces with a vertex where it is negative. The value is at
+    least the distance to the polygon less `grow_m`, and at least `beside` less `grow_m`.
+    """
+
+    faces: np.ndarray  # (m, 3) indices of the points
+    beside: np.ndarray  # (n,) distance of the points from the other borders, m, negative inside
+    grow_m: float = 0.0  # distance by which the region is grown, m
+
+
+class Outline(Protocol):
+    """The signed distance to a 2-D polygon."""
+
+    def __call__(self, p: np.ndarray, q: np.ndarray, within: Within | None = None) -> np.ndarray:
+        """Return the signed distance of points to the polygon, m, in the shape of `p`.
+
+        Parameters
+        ----------
+        p : first coordinate of the points, m.
+        q : second coordinate, m.
+        within : sheet of these points (n,); points of faces that the region does not touch get
+            the value `REACH_M`. None: the distance is computed for all points.
+        """
+
+
+def polygon(points: ArrayLike, r: float = 0.0) -> Outline:
     """Return the signed distance, m, to a grown 2-D polygon, as a function of two coordinates.
 
     The distance is negative inside. Points further than `REACH_M` from the box around the grown
@@ -128,19 +211,42 @@ def polygon(points: ArrayLike, r: float = 0.0) -> Callable[..., Any]:
     a = np.asarray(points, float)
     b = np.roll(a, -1, 0)
     reach = REACH_M + r
-    low = a.min(0) - reach
-    high = a.max(0) + reach
+    left, low = a.min(0).tolist()
+    right, high = a.max(0).tolist()
 
-    def distance(p: np.ndarray, q: np.ndarray) -> np.ndarray:
+    def in_box(x: np.ndarray, y: np.ndarray, margin: float) -> np.ndarray:
+        across = (x > left - margin) & (x < right + margin)
+        return across & (y > low - margin) & (y < high + margin)
+
+    def distance(p: np.ndarray, q: np.ndarray, within: Within | None = None) -> np.ndarray:
         x, y = (np.asarray(c, float).ravel() for c in (p, q))
         d = np.full(x.shape, reach)
-        near = np.flatnonzero((x > low[0]) & (x < high[0]) & (y > low[1]) & (y < high[1]))
+        inside = in_box(x, y, reach)
+        if within is not None:
+            margin = within.grow_m + ROUNDING_M
+            negative = in_box(x, y, r + margin) & (within.beside < margin)
+            inside &= _of_faces_with(negative, within.faces)
+        near = np.flatnonzero(inside)
         for first in range(0, len(near), BLOCK):  # blocks small enough for the processor's cache
             some = near[first : first + BLOCK]
             d[some] = _signed_distance(a, b, x.take(some), y.take(some))
         return d.reshape(np.shape(p)) - r
 
     return distance
+
+
+def _of_faces_with(some: np.ndarray, faces: np.ndarray) -> np.ndarray:
+    """Return which vertices (n,) are in a face with one of `some` vertices (n,).
+
+    Parameters
+    ----------
+    some : (n,) whether a vertex is one of them.
+    faces : (m, 3) indices of the corners of each face.
+    """
+    a, b, c = some.view(np.int8).take(faces).T
+    out = np.zeros(len(some), bool)
+    out[faces.take(np.flatnonzero(a | b | c), 0)] = True
+    return out
 
 
 def _signed_distance(a: np.ndarray, b: np.ndarray, x: np.ndarray, y: np.ndarray) -> np.ndarray:
@@ -154,12 +260,11 @@ def _signed_distance(a: np.ndarray, b: np.ndarray, x: np.ndarray, y: np.ndarray)
     y : (n,) second coordinate, m.
     """
     edges = np.concatenate([a, b], 1)
+    if len(edges) <= 2 * EDGES:
+        d = np.sqrt(_squared_distance(edges, x, y))
+        return np.where(_is_odd(edges, x, y), -d, d)
     groups = [edges[first : first + EDGES] for first in range(0, len(edges), EDGES)]
-    if len(groups) <= 2:
-        groups = [edges]
-        bound2 = np.full(x.shape, np.inf)
-    else:
-        bound2 = ROUNDING * np.min([(x - k) ** 2 + (y - m) ** 2 for k, m in a[::EDGES]], 0)
+    bound2 = ROUNDING * np.min([(x - k) ** 2 + (y - m) ** 2 for k, m in a[::EDGES]], 0)
     nearest2 = np.full(x.shape, np.inf)
     odd = np.zeros(x.shape, bool)
     for group in groups:
@@ -187,28 +292,26 @@ def _squared_distance(edges: np.ndarray, x: np.ndarray, y: np.ndarray) -> np.nda
     x : (n,) first coordinate of the points, m.
     y : (n,) second coordinate, m.
     """
-    nearest2 = np.full(x.shape, np.inf)
-    wx, wy, k, d2 = np.empty((4, len(x)))
-    for ax, ay, bx, by in edges.tolist():
-        ex = bx - ax
-        ey = by - ay
-        np.subtract(x, ax, out=wx)
-        np.subtract(y, ay, out=wy)
-        # place of the nearest point on the edge, from 0 to 1
-        np.multiply(wx, ex, out=k)
-        k += np.multiply(wy, ey, out=d2)
-        k /= max(ex * ex + ey * ey, 1e-12)
-        np.maximum(k, 0, out=k)
-        np.minimum(k, 1, out=k)
-        np.multiply(k, ex, out=d2)
-        np.subtract(wx, d2, out=d2)
-        d2 *= d2
-        k *= ey
-        np.subtract(wy, k, out=k)
-        k *= k
-        d2 += k
-        np.minimum(nearest2, d2, out=nearest2)
-    return nearest2
+    ax, ay, bx, by = edges.T[:, :, None]
+    ex = bx - ax
+    ey = by - ay
+    wx = x - ax
+    wy = y - ay
+    # place of the nearest point on each edge, from 0 to 1
+    k = wx * ex
+    d2 = wy * ey
+    k += d2
+    k /= np.maximum(ex * ex + ey * ey, 1e-12)
+    np.maximum(k, 0, out=k)
+    np.minimum(k, 1, out=k)
+    np.multiply(k, ex, out=d2)
+    wx -= d2
+    wx *= wx
+    k *= ey
+    wy -= k
+    wy *= wy
+    wx += wy
+    return wx.min(0)
 
 
 def _is_odd(edges: np.ndarray, x: np.ndarray, y: np.ndarray) -> np.ndarray:
@@ -220,12 +323,10 @@ def _is_odd(edges: np.ndarray, x: np.ndarray, y: np.ndarray) -> np.ndarray:
     x : (n,) first coordinate of the points, m.
     y : (n,) second coordinate, m.
     """
-    odd = np.zeros(x.shape, bool)
-    for ax, ay, bx, by in edges.tolist():
-        if ay != by:
-            level = np.flatnonzero((ay > y) != (by > y))  # points between the heights of both ends
-            odd[level] ^= x.take(level) < ax + (y.take(level) - ay) / (by - ay) * (bx - ax)
-    return odd
+    ax, ay, bx, by = edges[edges[:, 1] != edges[:, 3]].T[:, :, None]
+    crossed = (ay > y) != (by > y)  # whether a point is between the heights of both ends
+    crossed &= x < ax + (y - ay) / (by - ay) * (bx - ax)
+    return np.logical_xor.reduce(crossed, 0)
 
 
 def curve(points: Sequence[tuple[float, float]], sigma: float = 0.0) -> Callable[..., Any]:

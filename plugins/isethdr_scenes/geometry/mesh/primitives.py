@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 from functools import lru_cache
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -45,8 +44,9 @@ def grid(
     p = np.asarray(points, float)
     v = p.reshape(-1, 3)
     f = _grid_faces(p.shape[0], p.shape[1], close_u, close_v)
-    part = Piece(name, v, f, material)
-    return replace(part, normals=vertex_normals(v, f)) if smooth else flat(part)
+    if smooth:
+        return Piece(name, v, f, material, vertex_normals(v, f))
+    return flat(Piece(name, v, f, material))
 
 
 @lru_cache(maxsize=512)  # 50 kB each; a car has 90 different ones
@@ -318,6 +318,29 @@ def closed_tubes(paths: np.ndarray, radii: np.ndarray, sides: int) -> Piece:
     return Piece("tubes", vertices, faces, normals=normals)
 
 
+@lru_cache(maxsize=64)
+def _circle(sides: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return cosine and sine (sides, 1) of equal angles of a circle, cached and read-only."""
+    a = np.linspace(0, 2 * np.pi, sides, endpoint=False)[:, None]
+    circle = np.cos(a), np.sin(a)
+    for fixed in circle:
+        fixed.flags.writeable = False
+    return circle
+
+
+def _slopes(path: np.ndarray) -> np.ndarray:
+    """Return the central differences (..., k, 3) of points along paths, one-sided at the ends.
+
+    The result equals that of `numpy.gradient`, which takes five times as long for few points.
+    """
+    out = np.empty_like(path)
+    np.subtract(path[..., 2:, :], path[..., :-2, :], out=out[..., 1:-1, :])
+    out[..., 1:-1, :] /= 2.0
+    np.subtract(path[..., 1, :], path[..., 0, :], out=out[..., 0, :])
+    np.subtract(path[..., -1, :], path[..., -2, :], out=out[..., -1, :])
+    return out
+
+
 def _rings(path: np.ndarray, radius: np.ndarray, sides: int) -> np.ndarray:
     """Return the points (..., k, sides, 3) of rings around polylines, m.
 
@@ -327,13 +350,13 @@ def _rings(path: np.ndarray, radius: np.ndarray, sides: int) -> np.ndarray:
     radius : (..., k) radii at these points, m.
     sides : number of points of each ring.
     """
-    t = unit(np.gradient(path, axis=-2) + 1e-12)
+    t = unit(_slopes(path) + 1e-12)
     side = cross(t, SIDEWAYS)
     weak = (np.linalg.norm(side, axis=-1) < 0.2).any(-1)
     if weak.any():
         side = np.where(weak[..., None, None], cross(t, OTHERWISE), side)
     side = unit(side)
     up = cross(side, t)
-    a = np.linspace(0, 2 * np.pi, sides, endpoint=False)[:, None]
-    ring = np.cos(a) * side[..., None, :] + np.sin(a) * up[..., None, :]
+    cosine, sine = _circle(sides)
+    ring = cosine * side[..., None, :] + sine * up[..., None, :]
     return path[..., None, :] + radius[..., None, None] * ring

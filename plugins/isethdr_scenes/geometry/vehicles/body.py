@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..mesh.cutting import cut, hem
+from ..mesh.cutting import cut, halves, hem, outside_of
 from ..mesh.piece import join
 from ..mesh.primitives import lathe
 from .shell import loft
@@ -89,8 +89,10 @@ class Body:
         rim : name of the material of that surface; None: `material`.
         lamp : `Lamp` of the region; None: it does not shine.
         """
-        inside, self.paint, seam = cut(self.paint, value)
-        if sunk:
+        if not sunk:
+            inside, self.paint = halves(self.paint, value)
+        else:
+            inside, self.paint, seam = cut(self.paint, value)
             inside = inside.offset(-sunk)
             self.parts.append(hem(seam, -sunk, name + ".rim", rim or material))
         inside = inside.named(name, material, lamp)
@@ -100,7 +102,7 @@ class Body:
 
     def open(self, value: np.ndarray) -> None:
         """Remove the region with value < 0 from the paint."""
-        _, self.paint, _ = cut(self.paint, value)
+        self.paint = outside_of(self.paint, value)
 
     def carve(
         self, part: Piece, name: str, material: str, value: np.ndarray, lamp: Lamp | None = None
@@ -117,7 +119,7 @@ class Body:
         lamp : `Lamp` of the region; None: it does not shine.
         """
         self.parts = [p for p in self.parts if p is not part]
-        inside, outside, _ = cut(part, value)
+        inside, outside = halves(part, value)
         inside = inside.named(name, material, lamp)
         self.parts += [p for p in (inside, outside) if len(p.faces)]
         return inside, outside
@@ -135,8 +137,7 @@ class Body:
         """
         finer = part
         for k in range(len(values(part))):
-            inside, outside, _ = cut(finer, values(finer)[k])
-            finer = join([inside, outside], part.name)
+            finer = join(halves(finer, values(finer)[k]), part.name)
         self.parts = [finer if p is part else p for p in self.parts]
         return finer
 
@@ -156,9 +157,9 @@ class Body:
         half : half the width of the gap, m.
         material : name of the material of the gap.
         """
-        near, remaining, _ = cut(self.paint, distance(self.paint) - half)
-        below, band, _ = cut(near, distance(near) + half)
-        hit, miss, _ = cut(band, where(band))
+        near, remaining = halves(self.paint, distance(self.paint) - half)
+        below, band = halves(near, distance(near) + half)
+        hit, miss = halves(band, where(band))
         self.parts.append(hit.named("gap", material))
         self.paint = join([remaining, below, miss], "body")
 
@@ -189,7 +190,7 @@ class Body:
         """Return the inner skin of the cabin above the height `z_min`, m: the rest of the paint,
         moved inwards by 3 cm and facing inwards.
         """
-        _, keep, _ = cut(self.paint, self.paint.vertices[:, 2] - z_min)
+        keep = outside_of(self.paint, self.paint.vertices[:, 2] - z_min)
         inner = keep.offset(-0.03)
         return replace(
             inner,

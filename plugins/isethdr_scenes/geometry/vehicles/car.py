@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..mesh.cutting import polygon
-from ..mesh.piece import Assembly
+from ..mesh.cutting import Within, polygon
+from ..mesh.piece import Assembly, greatest
 from .body import Body
 from .car_cabin import fittings, interior
 from .car_front import front
@@ -126,14 +126,16 @@ def _screen(b: Body, c: Car, pane: _Pane) -> None:
     y = c.width / 2 * 0.93 * (1 - c.lean * np.maximum(z - shoulder, 0)) - pane.margin_m
     outline = polygon(np.concatenate([np.stack([y, z], 1), np.stack([-y, z], 1)[::-1]]), 0.015)
 
-    def outside(part: Piece | None, post: float | np.ndarray) -> np.ndarray:
+    def outside(part: Piece, post: float, grow: float) -> np.ndarray:
         u, ay, zz, _ = b.at(part)
-        parts = [outline(ay, zz), pane.u_m[0] - u, u - pane.u_m[1]]
-        return np.max(parts + [post - ay] if post else parts, 0)
+        beside = np.maximum(pane.u_m[0] - u, u - pane.u_m[1])
+        if post:
+            beside = np.maximum(beside, post - ay)
+        return np.maximum(outline(ay, zz, Within(part.faces, beside, grow)), beside) - grow
 
-    margin = outside(None, max(0.0, pane.post_m - 0.02)) - 0.02
-    trim = b.take(pane.name + ".trim", "gloss_black", margin)
-    b.carve(trim, pane.name, pane.material, outside(trim, pane.post_m))
+    frame = outside(b.paint, max(0.0, pane.post_m - 0.02), 0.02)
+    trim = b.take(pane.name + ".trim", "gloss_black", frame)
+    b.carve(trim, pane.name, pane.material, outside(trim, pane.post_m, 0.0))
 
 
 def _side_windows(b: Body, c: Car) -> None:
@@ -158,10 +160,11 @@ def _side_windows(b: Body, c: Car) -> None:
     high = np.minimum(high, low + np.maximum(0, (c.glass_end - u) * 1.9) + 0.015)
     outline = polygon(np.concatenate([np.stack([u, high], 1), np.stack([u, low], 1)[::-1]]), 0.012)
     u, ay, z, _ = b.at()
+    within = Within(b.paint.faces, 0.4 * c.width / 2 - ay, 0.022)
     trim = b.take(
         "window.trim",
         "gloss_black",
-        np.maximum(outline(u, z) - 0.022, 0.4 * c.width / 2 - ay),
+        np.maximum(outline(u, z, within) - within.grow_m, within.beside),
         sunk=0.006,
     )
     u, ay, z, _ = b.at(trim)
@@ -178,7 +181,7 @@ def _door_gaps(b: Body, c: Car) -> None:
 
     def off_the_door(p: Piece) -> np.ndarray:
         u, ay, z, _ = b.at(p)
-        return np.max([sill - z, z - b.belt(u) - 0.04, 0.5 * half - ay], 0)
+        return greatest(sill - z, z - b.belt(u) - 0.04, 0.5 * half - ay)
 
     front_only = c.panel or c.two_doors
     for k, door in enumerate(c.doors[:2] if front_only else c.doors):
@@ -190,7 +193,7 @@ def _door_gaps(b: Body, c: Car) -> None:
 
     def beyond_the_doors(p: Piece) -> np.ndarray:
         u, ay, _, _ = b.at(p)
-        return np.max([ends[0] - u, u - ends[1], 0.5 * half - ay], 0)
+        return greatest(ends[0] - u, u - ends[1], 0.5 * half - ay)
 
     b.line(lambda p: b.at(p)[2] - sill, beyond_the_doors)
 
@@ -203,7 +206,7 @@ def _lid_gaps(b: Body, c: Car) -> None:
 
     def off_the_hood(p: Piece) -> np.ndarray:
         u, _, z, _ = b.at(p)
-        return np.max([u - cowl[0] + 0.02, 0.10 - u, b.belt(u) - z], 0)
+        return greatest(u - cowl[0] + 0.02, 0.10 - u, b.belt(u) - z)
 
     b.line(lambda p: b.at(p)[1] - half * (0.70 + 0.10 * b.at(p)[0] / cowl[0]), off_the_hood)
     if c.panel:
@@ -240,7 +243,7 @@ def _bed(b: Body, c: Car) -> None:
     b.take(
         "bed",
         "plastic_black",
-        np.max([front - u, u - c.length + 0.09, ay - half * 0.80, b.belt(u) - 0.05 - z], 0),
+        greatest(front - u, u - c.length + 0.09, ay - half * 0.80, b.belt(u) - 0.05 - z),
         sunk=c.bed,
     )
     low = c.roof[7][1] - 0.42
@@ -258,4 +261,4 @@ def _open_roof(b: Body, c: Car) -> None:
     u, ay, z, _ = b.at()
     beside = np.maximum(0.55 * half - ay, 0.12 - (b.upper(u) - z))
     opening = [b.belt(u) + 0.03 - z, u - base[0], np.minimum(top[0] + 0.06 - u, beside)]
-    b.open(np.max(opening, 0))
+    b.open(greatest(*opening))

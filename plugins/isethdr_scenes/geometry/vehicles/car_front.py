@@ -7,12 +7,12 @@ from collections.abc import Sequence
 import numpy as np
 
 from ...lamps import lamp
-from ..mesh.cutting import polygon
-from ..mesh.piece import Piece, lit, shift
+from ..mesh.cutting import Within, polygon
+from ..mesh.piece import Piece, greatest, lit, shift
 from ..mesh.primitives import lathe
 from .body import Body
 from .car_shapes import Car
-from .grille import grille
+from .grille import AHEAD_M, grille
 from .headlamp import RoundLamp, round_lamp
 from .wheels import blank_plate, plate
 
@@ -24,7 +24,6 @@ def front(b: Body, c: Car) -> None:
     """Cut grille, headlamps, position lamps, intake and fog lamps; add badge and plate."""
     half = c.width / 2
     nose = c.roof[0][1]
-    ahead = lambda u, lim=0.5: u - lim
     z1 = nose - 0.035
     z0 = nose - (0.035 + c.grille[1])
     grille(b, c, z0, z1)
@@ -35,12 +34,14 @@ def front(b: Body, c: Car) -> None:
     u, ay, z, _ = b.at()
     low = c.clearance + 0.05
     intake = polygon([(0, low), (0.52, low), (0.60, low + 0.10), (0, low + 0.12)], 0.015)
-    b.take("intake", "gap", np.maximum(intake(ay, z), ahead(u)), sunk=0.02, rim="plastic_black")
+    value = np.maximum(intake(ay, z, Within(b.paint.faces, u - AHEAD_M)), u - AHEAD_M)
+    b.take("intake", "gap", value, sunk=0.02, rim="plastic_black")
     u, ay, z, _ = b.at()
     fog = polygon(
         [(0.66, low + 0.03), (0.80, low + 0.05), (0.80, low + 0.14), (0.68, low + 0.11)], 0.015
     )
-    bezel = b.take("fog_bezel", "plastic_black", np.maximum(fog(ay, z), ahead(u)), sunk=0.012)
+    value = np.maximum(fog(ay, z, Within(b.paint.faces, u - AHEAD_M)), u - AHEAD_M)
+    bezel = b.take("fog_bezel", "plastic_black", value, sunk=0.012)
     if c.front.daytime == "bumper":
         _daytime_bar(b, bezel, low)
     zp = z0 - 0.125
@@ -61,7 +62,6 @@ def _headlamps(b: Body, c: Car, z0: float, z1: float) -> None:
     The housing also has the daytime running lamp, unless that is in the bumper.
     """
     half = c.width / 2
-    ahead = lambda u, lim: u - lim
     closer = max(0.0, NARROW_M - half)  # shift of the lamps towards the middle, m
     corners = _housing(c, closer, z0, z1)
     outline = polygon(corners, 0.01)
@@ -69,7 +69,7 @@ def _headlamps(b: Body, c: Car, z0: float, z1: float) -> None:
     house = b.take(
         "headlamp.housing",
         "lamp_dark",
-        np.maximum(outline(ay, z), ahead(u, 0.46)),
+        np.maximum(outline(ay, z, Within(b.paint.faces, u - 0.46)), u - 0.46),
         sunk=0.008,
         rim="gloss_black",
     )
@@ -94,14 +94,11 @@ def _headlamps(b: Body, c: Car, z0: float, z1: float) -> None:
             house,
             f"position.{tag}",
             "lamp_white",
-            np.max(
-                [
-                    np.abs(z - base - above - 0.20 * np.maximum(ay - 0.72 + closer, 0)) - 0.008,
-                    0.52 - closer - ay,
-                    ay - half + 0.07,
-                    -s * y,
-                ],
-                0,
+            greatest(
+                np.abs(z - base - above - 0.20 * np.maximum(ay - 0.72 + closer, 0)) - 0.008,
+                0.52 - closer - ay,
+                ay - half + 0.07,
+                -s * y,
             ),
             lamp("position", (1.0, 0.0, 0.0)),
         )
@@ -144,11 +141,11 @@ def _daytime(
     top = sorted({corner for corner in corners if corner[1] > np.mean([k[1] for k in corners])})
     edge = np.interp(ay, *np.array(top).T)
     if place == "brow":
-        value = np.max([np.abs(z - edge + 0.014) - 0.009, corners[0][0] + 0.02 - ay], 0)
+        value = np.maximum(np.abs(z - edge + 0.014) - 0.009, corners[0][0] + 0.02 - ay)
     else:
-        value = np.max([np.abs(ay - corners[0][0] - 0.022) - 0.011, z - edge + 0.012], 0)
+        value = np.maximum(np.abs(ay - corners[0][0] - 0.022) - 0.011, z - edge + 0.012)
         value = np.maximum(value, corners[0][1] + 0.012 - z)
-    shown = np.max([value, ay - corners[2][0] + 0.10, -side * y], 0)
+    shown = greatest(value, ay - corners[2][0] + 0.10, -side * y)
     lens, rest = b.carve(house, f"daytime.{tag}", "lamp_white", shown)
     b.parts = [p for p in b.parts if p is not lens] + lit(lens, "daytime", FORWARD)
     return rest
@@ -158,7 +155,7 @@ def _daytime_bar(b: Body, bezel: Piece, low: float) -> None:
     """Cut daytime running lamps out of the corners of the bumper."""
     for side, tag in ((1, "left"), (-1, "right")):
         _, ay, z, y = b.at(bezel)
-        bar = np.max([np.abs(z - low - 0.085) - 0.016, 0.665 - ay, ay - 0.80, -side * y], 0)
+        bar = greatest(np.abs(z - low - 0.085) - 0.016, 0.665 - ay, ay - 0.80, -side * y)
         lens, bezel = b.carve(bezel, f"daytime.{tag}", "lamp_white", bar)
         b.parts = [p for p in b.parts if p is not lens] + lit(lens, "daytime", FORWARD)
 
@@ -183,7 +180,7 @@ def _round_headlamps(b: Body, c: Car, half: float, z0: float) -> None:
             _, ay, z, y = b.at(house)
             away = np.hypot(ay - y0, z - z0)
             arc = np.abs(away - 0.83 * radius) - 0.10 * radius
-            value = np.max([arc, 0.25 * radius - up * (z - z0), -side * y], 0)
+            value = greatest(arc, 0.25 * radius - up * (z - z0), -side * y)
             glow, house = b.carve(house, f"{kind}.{tag}", "lamp_white", value)
             b.parts = [p for p in b.parts if p is not glow] + lit(glow, kind, FORWARD)
         at = (side * (y0 - 1.65 * radius), z0 - 0.01)

@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..mesh.cutting import cut, polygon
-from ..mesh.piece import lit
+from ..mesh.cutting import Within, halves, polygon
+from ..mesh.piece import greatest, lit
 from ..mesh.primitives import box, tube
 from .body import Body
 from .car_shapes import Car
@@ -57,11 +57,12 @@ def _tail_lamps(body: Body, car: Car) -> None:
     car : measures and styles.
     """
     u, across, z, _ = body.at()
+    ahead = car.length - 0.30 - u
     shape = polygon(car.tail_lamp, 0.012)
     lens = body.take(
         "tail_lamp",
         "lamp_red",
-        np.maximum(shape(across, z), car.length - 0.30 - u),
+        np.maximum(shape(across, z, Within(body.paint.faces, ahead)), ahead),
         sunk=-0.006,
         rim="gloss_black",
     )
@@ -96,12 +97,12 @@ def _cut_lamp(
         return [first - share, share - last, shape(across, z) + 0.014, -side * y]
 
     name = f"{kind}.{'left' if side > 0 else 'right'}"
-    glow, rest, _ = cut(lens, np.max(band(lens), 0))
+    glow, rest = halves(lens, greatest(*band(lens)))
     # the part of the lens that wraps around the side of the car does not emit
     found = lit(glow.named(name, material), kind, BACK)
     if not len(found[0].faces):
         lens = body.refine(lens, band)
-        glow, rest, _ = cut(lens, np.max(band(lens), 0))
+        glow, rest = halves(lens, greatest(*band(lens)))
         found = lit(glow.named(name, material), kind, BACK)
     body.parts = [part for part in body.parts if part is not lens] + [rest, *found]
     return rest
@@ -113,7 +114,9 @@ def _diffuser(body: Body, car: Car) -> None:
     half = car.width / 2
     low = car.clearance + 0.06
     outline = [(0, low), (half * 0.72, low), (half * 0.66, low + 0.13), (0, low + 0.13)]
-    inside = np.maximum(polygon(outline, 0.02)(across, z), car.length - 0.5 - u)
+    ahead = car.length - 0.5 - u
+    within = Within(body.paint.faces, ahead)
+    inside = np.maximum(polygon(outline, 0.02)(across, z, within), ahead)
     body.take("diffuser", "plastic_black", inside, sunk=0.01)
 
 

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..mesh.cutting import polygon
+from ..mesh.cutting import Within, polygon
 from ..mesh.primitives import tube
 from .body import Body
 from .car_shapes import Car
 
+FRAME_M = 0.014  # width of the frame around a grille
 AHEAD_M = 0.5  # length of the front, from the front end; nothing behind it is cut
 
 
@@ -27,13 +28,15 @@ def grille(b: Body, c: Car, z0: float, z1: float) -> None:
     if style == "closed":
         strip = polygon([(0, z1 - 0.045), (wide, z1 - 0.045), (wide, z1 - 0.02), (0, z1 - 0.02)])
         u, ay, z, _ = b.at()
-        b.take("grille", "gloss_black", np.maximum(strip(ay, z), u - AHEAD_M))
+        within = Within(b.paint.faces, u - AHEAD_M)
+        b.take("grille", "gloss_black", np.maximum(strip(ay, z, within), within.beside))
         return
     outline = polygon(_outline(style, wide, z0, z1), 0.012)
     u, ay, z, _ = b.at()
-    v = np.maximum(outline(ay, z), u - AHEAD_M)
+    within = Within(b.paint.faces, u - AHEAD_M, FRAME_M)
+    v = np.maximum(outline(ay, z, within), within.beside)
     frame = "chrome" if style != "shield" else "gloss_black"
-    ring = b.take("grille.frame", frame, v - 0.014)
+    ring = b.take("grille.frame", frame, v - FRAME_M)
     u, ay, z, _ = b.at(ring)
     b.carve(ring, "grille", "gap", outline(ay, z))
     if b.shell.coarse:  # cells of a coarse car are larger than a bar

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
-from ..mesh.cutting import polygon
+from ..mesh.cutting import Within, polygon
 from ..mesh.piece import Piece
 from ..mesh.primitives import box, tube
 from .body import Body
@@ -41,12 +41,15 @@ def cut_region(b: Body, region: Region) -> Piece:
     def value(part: Piece, grow: float = 0.0) -> np.ndarray:
         u, ay, z, y = b.at(part)
         half = b.shell.width / 2
+        across = ay
         if region.face == "front":
-            return np.maximum(shape(ay, z) - grow, u - 0.55)
-        if region.face == "rear":
-            return np.maximum(shape(ay, z) - grow, b.shell.length - 0.45 - u)
-        outwards = {"sides": ay, "left": y, "right": -y}[region.face]
-        return np.maximum(shape(u, z) - grow, 0.8 * half - outwards)
+            beside = u - 0.55
+        elif region.face == "rear":
+            beside = b.shell.length - 0.45 - u
+        else:
+            across = u
+            beside = 0.8 * half - {"sides": ay, "left": y, "right": -y}[region.face]
+        return np.maximum(shape(across, z, Within(part.faces, beside, grow)) - grow, beside)
 
     if region.trim is None:
         return b.take(region.name, region.material, value(b.paint), region.sunk_m)

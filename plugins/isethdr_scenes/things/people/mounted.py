@@ -19,6 +19,7 @@ LEANS_DEG = np.arange(-6.0, 48.0, 1.0)
 SLIDES_M = np.arange(0.0, 0.36, 0.02)  # slides forward on the saddle, tried if leans do not suffice
 STRETCHED = 0.93  # largest distance of shoulder and grip / length of the arm; arms stay bent
 TALLEST_M = 2.05
+ROUNDING_M = 1e-9  # length that exceeds the rounding error of any distance
 
 
 def seated(body: Body, position: RidingPosition) -> tuple[Body, Joints]:
@@ -80,13 +81,29 @@ def _leaning(body: Body, position: RidingPosition) -> Joints:
     grips.
     """
     arm = STRETCHED * (body.upper_arm_m + body.forearm_m + PALM_M * body.scale)
-    for slide in SLIDES_M:
-        pelvis = _pelvis(body, position) + [slide, 0.0, 0.0]
-        for lean in LEANS_DEG:
-            at = spine(body, pelvis, float(np.radians(lean)))
-            if np.linalg.norm(_grip(position, 1.0) - at["shoulder_l"]) <= arm:
-                return at
-    return at
+    saddle = _pelvis(body, position)
+    grip = _grip(position, 1.0)
+
+    def back(slide: float, lean_deg: float) -> Joints:
+        return spine(body, saddle + [slide, 0.0, 0.0], float(np.radians(lean_deg)))
+
+    away = np.linalg.norm(grip - _left_shoulders(body, saddle), axis=-1)
+    for slide, lean in np.argwhere(away <= arm + ROUNDING_M).tolist():
+        at = back(SLIDES_M[slide], LEANS_DEG[lean])
+        if np.linalg.norm(grip - at["shoulder_l"]) <= arm:
+            return at
+    return back(SLIDES_M[-1], LEANS_DEG[-1])
+
+
+def _left_shoulders(body: Body, saddle: np.ndarray) -> np.ndarray:
+    """Return the left shoulder (slides, leans, 3) for each slide and lean, m, as `spine` does."""
+    lean = np.radians(LEANS_DEG)
+    bent = lean + 0.9 * np.radians(body.stoop_deg)
+    ahead = 0.5 * np.sin(lean) + 0.365 * np.sin(bent)
+    up = 0.5 * np.cos(lean) + 0.365 * np.cos(bent)
+    left = np.full(len(lean), body.shoulders * body.height_m)
+    at = saddle + np.stack([body.torso_m * ahead, left, body.torso_m * up], 1)
+    return at + np.stack([SLIDES_M, 0 * SLIDES_M, 0 * SLIDES_M], 1)[:, None]
 
 
 def _arm(

@@ -9,7 +9,7 @@ import numpy as np
 from ...geometry.mesh.piece import Assembly
 from ...geometry.vehicles import car
 from ...geometry.vehicles.car_shapes import Car, Front
-from ..detail import centred, clean, coarser
+from ..detail import finished
 from ..ranges import drawn, generator, one_of, read
 from ..thing import Detail, Thing
 
@@ -86,5 +86,4 @@ def build(thing: Thing, detail: Detail) -> Assembly:
     """Return the mesh of a car."""
     shape = shape_of(thing.family, thing.variant)
     built = car.build(shape, thing.family, coarse=detail == "far")
-    model = centred(clean(built))
-    return coarser(model, CELL_M[detail]) if detail in CELL_M else model
+    return finished(built, CELL_M.get(detail))

@@ -12,7 +12,7 @@ import numpy as np
 from ...geometry.heavy import buses, trucks
 from ...geometry.heavy.shapes import Bus, Truck
 from ...geometry.mesh.piece import Assembly
-from ..detail import centred, clean, coarser
+from ..detail import finished
 from ..ranges import drawn, generator, one_of, read
 from ..thing import Detail, Thing
 
@@ -45,8 +45,7 @@ class Heavy:
             made = trucks.build(shape, thing.family, thing.variant)
         else:
             made = buses.build(shape, thing.family)
-        model = centred(clean(made))
-        return coarser(model, CELL_M[detail]) if detail in CELL_M else model
+        return finished(made, CELL_M.get(detail))
 
 
 @lru_cache(maxsize=256)
