@@ -358,10 +358,12 @@ PAGES = {
             "Rows with ducc0 need the extra `fast`. On 2026-11-26 it took, at 1080 x 1920 x 31 with"
             " kernels kept, 6.71 CPU s instead of 8.90 for irradiance, and 3.03 instead of 3.32 for"
             " photocurrent. The SciPy program is left out where it would"
-            " take more than 8 GB. The table has lamps of up to 1e6. Beside lamps of 1e8"
-            " photocurrent is imaged band by band: the error of the kernels leaves too little for"
-            " functionals of the spectrum. Frames of 2160 x 3840 are measured by the second command"
-            " without `--largest`.",
+            " take more than 8 GB. The table has lamps of up to 1e6. Frames of 2160 x 3840 are"
+            " measured by the second command without `--largest`. Nine tenths of the CPU time of"
+            " irradiance with kept kernels are Fourier transforms. On 2026-11-28 MKL's transforms"
+            " took 0.85 of SciPy's time for the whole image (AMD EPYC, one run beside other work),"
+            " and a near part in double precision with a far part in single precision took as long"
+            " as the whole kernel in double precision.",
         ),
     ),
     "omission": Page(
