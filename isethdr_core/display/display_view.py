@@ -19,7 +19,7 @@ import numpy as np
 
 from ..errors import UnitError, did_you_mean
 from ..extras import needed
-from ..physics.colour.colour_spaces import linear_srgb, srgb_encode
+from ..physics.colour.colour_spaces import linear_srgb, srgb_codes, srgb_encode
 from .tone_mapping import OPERATORS
 from .white_balance import balanced
 
@@ -147,8 +147,11 @@ def display(
     natural_colour : whether colours fade where the curve compresses (`saturation`), for "global";
         without it a compressed picture looks gaudy. Scores of appearance use pictures without it.
     """
-    code = _displayed(picture, white_cd_m2, compression, operator, white_xyz, natural_colour)
-    return np.rint(255 * code).astype(np.uint8)
+    codes = srgb_codes(
+        _linear(picture, white_cd_m2, compression, operator, white_xyz, natural_colour)
+    )
+    codes[_invalid(picture)] = 255
+    return codes
 
 
 def _within_gamut(linear: np.ndarray, grey: np.ndarray) -> np.ndarray:
@@ -173,9 +176,30 @@ def _displayed(
     compression: float,
     operator: str = "global",
     white_xyz: ArrayLike | None = None,
-    natural_colour: bool = False,
 ) -> np.ndarray:
     """Return sRGB code values 0..1 (y, x, 3); arguments as `display`."""
+    rgb = srgb_encode(_linear(picture, white_cd_m2, compression, operator, white_xyz))
+    rgb[_invalid(picture)] = 1.0
+    return rgb
+
+
+def _invalid(picture: xr.Dataset | np.ndarray) -> np.ndarray | slice:
+    """Return the pixels (y, x) of a picture that are not valid; none of an array."""
+    if hasattr(picture, "data_vars") and "valid" in picture:
+        invalid: np.ndarray = ~picture["valid"].values
+        return invalid
+    return slice(0)
+
+
+def _linear(
+    picture: xr.Dataset,
+    white_cd_m2: float,
+    compression: float,
+    operator: str = "global",
+    white_xyz: ArrayLike | None = None,
+    natural_colour: bool = False,
+) -> np.ndarray:
+    """Return linear sRGB (y, x, 3) of a display, before clipping; arguments as `display`."""
     if not white_cd_m2 > 0:
         raise UnitError(
             f"white_cd_m2 is {white_cd_m2!r}; expected a luminance above 0, such as"
@@ -195,10 +219,7 @@ def _displayed(
         grey = (y * gain)[..., None]
         linear = grey + saturation(y, compression)[..., None] * (linear - grey)
         linear = _within_gamut(linear, grey)
-    rgb = srgb_encode(linear)
-    if hasattr(picture, "data_vars") and "valid" in picture:
-        rgb[~picture["valid"].values] = 1.0
-    return rgb
+    return linear
 
 
 def false_colour(

@@ -301,17 +301,21 @@ def _scaled(pair: Pair, factor: np.ndarray) -> xr.Dataset:
     true = truth["xyz"].values
     gain = factor - 1
     far = factor > LARGEST_FACTOR
+    some_far = far.any()
     level = np.maximum(np.abs(picture["xyz"].values[..., 1]), true[..., 1])
     share = np.divide(true[..., 1], level, out=np.zeros_like(gain), where=level > 0)
     of_variance = np.where(far, 1 + gain * share, factor)
     variables = {}
     for name, variable in picture.data_vars.items():
         if variable.dims[:2] == ("y", "x") and variable.dtype.kind == "f":
+            before = variable.values
+            if _one_value(before) and np.isnan(before.flat[0]):
+                continue  # a variance that is not known stays NaN
             by = of_variance if "variance" in str(name) else factor
-            values = variable.values * by.reshape(by.shape + (1,) * (variable.ndim - 2))
-            if str(name).endswith("xyz"):
-                values[far] = variable.values[far] + gain[far, None] * true[far]
-            variables[name] = variable.copy(data=values.astype(variable.dtype))
+            values = before * by.reshape(by.shape + (1,) * (variable.ndim - 2))
+            if some_far and str(name).endswith("xyz"):
+                values[far] = before[far] + gain[far, None] * true[far]
+            variables[name] = variable.copy(data=values.astype(before.dtype, copy=False))
     return _without_saturated(picture.assign(variables), picture)
 
 
@@ -437,10 +441,19 @@ def _same(first: np.ndarray, second: np.ndarray) -> bool:
     if first is second:
         return True
     nan_is_equal = first.dtype.kind == "f"
+    if _one_value(first) and _one_value(second):
+        return np.array_equal(first.flat[:1], second.flat[:1], equal_nan=nan_is_equal)
     few = np.s_[::FEW_ROWS]  # these rows show most differences
     return np.array_equal(first[few], second[few], equal_nan=nan_is_equal) and np.array_equal(
         first, second, equal_nan=nan_is_equal
     )
+
+
+def _one_value(values: np.ndarray) -> bool:
+    """Return whether all values of an array are one number in memory, such as an unknown variance,
+    a broadcast NaN.
+    """
+    return values.size > 1 and not any(values.strides)
 
 
 def _joined(

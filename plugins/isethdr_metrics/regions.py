@@ -92,6 +92,12 @@ class Region(NamedTuple):
         """Return the values of the region's pixels, flat, from values (y, x) of the frame."""
         return values[self.window][self.mask]
 
+    def pixels(self) -> np.ndarray:
+        """Return the region's pixels as indices into the flattened frame, in the order of `of`."""
+        rows, columns = np.nonzero(self.mask)
+        top, left = (cut.start for cut in self.window)
+        return (rows + top) * self.shape[1] + columns + left
+
 
 def regions_of(shape: tuple[int, int], labels: xr.Dataset | None) -> list[Region]:
     """Return the whole frame, with the name "", then each labelled object with at least one pixel.

@@ -3,8 +3,17 @@
 import numpy as np
 import pytest
 from isethdr_metrics import regions
-from isethdr_metrics.detection.pixel_pairs import PIECE, PairChoice
-from isethdr_metrics.similarity.structural_similarity import STRIP, similarity, windowed
+from isethdr_metrics.detection import photon_counts
+from isethdr_metrics.detection.pixel_pairs import PAIRS, PIECE, PairChoice, draw_pairs
+from isethdr_metrics.detection.wedge import cube
+from isethdr_metrics.similarity.structural_similarity import (
+    STRIP,
+    reference,
+    similarity,
+    similarity_to,
+    windowed,
+)
+from scipy.ndimage import distance_transform_edt
 
 
 def planes(shape=(3 * STRIP + 7, 61), seed=0):
@@ -107,3 +116,67 @@ def test_pairs_with_contrast_are_all_that_have_it(shape, step):
     found = PairChoice(0.05, 10)._pixels_with_contrast(true, dy, dx)
     assert found.tolist() == expected
     assert bool(expected) == (shape[0] > dy and shape[1] > abs(dx))
+
+
+def test_one_reference_serves_several_comparisons():
+    first, second = (p.astype(np.float32) for p in planes(seed=4))
+    prepared = reference(first, 255.0)
+    for other in (second, first, 255 - second):
+        assert np.array_equal(
+            similarity_to(prepared, other, 255.0), similarity(first, other, 255.0)
+        )
+
+
+def test_pixels_of_a_region_come_in_the_order_of_its_values():
+    mask = np.random.default_rng(6).random((7, 9)) < 0.4
+    region = regions.Region("", (slice(3, 10), slice(5, 14)), mask, (20, 30))
+    values = np.random.default_rng(7).random((20, 30))
+    assert np.array_equal(values.ravel()[region.pixels()], region.of(values))
+
+
+def all_pairs_at_once(mask, reach):
+    """Return the pairs of `draw_pairs`, with all candidates computed at once."""
+    inside = np.argwhere((distance_transform_edt(mask) <= reach) & mask)
+    rng = np.random.default_rng(0)
+    first = inside[rng.integers(len(inside), size=8 * PAIRS)]
+    steps = np.argwhere(np.hypot(*np.indices((2 * reach + 1,) * 2) - reach) <= reach) - reach
+    second = first + steps[rng.integers(len(steps), size=len(first))]
+    in_frame = ((second >= 0) & (second < mask.shape)).all(axis=1)
+    in_frame[in_frame] = ~mask[tuple(second[in_frame].T)]
+    return first[in_frame][:PAIRS].T, second[in_frame][:PAIRS].T
+
+
+@pytest.mark.parametrize(
+    "shape, held",
+    [
+        ((40, 50), np.s_[5:35, 10:20]),
+        ((40, 50), np.s_[:, :20]),  # at three borders of the frame
+        ((300, 300), np.s_[3:297, 3:297]),  # most steps end inside the object
+        ((8, 9), np.s_[4:5, 3:4]),  # most steps end outside the frame
+        ((60, 60), np.s_[:59, :]),  # few pixels outside the object
+    ],
+)
+def test_pairs_drawn_in_pieces_are_the_first_of_all_candidates(shape, held):
+    mask = np.zeros(shape, bool)
+    mask[held] = True
+    assert np.array_equal(draw_pairs(mask, 10), all_pairs_at_once(mask, 10))
+
+
+def test_estimates_in_pieces_are_those_of_all_pairs_at_once(monkeypatch):
+    random = np.random.default_rng(8)
+    bright, dark = (
+        photon_counts.Signal(mean, mean * 0.5 + 4.0, np.full(mean.shape, 0.5))
+        for mean in random.gamma(0.7, 60.0, (2, 500))
+    )
+    contrast = random.uniform(0.05, 1.0, 500)
+    at_once = photon_counts.estimated(bright, dark, contrast, 0.5)
+    monkeypatch.setattr(photon_counts, "PIECE", 64)
+    in_pieces = photon_counts.estimated(bright, dark, contrast, 0.5)
+    assert np.array_equal(at_once, in_pieces)
+    assert (at_once.bound == 0).any() and (at_once.bound > 0).any()
+
+
+def test_a_cube_is_the_third_power():
+    values = np.random.default_rng(9).lognormal(0, 8, 1000) * np.sign(np.arange(1000) - 500.5)
+    # two products and the power are each rounded by at most 2^-53, and the power by one more
+    np.testing.assert_allclose(cube(values), values**3, rtol=4 * 2**-53)

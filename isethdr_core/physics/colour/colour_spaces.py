@@ -9,7 +9,7 @@ results stay in the processor's cache.
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import wraps
+from functools import cache, wraps
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -23,6 +23,7 @@ XYZ_TO_SRGB = np.array(
 )
 D65_XYZ = np.array([0.95047, 1.0, 1.08883])  # white of sRGB, Y = 1
 PIECE = 16384  # number of pixels of a piece
+CODE_BINS = 2**16  # number of entries of the table of 8 bit codes
 
 
 def _in_pieces(function: Callable[..., Any]) -> Callable[..., Any]:
@@ -69,6 +70,33 @@ def srgb_encode(linear: np.ndarray) -> np.ndarray:
     """
     v = np.clip(linear, 0.0, 1.0)
     return np.where(v <= 0.0031308, 12.92 * v, 1.055 * v ** (1 / 2.4) - 0.055)
+
+
+@_in_pieces
+def srgb_codes(linear: np.ndarray) -> np.ndarray:
+    """Return 8 bit sRGB codes: 255 `srgb_encode(linear)`, rounded, in a fraction of the time.
+
+    Linear values are looked up in a table. Those of table entries with a step between two codes are
+    encoded.
+    """
+    v = np.clip(linear, 0.0, 1.0)
+    # v = 1 takes the last entry
+    codes = _code_table().take((v * CODE_BINS).astype(np.int32), mode="clip")
+    near_step = np.flatnonzero(codes < 0)
+    codes.flat[near_step] = np.rint(255 * srgb_encode(v.flat[near_step]))
+    return codes.astype(np.uint8)
+
+
+@cache
+def _code_table() -> np.ndarray:
+    """Return the 8 bit sRGB code of each of `CODE_BINS` equal ranges of linear values within 0..1,
+    and -1 for ranges with a step between two codes.
+    """
+    codes = 255 * srgb_encode(np.arange(CODE_BINS + 1) / CODE_BINS)
+    rounding = 1e-9  # larger than the rounding errors of a code
+    low = np.rint(codes[:-1] - rounding)
+    high = np.rint(codes[1:] + rounding)
+    return np.where(low == high, low, -1).astype(np.int16)
 
 
 def srgb_decode(code: np.ndarray) -> np.ndarray:

@@ -12,6 +12,8 @@ checkerboard, only the pixels without white do.
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 import numpy as np
 
 SNR_EDGES = (2.5, 6.0, 15.0, 40.0)  # borders of the classes of level
@@ -33,7 +35,7 @@ def classes(mosaic: np.ndarray, filters: np.ndarray, variance: np.ndarray) -> np
     """
     mean = local_mean(mosaic)
     noise = np.maximum(local_mean(variance), 1e-30)
-    level = np.searchsorted(SNR_EDGES, mean / np.sqrt(noise))
+    level = _edges_below(SNR_EDGES, mean / np.sqrt(noise))
     (along_x, noise_x, count_x), (along_y, noise_y, count_y) = (
         _change(mosaic, filters, variance, axis) for axis in (1, 0)
     )
@@ -47,9 +49,17 @@ def classes(mosaic: np.ndarray, filters: np.ndarray, variance: np.ndarray) -> np
     flat = along_x + along_y <= (noise_x + noise_y) * (
         1 + SIGNIFICANT * np.sqrt(4 / (count_x + count_y))
     )
-    return level * (len(SHARE_EDGES) + 2) + np.where(
-        flat, 0, 1 + np.searchsorted(SHARE_EDGES, share)
-    )
+    return level * (len(SHARE_EDGES) + 2) + np.where(flat, 0, 1 + _edges_below(SHARE_EDGES, share))
+
+
+def _edges_below(edges: tuple[float, ...], values: np.ndarray) -> np.ndarray:
+    """Return how many edges each value (y, x) is above: `np.searchsorted(edges, values)`, in a
+    fraction of the time.
+    """
+    count = np.zeros(values.shape, int)
+    for edge in edges:
+        count += ~(values <= edge)  # NaN is above all edges
+    return count
 
 
 def _change(
@@ -59,15 +69,27 @@ def _change(
     neighbours along `axis` that have the same filter, its expectation from noise alone, and the
     number of differences.
     """
-    (a, b), (before, after), (v, w) = (
-        _neighbours(values, axis) for values in (mosaic, filters, variance)
-    )
-    same = before == after
-    share = np.maximum(local_mean(same.astype(float)), 1e-9)
+    (a, b), (v, w) = (_neighbours(values, axis) for values in (mosaic, variance))
+    filters = np.asarray(filters)
+    same, share = _same_filter(filters.tobytes(), filters.dtype.str, filters.shape, axis)
     change, noise = (
         local_mean(np.where(same, part, 0.0)) / share for part in ((a - b) ** 2, v + w)
     )
     return change, noise, share * WINDOW**2
+
+
+@lru_cache(maxsize=16)  # every picture of a run has the same few arrays
+def _same_filter(
+    data: bytes, dtype: str, shape: tuple[int, ...], axis: int
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return where (y, x) both neighbours along `axis` have the same filter, and the local share of
+    such pixels. The array of filters is given as the bytes of its numbers.
+
+    The results are cached and must not be changed.
+    """
+    before, after = _neighbours(np.frombuffer(data, dtype).reshape(shape), axis)
+    same = before == after
+    return same, np.maximum(local_mean(same.astype(float)), 1e-9)
 
 
 def _neighbours(values: np.ndarray, axis: int) -> tuple[np.ndarray, np.ndarray]:

@@ -212,9 +212,17 @@ def bayer(method: str, mosaic: np.ndarray, filters: np.ndarray, names: Sequence[
 
 def _dilated(bad: np.ndarray, reach: int) -> np.ndarray:
     """Return which pixels (y, x) lie within `reach` rows and columns of a bad pixel."""
-    from scipy.ndimage import binary_dilation
-
-    return binary_dilation(bad, np.ones((2 * reach + 1, 2 * reach + 1))) if bad.any() else bad
+    if not bad.any():
+        return bad
+    near = bad
+    for axis in (0, 1):
+        lines = np.moveaxis(near, axis, 0)
+        wide = lines.copy(order="K")
+        for k in range(1, min(reach, len(lines) - 1) + 1):
+            wide[k:] |= lines[:-k]
+            wide[:-k] |= lines[k:]
+        near = np.moveaxis(wide, 0, axis)
+    return near
 
 
 def _repeats(filters: np.ndarray) -> bool:

@@ -86,28 +86,40 @@ class ObjectContrast:
         variance = luminance_variance(shown)
         plain = luminances(shown, truth)[0]
         temporal = shown["variance"].values[..., 1]
+        y, true, valid, variance, plain, temporal = (
+            values.ravel() for values in (y, true, valid, variance, plain, temporal)
+        )
         scores = []
         noisy = variance_stated(shown, "object_contrast_snr", "")
-        for region in regions_of(y.shape, labels)[1:]:
+        for region in regions_of(picture["valid"].shape, labels)[1:]:
             name = region.name
-            ring = once(("ring", self.ring, name), (labels,), lambda r=region: self._ring(r))
-            use = region.of(valid)
-            use_around = ring.of(valid)
-            pixels = int(use.sum())
-            pixels_around = int(use_around.sum())
+            whole, ring = once(
+                ("object and ring", self.ring, name),
+                (labels,),
+                lambda r=region: (r.pixels(), self._ring(r).pixels()),
+            )
+            inside = whole[valid[whole]]
+            around = ring[valid[ring]]
+            pixels = inside.size
+            pixels_around = around.size
             if pixels < self.fewest_pixels or pixels_around < self.fewest_pixels:
                 why = f"{pixels} valid pixels in it, {pixels_around} around it"
                 ledger.left_out(f"contrast of {name}", why, NAN, "Weber")
                 continue
-            mean = region.of(y)[use].mean()
-            surround = ring.of(y)[use_around].mean()
+            mean = y[inside].mean()
+            surround = y[around].mean()
             if not surround:
                 ledger.left_out(
                     f"contrast of {name}", "the picture shows no light around it", NAN, "Weber"
                 )
                 continue
-            v_in = region.of(variance)[use].mean()
-            v_around = ring.of(variance)[use_around].mean()
+            contrast_of_truth = once(
+                ("object contrast", self.ring, name),
+                (truth, labels),
+                lambda w=whole, r=ring: _weber(true[w].mean(), true[r].mean()),
+            )
+            v_in = variance[inside].mean()
+            v_around = variance[around].mean()
             contrast = _weber(mean, surround)
             # propagation of errors in a quotient; the variance of each mean is at most 9 times that
             # of independent pixels (3 x 3 demosaic)
@@ -116,20 +128,14 @@ class ObjectContrast:
             noise = np.sqrt(v_in + v_around)
             scores += [
                 Score("object_contrast", contrast, "Weber", name, contrast - half, contrast + half),
-                Score(
-                    "object_contrast_truth",
-                    _weber(region.of(true).mean(), ring.of(true).mean()),
-                    "Weber",
-                    name,
-                ),
+                Score("object_contrast_truth", contrast_of_truth, "Weber", name),
             ]
             if noise > 0:
                 scores.append(
                     Score("object_contrast_snr", float(abs(mean - surround) / noise), "", name)
                 )
                 found = detectability(
-                    Sample(region.of(plain)[use], region.of(temporal)[use]),
-                    Sample(ring.of(plain)[use_around], ring.of(temporal)[use_around]),
+                    Sample(plain[inside], temporal[inside]), Sample(plain[around], temporal[around])
                 )
                 if np.isfinite(found.by_noise):  # inf without temporal noise
                     scores += [

@@ -11,7 +11,7 @@ import numpy as np
 from scipy.special import gammaln, xlogy
 
 from .count_sums import Counts, of_counts, sharp, terms_of
-from .wedge import probability_between, skewness_effect, wedges_between
+from .wedge import cube, probability_between, skewness_effect, wedges_between
 
 # Weight below which a pair of components is neglected. All such pairs together change the result by
 # less than 1e-8.
@@ -107,29 +107,33 @@ def estimated(bright: Signal, dark: Signal, contrast: np.ndarray, interval: floa
     of the bound. The bound is 0 if both signals are represented as NORMAL; otherwise it is 1 below
     0.2 e of read noise.
     """
+    found = Estimate(np.empty(len(contrast)), np.empty(len(contrast)))
+    for start in range(0, len(contrast), PIECE):
+        some = slice(start, start + PIECE)
+        signals = (Signal(*(values[some] for values in of)) for of in (bright, dark))
+        found.value[some], found.bound[some] = _estimated(*signals, contrast[some], interval)
+    return found
+
+
+def _estimated(bright: Signal, dark: Signal, contrast: np.ndarray, interval: float) -> Estimate:
+    """Return `estimated` for a few pairs."""
     bright = _limited(bright)
     dark = _limited(dark)
     first = _shape(bright)
     second = _shape(dark)
     normal = (first.kind == NORMAL) & (second.kind == NORMAL)
-    third = [shape.counts * of.step**3 for shape, of in ((first, bright), (second, dark))]
-    value = np.empty(len(contrast))
-    for start in range(0, len(contrast), PIECE):
-        some = slice(start, start + PIECE)
-        b = bright.mean[some]
-        d = dark.mean[some]
-        wedges = wedges_between(
-            bright.variance[some], dark.variance[some], contrast[some], interval
-        )
-        value[some] = probability_between(wedges, b, d)
-        if not normal[some].all():
-            skewed = skewness_effect(wedges, b, d, third[0][some], third[1][some])
-            value[some] += np.where(normal[some], 0.0, skewed)
-    np.clip(value, 0.0, 1.0, out=value)
+    wedges = wedges_between(bright.variance, dark.variance, contrast, interval)
+    value = probability_between(wedges, bright.mean, dark.mean)
+    if not normal.all():
+        thirds = (shape.counts * cube(of.step) for shape, of in ((first, bright), (second, dark)))
+        skewed = skewness_effect(wedges, bright.mean, dark.mean, *thirds)
+        value = value + np.where(normal, 0.0, skewed)
     largest = np.maximum(first.skewness, second.skewness)
     bound = np.where(largest < 0.4, 0.007 + 0.06 * largest, 0.18 * largest)
     noisy_enough = np.minimum(first.read_e2, second.read_e2) >= ESTIMATED_READ_NOISE_E**2
-    return Estimate(value, np.where(normal, 0.0, np.where(noisy_enough, bound, 1.0)))
+    return Estimate(
+        np.clip(value, 0.0, 1.0), np.where(normal, 0.0, np.where(noisy_enough, bound, 1.0))
+    )
 
 
 def representation(signal: Signal) -> np.ndarray:
@@ -157,7 +161,7 @@ class _Shape(NamedTuple):
 def _shape(signal: Signal) -> _Shape:
     counts, read_e2 = _electrons(signal)
     sd = np.sqrt(counts + read_e2)
-    skewness = np.divide(counts, sd**3, out=np.zeros_like(sd), where=sd > 0)
+    skewness = np.divide(counts, cube(sd), out=np.zeros_like(sd), where=sd > 0)
     out = np.where(skewness < SMALL_SKEWNESS, NORMAL, TWO_NORMALS)
     few = (read_e2 < SMOOTH_READ_NOISE_E**2) & (counts < FEW_ELECTRONS) & (out == TWO_NORMALS)
     lattice = (read_e2 < LATTICE_READ_NOISE_E**2) & (counts < SOME_ELECTRONS) & (counts > 0)

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import cache
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -23,6 +24,7 @@ PAIRS = 4000  # number of pairs drawn per object; the median is then known to ab
 FRAME_PIXELS = 4000  # number of pixels drawn for the score of the frame, for the same reason
 # number of pairs computed together, so that intermediate results stay in the processor's cache
 PIECE = 8192
+AT_ONCE = 2 * PAIRS  # number of pairs of an object drawn together; most objects need one such draw
 
 
 class Pairs(NamedTuple):
@@ -220,19 +222,43 @@ def draw_pairs_of(
     start = np.array([cut.start for cut in window])
     mask = np.zeros([cut.stop - cut.start for cut in window], bool)
     mask[tuple(slice(c.start - b, c.stop - b) for c, b in zip(region.window, start))] = region.mask
-    inside = np.argwhere((distance_transform_edt(mask) <= reach) & mask) + start
-    if region.mask.size == np.prod(region.shape) and region.mask.all() or not len(inside):
+    rows, columns = np.nonzero((distance_transform_edt(mask) <= reach) & mask)
+    if region.mask.size == np.prod(region.shape) and region.mask.all() or not len(rows):
         none = np.zeros(0, int)  # an object that fills the frame has no pixels outside it
         return (none, none), (none, none)
     # the seed is fixed, so that the same picture has the same score
     rng = np.random.default_rng(0)
-    pick = inside[rng.integers(len(inside), size=8 * PAIRS)]
-    offsets = np.argwhere(np.hypot(*np.indices((2 * reach + 1,) * 2) - reach) <= reach) - reach
-    other = pick + offsets[rng.integers(len(offsets), size=len(pick))]
-    in_frame = np.all((other >= 0) & (other < region.shape), axis=1)
-    place = other - start
-    within = in_frame & np.all((place >= 0) & (place < mask.shape), axis=1)
-    in_frame[within] = ~mask[tuple(place[within].T)]
-    pick = pick[in_frame][:PAIRS]
-    other = other[in_frame][:PAIRS]
-    return tuple(pick.T), tuple(other.T)
+    first = rng.integers(len(rows), size=8 * PAIRS)
+    down, across = _offsets(reach)
+    step = rng.integers(len(down), size=8 * PAIRS)
+    # pixels of the frame outside the region, in the window and `reach` pixels around it
+    outside = np.pad(~mask, reach, constant_values=True)
+    for axis, (begin, size) in enumerate(zip(start, region.shape, strict=True)):
+        lines = np.moveaxis(outside, axis, 0)
+        lines[: max(reach - begin, 0)] = False
+        lines[size - begin + reach :] = False
+    places = []
+    found = 0
+    for begin in range(0, 8 * PAIRS, AT_ONCE):
+        some = slice(begin, begin + AT_ONCE)
+        row = rows[first[some]]
+        column = columns[first[some]]
+        row_of_other = row + down[step[some]]
+        column_of_other = column + across[step[some]]
+        counts = outside[row_of_other + reach, column_of_other + reach]
+        places.append(np.stack([row, column, row_of_other, column_of_other])[:, counts])
+        found += places[-1].shape[1]
+        if found >= PAIRS:
+            break
+    row, column, row_of_other, column_of_other = np.concatenate(places, axis=1)[:, :PAIRS]
+    return (
+        (row + start[0], column + start[1]),
+        (row_of_other + start[0], column_of_other + start[1]),
+    )
+
+
+@cache
+def _offsets(reach: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return the steps (rows, columns) to all pixels at most `reach` away."""
+    at = np.argwhere(np.hypot(*np.indices((2 * reach + 1,) * 2) - reach) <= reach) - reach
+    return at[:, 0].copy(), at[:, 1].copy()

@@ -244,9 +244,15 @@ def skewness_effect(
     out = np.zeros(len(bright))
     for c, sd, side in zip(wedges.ends, wedges.sd, (1.0, -1.0), strict=True):
         at = ((1 - c) * bright - (1 + c) * dark) / sd
-        skewness = side * ((1 - c) ** 3 * bright_third - (1 + c) ** 3 * dark_third) / sd**3
+        cubes = cube(1 - c) * bright_third - cube(1 + c) * dark_third
+        skewness = side * cubes / cube(sd)
         out += skewness / 6 * (at * at - 1) * np.exp(-at * at / 2) / np.sqrt(2 * np.pi)
     return out
+
+
+def cube(values: np.ndarray) -> np.ndarray:
+    """Return values^3. NumPy's power takes ten times as long."""
+    return values * values * values
 
 
 def both_positive(

@@ -15,12 +15,14 @@ from isethdr_core.plugins.ranges import check_ranges
 
 from ..limits import Compression, White
 from ..regions import luminances, mean_of, means_of_parts, regions_of
-from .structural_similarity import similarity
+from .structural_similarity import Reference, reference, similarity_to
 
 if TYPE_CHECKING:
     import xarray as xr
 
     from isethdr_core.pipeline.demand import Demand
+
+CODES = 255.0  # range of the codes of a display
 
 
 @dataclass(frozen=True)
@@ -95,20 +97,24 @@ class Ssim:
                 f"a picture of {valid.shape} pixels is smaller than the window of SSIM; "
                 "expected at least 11 rows and columns"
             )
-        true_shown = once(
-            ("display", float(white), self.compression),
-            (truth,),
-            lambda: display(truth, white, self.compression),
-        )
-        displayed = true_shown, display(picture, white, self.compression)
-        # float32 halves the time; the rounding error of the windowed squares is 2e-3, much less
-        # than the smallest stabilising constant, 6.5
+        key = "windowed display", float(white), self.compression
+        references = once(key, (truth,), lambda: self._references(truth, white))
+        shown = display(picture, white, self.compression)
         similarities: np.ndarray = (
             sum(
-                similarity(*(p[..., k].astype(np.float32) for p in displayed), data_range=255.0)
-                for k in range(3)
+                similarity_to(of_truth, shown[..., k].astype(np.float32), CODES)
+                for k, of_truth in enumerate(references)
             )
             / 3
         )
         similarities[~valid & (true < white)] = 0.0
         return similarities
+
+    def _references(self, truth: xr.Dataset, white: float) -> list[Reference]:
+        """Return the three display channels of the reference picture, prepared for comparison.
+
+        float32 halves the time. The rounding error of the windowed squares is 2e-3, much less than
+        the smallest stabilising constant, 6.5.
+        """
+        shown = display(truth, white, self.compression)
+        return [reference(shown[..., k].astype(np.float32), CODES) for k in range(3)]

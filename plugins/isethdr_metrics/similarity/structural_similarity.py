@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
 REACH = 5  # pixels on each side of the centre of the window, which has 11 pixels in all
@@ -27,24 +29,52 @@ def similarity(first: np.ndarray, second: np.ndarray, data_range: float) -> np.n
     variances is needed, so four windowed means suffice. Half of the range is subtracted first,
     which reduces the rounding error of the squares to a quarter.
     """
+    return similarity_to(reference(first, data_range), second, data_range)
+
+
+class Reference(NamedTuple):
+    """The first of two planes, prepared for comparison with several others."""
+
+    padded: np.ndarray  # minus half of the range, and mirrored beyond the borders
+    mean: np.ndarray  # windowed means (y, x) of `padded`
+
+
+def reference(plane: np.ndarray, data_range: float) -> Reference:
+    """Return a plane (y, x) prepared for `similarity_to`."""
+    padded = _padded(plane, data_range)
+    mean = np.empty_like(plane)
+    for top in range(0, len(plane), STRIP):
+        mean[top : top + STRIP] = windowed(padded[top : top + STRIP + 2 * REACH])
+    return Reference(padded, mean)
+
+
+def _padded(plane: np.ndarray, data_range: float) -> np.ndarray:
+    return np.pad(plane - plane.dtype.type(data_range / 2), REACH, mode="symmetric")
+
+
+def similarity_to(first: Reference, second: np.ndarray, data_range: float) -> np.ndarray:
+    """Return `similarity` of two planes, the first of which is prepared.
+
+    Parameters
+    ----------
+    first : the first plane.
+    second : the second plane (y, x), of the same floating-point type.
+    data_range : difference between the largest and the smallest possible value.
+    """
     middle = data_range / 2
     of_means = (0.01 * data_range) ** 2
     of_variances = (0.03 * data_range) ** 2
-    out = np.empty(first.shape, first.dtype)
-    one, other = (
-        np.pad(plane - first.dtype.type(middle), REACH, mode="symmetric")
-        for plane in (first, second)
-    )
+    out = np.empty(second.shape, second.dtype)
+    other = _padded(second, data_range)
     for top in range(0, len(out), STRIP):
         rows = slice(top, top + STRIP + 2 * REACH)
-        a = one[rows]
+        a = first.padded[rows]
         b = other[rows]
-        mean_a, mean_b, squares, product = (
-            windowed(values) for values in (a, b, a * a + b * b, a * b)
-        )
+        mean_a = first.mean[top : top + STRIP]
+        mean_b, squares, product = (windowed(values) for values in (b, a * a + b * b, a * b))
         covariance = product - mean_a * mean_b
         variances = squares - (mean_a * mean_a + mean_b * mean_b)
-        mean_a += middle
+        mean_a = mean_a + middle
         mean_b += middle
         out[top : top + STRIP] = (
             (2 * mean_a * mean_b + of_means)

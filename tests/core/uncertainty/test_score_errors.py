@@ -576,3 +576,19 @@ def test_a_score_that_rests_on_few_tiles_is_known_with_fewer_degrees_of_freedom(
     # chance: 0.0015; the two estimates make the tails a little heavier than Student's
     assert 0.94 < inside[freedom] < 0.965
     assert inside[changes - 1] < 0.94
+
+
+def test_an_unknown_variance_stays_one_number_in_memory():
+    shot = uniform_shot(0.1)
+    unknown = np.broadcast_to(np.nan, shot.picture["variance"].shape)
+    picture = shot.picture.assign(variance=shot.picture["variance"].copy(data=unknown))
+    factor = np.linspace(0.5, 4.0, unknown[..., 0].size).reshape(unknown.shape[:2])
+    scaled = changed_scenes._scaled(Pair(picture, shot.truth), factor)
+    assert not any(scaled["variance"].values.strides)
+    assert np.isnan(scaled["variance"].values).all()
+    # the other values are those of a picture with a known variance
+    known = changed_scenes._scaled(Pair(shot.picture, shot.truth), factor)
+    xr.testing.assert_identical(scaled.drop_vars("variance"), known.drop_vars("variance"))
+    other = np.broadcast_to(np.nan, unknown.shape)
+    assert changed_scenes._same(unknown, other)
+    assert not changed_scenes._same(unknown, np.broadcast_to(1.0, unknown.shape))

@@ -243,3 +243,15 @@ def test_matrix_of_one_channel_scales_the_white():
         colour_spaces.colour_matrix(np.ones((5, 1)), np.ones((5, 3)), [4.0], [1.0, 2.0, 3.0])[:, 0],
         [0.25, 0.5, 0.75],
     )
+
+
+def test_codes_from_the_table_are_rounded_encoded_values_next_to_every_step():
+    entries = np.linspace(0.0, 1.0, colour_spaces.CODE_BINS + 1)
+    # linear values at which the code changes, and the neighbours of these and of all entries
+    steps = colour_spaces.srgb_decode((np.arange(255) + 0.5) / 255)
+    near = np.concatenate([entries, steps, np.random.default_rng(0).uniform(-0.1, 1.1, 3000)])
+    values = np.concatenate([near, np.nextafter(near, -1), np.nextafter(near, 2)])
+    values = np.stack([values, values[::-1], np.roll(values, 1)], axis=-1)
+    codes = colour_spaces.srgb_codes(values)
+    assert codes.dtype == np.uint8
+    np.testing.assert_array_equal(codes, np.rint(255 * colour_spaces.srgb_encode(values)))
