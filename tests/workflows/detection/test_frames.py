@@ -5,11 +5,13 @@ shares.
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from isethdr_workflows.detection.frame import (
     Frame,
+    Layout,
     Thing,
     cells,
     level_of,
@@ -38,7 +40,37 @@ def frame(number: int, contrast: float = 3.0, spread: float = 1.0) -> Frame:
     top, left, height, width = BOX
     owners[top : top + height, left : left + width] = 1
     colours[:, owners == 1] += contrast
-    return Frame(number, f"road {number}", "night", colours, owners, (thing(),))
+    return framed(number, colours, owners, (thing(),))
+
+
+def framed(number: int, colours, owners, things=(), render=None) -> Frame:
+    """Return a frame of a road of its own at night."""
+    return Frame(
+        number=number,
+        road=f"road {number}",
+        condition="night",
+        layout=Layout(owners),
+        things=things,
+        colours=colours,
+        render=render,
+    )
+
+
+def searched(frames, size, order=3, wanted=30) -> clutter.Search:
+    """Return the search of the frames, with one more size."""
+    search = clutter.searches(frames, order, wanted)["night"]
+    return search._replace(sizes=(*search.sizes, size))
+
+
+def examined(frames, how, bare=None) -> list[observing.Examined]:
+    """Return the windows that are read in frames."""
+    search = clutter.searches(frames, how.order, how.windows)["night"]
+    return [observing.examined(one, search, bare and bare[one.number]) for one in frames]
+
+
+def observed(frames, how, places, bare=None):
+    """Return the rows and decisions of the observer."""
+    return observing.observed(examined(frames, how, bare), how, row_of, places)
 
 
 def row_of(frame, thing, answer):
@@ -50,8 +82,8 @@ def test_cells_keep_noise_of_1_and_join_to_noise_of_1():
     deviation to 0.6 %.
     """
     noise = np.random.default_rng(0).normal(size=(256, 256))
-    filters = np.tile(np.array([[0, 1], [1, 2]], np.uint8), (128, 128))
-    colours = cells(noise, filters, (2, 2))
+    filters = np.array([[0, 1], [1, 2]], np.uint8)
+    colours = cells(lambda down, across, channel: noise[down::2, across::2], filters)
     assert colours.shape == (3, 128, 128)
     assert colours.std((1, 2)) == pytest.approx([1, 1, 1], abs=0.02)
     assert pairs(colours).std((1, 2)) == pytest.approx([1, 1, 1], abs=0.04)
@@ -65,13 +97,13 @@ def test_a_noisier_frame_has_twice_the_variance_of_the_renderer():
     halves = random.normal(0, np.sqrt(2), (2, 1, 200, 200))
     owners = np.zeros((200, 200), np.int32)
     render = (halves[0] - halves[1]) / 2
-    one = Frame(0, "road", "night", halves.mean(0), owners, (), render)
+    one = framed(0, halves.mean(0), owners, (), render)
     worse = noisier(one)
     assert one.colours.var() == pytest.approx(1, rel=0.03)
     assert worse.colours.var() == pytest.approx(2, rel=0.03)
     assert worse.render.var() == pytest.approx(2, rel=0.03)
     assert worse.joined(1).var() == pytest.approx(2, rel=0.06)  # not the sums of the frame before
-    still = Frame(0, "road", "night", halves.mean(0), owners, ())
+    still = framed(0, halves.mean(0), owners)
     assert noisier(still) is still
 
 
@@ -93,12 +125,12 @@ def test_large_boxes_are_read_in_joined_cells():
 
 def test_the_ring_fills_an_even_surround_exactly_and_leaves_all_else():
     one = frame(1, spread=0.0)
-    own = one.mask(0, 1)
-    filled = difference.ring_filled(one.colours, own, own)
+    own = one.layout.mask(0, 1)
+    filled = difference.filled(one.colours, difference.ring_of(own, own))
     assert filled[:, own] == pytest.approx(20.0)
     assert np.array_equal(filled[:, ~own], one.colours[:, ~own])
     everyone = np.ones(SHAPE, bool)
-    assert difference.ring_filled(one.colours, own, everyone) is None
+    assert difference.ring_of(own, everyone) is None
 
 
 def test_without_the_object_in_place_the_ring_and_a_bare_view_agree_on_an_even_road():
@@ -122,24 +154,78 @@ def windows(picture, at, shape):
 def test_windows_hold_no_road_user_and_are_the_same_for_all_cameras():
     one = frame(3)
     size = clutter.size_of(BOX)
-    shape = clutter.shape_of(size, SHAPE[0], 3)
-    at = clutter.places(one, size, shape, 30)
+    search = searched([one], size)
+    at = clutter.places(one, size, search)
     assert len(at.top) == 30
-    marked = Frame(3, "road 3", "night", (one.owners > 0)[None] * 1.0, one.owners, ())
-    same = clutter.places(marked, size, shape, 30)  # another camera has the same places
+    owners = one.layout.owners
+    marked = framed(3, (owners > 0)[None] * 1.0, owners)
+    same = clutter.places(marked, size, search)  # another camera has the same places
     assert np.array_equal(at, same)
+    shape = search.shape(size)
     top, left, height, width = shape.box
     held = windows(marked.colours, at, shape)[:, 0, top : top + height, left : left + width]
     assert not held.any()
-    full = Frame(3, "road 3", "night", one.colours, np.ones(SHAPE, np.int32), ())
-    assert len(clutter.places(full, size, shape, 30).top) == 0
+    full = framed(3, one.colours, np.ones(SHAPE, np.int32))
+    assert len(clutter.places(full, size, search).top) == 0
+
+
+def test_all_light_levels_share_the_places_and_outlines_of_a_scene():
+    one = frame(3)
+    search = searched([one], clutter.size_of(BOX))
+    first = clutter.places(one, clutter.size_of(BOX), search)
+    observing.examined(one, search)
+    brighter = replace(one, colours=2 * one.colours, _joined={})
+    outlines = dict(one.layout.outlines)
+    observing.examined(brighter, search)
+    assert clutter.places(brighter, clutter.size_of(BOX), search) is first
+    assert len(outlines) == 1
+    assert all(brighter.layout.outlines[key] is value for key, value in outlines.items())
+
+
+@pytest.mark.parametrize("box", [BOX, (0, 40, 6, 4), (33, 90, 7, 8), (2, 30, 36, 26)])
+def test_rows_that_are_not_read_have_no_influence(box):
+    """The rows are NaN, which any sum would show. The boxes lie in the middle, at both borders,
+    and across joined cells.
+    """
+    one = frame(5)
+    owners = np.zeros(SHAPE, np.int32)
+    owners[box[0] : box[0] + box[2], box[1] : box[1] + box[3]] = 1
+    render = np.random.default_rng(1).normal(size=one.colours.shape)
+    whole = framed(5, one.colours, owners, (thing(box),), render)
+    search = clutter.searches([whole], 2, 12)["night"]
+    rows = observing.rows_read(whole, search)
+    outside = np.ones(SHAPE[0], bool)
+    outside[rows] = False
+    cut = replace(whole, colours=whole.colours.copy(), rows=rows, render=render.copy(), _joined={})
+    cut.colours[:, outside] = np.nan
+    cut.render[:, outside] = np.nan
+    assert outside.any() or box[2] > 24
+    for expected, got in ((whole, cut), (noisier(whole), noisier(cut))):
+        before = observing.examined(expected, search)
+        after = observing.examined(got, search)
+        for size, moments in before.moments.items():
+            assert moments.count == after.moments[size].count
+            assert np.array_equal(moments.squares, after.moments[size].squares)
+        assert np.array_equal(before.windows[0].outputs, after.windows[0].outputs)
+        assert np.array_equal(before.windows[0].difference, after.windows[0].difference)
+        assert np.array_equal(before.windows[0].render, after.windows[0].render)
+
+
+def test_without_objects_no_cell_is_read():
+    one = replace(frame(3), things=())
+    search = clutter.searches([one], 3, 30)["night"]
+    rows = observing.rows_read(one, search)
+    assert rows == slice(0, 0)
+    nothing = replace(one, rows=rows, render=lambda rows, columns: 1 / 0)
+    assert observing.examined(noisier(nothing), search).moments == {}
 
 
 def test_outputs_read_in_strips_are_those_of_windows_cut_out_one_by_one():
     one = frame(3)
     size = clutter.size_of(BOX)
-    shape = clutter.shape_of(size, SHAPE[0], 3)
-    at = clutter.places(one, size, shape, 30)
+    search = searched([one], size)
+    shape = search.shape(size)
+    at = clutter.places(one, size, search)
     assert len(np.unique(at.top)) > 1
     each = shape.channels.of(windows(one.colours, at, shape))
     # 1e-10: rounding of float64, because the sums run in another order
@@ -148,11 +234,11 @@ def test_outputs_read_in_strips_are_those_of_windows_cut_out_one_by_one():
 
 def test_clutter_is_that_of_other_roads():
     frames = [frame(k) for k in range(4)]
-    made = clutter.Clutter(frames, 1, 12)
     size = clutter.size_of(BOX)
-    outputs = [made.outputs(one, size) for one in frames]
+    read = examined(frames, observing.Observer(order=1, windows=12))
+    made = clutter.Clutter([(one.road, one.moments) for one in read])
     moments = made.others(size, "road 2")
-    kept = np.concatenate([outputs[k] for k in (0, 1, 3)])
+    kept = np.concatenate([read[k].empty[size] for k in (0, 1, 3)])
     assert moments.count == len(kept)
     assert clutter.covariance(moments) == pytest.approx(np.cov(kept.T))
 
@@ -188,7 +274,7 @@ def test_on_drawn_roads_counting_agrees_with_the_observer():
     """
     frames = [frame(k, contrast=1.2) for k in range(60)]
     how = observing.Observer(order=2, windows=24)
-    rows, check = observing.observed(frames, how, row_of, observing.places_of(frames))
+    rows, check = observed(frames, how, observing.places_of(frames))
     assert len(rows) == check.objects == 60
     assert all(row.d <= row.noise_only for row in rows)
     stated = check.expected / check.trials
@@ -203,9 +289,8 @@ def test_on_drawn_roads_counting_agrees_with_the_observer():
 
 
 def test_with_two_roads_and_few_windows_nothing_is_claimed():
-    rows, check = observing.observed(
-        [frame(0), frame(1)], observing.Observer(windows=8), row_of, {"person": 1000.0}
-    )
+    frames = [frame(0), frame(1)]
+    rows, check = observed(frames, observing.Observer(windows=8), {"person": 1000.0})
     assert check.objects == 0 and all(math.isnan(row.found) for row in rows)
 
 
@@ -214,8 +299,8 @@ def test_a_bare_view_takes_the_place_of_the_ring():
     bare = {k: frame(k, contrast=0.0) for k in range(20)}
     how = observing.Observer(order=1, windows=24)
     places = observing.places_of(frames)
-    honest, _ = observing.observed(frames, how, row_of, places, bare)
-    cheap, _ = observing.observed(frames, how, row_of, places)
+    honest, _ = observed(frames, how, places, bare)
+    cheap, _ = observed(frames, how, places)
     # with a bare view, the change is known and equal on all roads; the ring only estimates it
     assert np.std([row.noise_only for row in honest]) < 1e-6
     assert np.std([row.noise_only for row in cheap]) > 0.1

@@ -7,13 +7,15 @@ noise.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
 import xarray as xr
 from isethdr_sensors.imaging_sensor import ImagingSensor
 from isethdr_sensors.timing import auto_exposure
+from isethdr_sensors.timing.auto_exposure import Solved
 
 from isethdr_core import generator
 from isethdr_core.data.temporal_modulation import time_mean
@@ -21,55 +23,146 @@ from isethdr_core.data.temporal_modulation import time_mean
 SIDE = 8  # side of the crop that states a camera's exposure, pixels
 
 
+@dataclass(frozen=True, eq=False)
+class Metered:
+    """The mean electrons that decide the exposure of a camera.
+
+    Parameters
+    ----------
+    sensor : sensor that meters them.
+    electrons_per_s : (capture, y, x) mean electrons per second, dark charge included.
+    dark_e_per_s : (capture, 1, 1) the dark charge among them.
+    focal_length_m : focal length of the lens, m.
+    """
+
+    sensor: ImagingSensor
+    electrons_per_s: np.ndarray
+    dark_e_per_s: np.ndarray
+    focal_length_m: float
+
+    def settled(self, factor: float) -> Solved:
+        """Return the exposure and the gain for the light times `factor`."""
+        electrons_per_s = self.electrons_per_s
+        if factor != 1:
+            light_e_per_s = self.electrons_per_s - self.dark_e_per_s
+            electrons_per_s = factor * light_e_per_s + self.dark_e_per_s
+        return auto_exposure.settled_at(self.sensor, electrons_per_s, self.focal_length_m)
+
+
 @dataclass(eq=False)
 class Exposing:
-    """A camera with the light on its sensor plane, which may be scaled."""
+    """A camera with the light on its sensor plane, which may be scaled.
+
+    Parameters
+    ----------
+    sensor : sensor of the camera.
+    light : light on the sensor plane; for an `ImagingSensor` the tiles under the middle.
+    metered : electrons that decide the exposure; None if no electrons do.
+    """
 
     sensor: Any
     light: xr.DataArray
-    at_one: xr.Dataset  # captures of a few pixels of the light as it is
-    light_e_per_s: np.ndarray | None = None  # (capture, y, x), computed for the first other level
+    metered: Metered | None = None
+    _known: dict[tuple[float, float], xr.Dataset] = field(default_factory=dict)
 
     def captures(self, factor: float = 1.0) -> xr.Dataset:
         """Return captures of a few pixels at the exposure that the camera chooses for the light
         times `factor`. Only their exposure, gain and noise are meant for use: the pixels
-        themselves show the light as it is.
+        themselves show the light as it is. Levels of equal exposure and gain share the captures, so
+        they must not be changed.
         """
-        if factor == 1:
-            return self.at_one
-        sensor = self.sensor
-        if not isinstance(sensor, ImagingSensor):
-            return sensor(scaled(self.light, factor), generator())
-        if sensor.exposure_rule == "fixed":
-            return self.at_one
-        metered = auto_exposure.metered(sensor)
-        dark_e_per_s = in_darkness(metered, self.light)[:, None, None] / metered.exposure_s
-        if self.light_e_per_s is None:
-            mean_e = metered.expected(time_mean(self.light)).values
-            self.light_e_per_s = mean_e / metered.exposure_s - dark_e_per_s
-        electrons_per_s = factor * self.light_e_per_s + dark_e_per_s
-        focal_length_m = 1e-3 * self.light.attrs["focal_length_mm"]
-        solved = auto_exposure.settled_at(metered, electrons_per_s, focal_length_m)
-        return few(sensor, self.light, solved)
+        if not isinstance(self.sensor, ImagingSensor):
+            return self._once(
+                (factor, 0.0),
+                lambda: self.sensor(
+                    self.light if factor == 1 else scaled(self.light, factor), generator()
+                ),
+            )
+        if self.metered is None:
+            return self._once((0.0, 0.0), lambda: few(self.sensor, self.light))
+        solved = self.metered.settled(factor)
+        key = solved.exposure_s, solved.gain
+        return self._once(key, lambda: few(self.sensor, self.light, solved))
+
+    def _once(self, key: tuple[float, float], make: Callable[[], xr.Dataset]) -> xr.Dataset:
+        if key not in self._known:
+            self._known[key] = make()
+        return self._known[key]
 
 
-def exposing(sensor: Any, light: xr.DataArray) -> Exposing:
-    """Return a camera with the light for which it chooses its exposure."""
-    if not isinstance(sensor, ImagingSensor):
-        return Exposing(sensor, light, sensor(light, generator()))
-    solved = None
-    if sensor.exposure_rule != "fixed":
-        solved = auto_exposure.settle(sensor, light)
-    return Exposing(sensor, light, few(sensor, light, solved))
-
-
-def few(sensor: ImagingSensor, light: xr.DataArray, solved: Any = None) -> xr.Dataset:
-    """Return captures of a few pixels in the middle, which state exposure, gain and noise.
+def exposing(sensor: Any, light: xr.DataArray, mean: xr.DataArray | None = None) -> Exposing:
+    """Return a camera with the light for which it chooses its exposure.
 
     Parameters
     ----------
     sensor : sensor of the camera.
     light : light on the sensor plane.
+    mean : (capture, y, x) electrons that `sensor` expects from this light; None: not known yet.
+    """
+    if not isinstance(sensor, ImagingSensor):
+        return Exposing(sensor, light)
+    under_middle = middle(light, sensor.pitch_um)
+    if sensor.exposure_rule == "fixed":
+        return Exposing(sensor, under_middle)
+    metering = auto_exposure.metered(sensor)
+    constant = time_mean(light)
+    if mean is None or metering is not sensor or constant is not light:
+        mean = metering.expected(constant)
+    focal_length_m = 1e-3 * light.attrs["focal_length_mm"]
+    electrons_per_s = mean.values / metering.exposure_s
+    dark_e_per_s = in_darkness(metering, light)[:, None, None] / metering.exposure_s
+    deciding, pixels = decisive(metering, electrons_per_s)
+    metered = Metered(deciding, pixels, dark_e_per_s, focal_length_m)
+    return Exposing(sensor, under_middle, metered)
+
+
+def decisive(
+    sensor: ImagingSensor, electrons_per_s: np.ndarray
+) -> tuple[ImagingSensor, np.ndarray]:
+    """Return the one or two pixels (capture, 1, pixel) of each capture that decide its metered
+    level, and the sensor that meters them alone. If more pixels decide, the arguments are returned.
+
+    The rules `percentile`, `histogram` and, without a limit for lamps, `highlights` meter pixels
+    by their rank. Multiplying by a factor and adding dark charge keep the ranks, also after
+    rounding, so the same pixels decide at every level of light and every gain.
+
+    Parameters
+    ----------
+    sensor : sensor as `auto_exposure.metered` returns it.
+    electrons_per_s : (capture, y, x) mean electrons per second.
+    """
+    count = electrons_per_s[0].size
+    if sensor.exposure_rule == "highlights" and np.isinf(sensor.exposure_lamp_ratio):
+        return sensor, electrons_per_s.max((1, 2), keepdims=True)
+    if sensor.exposure_rule == "histogram":
+        return sensor, _ranked(electrons_per_s, [(count - 1) // 2, count // 2])
+    # np.percentile calculates the rank in the type of the pixels
+    if sensor.exposure_rule != "percentile" or electrons_per_s.dtype != np.float64:
+        return sensor, electrons_per_s
+    # a percentile lies at this rank; np.percentile interpolates between the two ranks beside it
+    rank = (count - 1) * (sensor.exposure_percentile / 100)
+    first = int(rank)
+    share = rank - first
+    percentile = 100 * share
+    if percentile / 100 != share:  # not the same number after rounding: only a few pixels
+        return sensor, electrons_per_s
+    of_two = replace(sensor, exposure_percentile=percentile)
+    return of_two, _ranked(electrons_per_s, [first, min(first + 1, count - 1)])
+
+
+def _ranked(planes: np.ndarray, ranks: list[int]) -> np.ndarray:
+    """Return the values (capture, 1, rank) of some ranks, 0 for the smallest."""
+    flat = planes.reshape(len(planes), -1)
+    return np.stack([np.partition(plane, ranks)[ranks] for plane in flat])[:, None]
+
+
+def few(sensor: ImagingSensor, light: xr.DataArray, solved: Solved | None = None) -> xr.Dataset:
+    """Return captures of a few pixels in the middle, which state exposure, gain and noise.
+
+    Parameters
+    ----------
+    sensor : sensor of the camera.
+    light : light on the sensor plane, at least the tiles that `middle` returns.
     solved : exposure and gain, as `auto_exposure.settle` returns them; None: those of the sensor.
     """
     fixed = sensor

@@ -7,7 +7,7 @@ objects are read in joined cells of 2 x 2, 4 x 4, ... cells, which also have a n
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -26,6 +26,10 @@ ROAD_USERS = tuple(name for names in CLASSES.values() for name in names)
 OTHER_USERS = ("bicycle", "motorcycle")
 Part = tuple[slice, slice]  # rows and columns, joined cells
 EVERYWHERE: Part = (slice(None), slice(None))
+# half differences (colour, y, x) of the cells in some rows and columns
+RenderOf = Callable[[slice, slice], np.ndarray]
+# stabilised pixels (y, x) at one row and column of all cells, of one channel
+PixelsOf = Callable[[int, int, int], np.ndarray]
 Boxes = dict[int, tuple[int, int, int, int]]  # {number: (top, left, height, width)}
 RIDER = "rider of "  # the name of a rider is this text and the name of the bicycle
 
@@ -53,44 +57,25 @@ class Thing:
 
 
 @dataclass(eq=False)
-class Frame:
-    """One scene through one camera at one level of light.
+class Layout:
+    """The road users in the cells of a camera. Frames of one scene at all levels of light share it,
+    and so do cameras with the same cells.
 
     Parameters
     ----------
-    colours : (colour, y, x) stabilised cells, with noise 1.
     owners : (y, x) instance number of the road user in each cell, 0 for none.
-    render : (colour, y, x) half of the difference of the renderer's half buffers, in the
-        unit of `colours`; None if the scene has no half buffers.
+    places : first rows and columns of windows without road users, by size and number of windows.
+    outlines : masks of an object and of the ring around it, by instance and level of joined cells.
     """
 
-    number: int
-    road: str
-    condition: str
-    colours: np.ndarray
     owners: np.ndarray
-    things: tuple[Thing, ...]
-    render: np.ndarray | None = None
-    _joined: dict[int, np.ndarray] = field(default_factory=dict)
-    _sums: dict[int, np.ndarray] = field(default_factory=dict)
-    _renders: dict[int, np.ndarray] = field(default_factory=dict)
+    places: dict[Any, Any] = field(default_factory=dict)
+    outlines: dict[tuple[int, int], Any] = field(default_factory=dict)
 
-    def joined(self, level: int) -> np.ndarray:
-        """Return the colours (colour, y, x) in joined cells of 2^level x 2^level cells, noise 1."""
-        if level not in self._joined:
-            self._joined[level] = self.colours if level == 0 else pairs(self.joined(level - 1))
-        return self._joined[level]
-
-    def render_joined(self, level: int) -> np.ndarray | None:
-        """Return `render` in joined cells of 2^level x 2^level cells."""
-        if self.render is None:
-            return None
-        if level not in self._renders:
-            joined = self.render
-            for _ in range(level):
-                joined = pairs(joined)
-            self._renders[level] = joined
-        return self._renders[level]
+    def size(self, level: int) -> tuple[int, int]:
+        """Return the number of rows and columns of joined cells of 2^level x 2^level cells."""
+        rows, columns = self.owners.shape
+        return rows >> level, columns >> level
 
     def mask(self, level: int, instance: int = 0, part: Part = EVERYWHERE) -> np.ndarray:
         """Return a mask (y, x) of the joined cells that hold a road user.
@@ -101,11 +86,7 @@ class Frame:
         instance : number of the object; 0: all road users.
         part : rows and columns of joined cells that are wanted.
         """
-        scale = 2**level
-        rows, columns = (
-            slice(cut.start and cut.start * scale, cut.stop and cut.stop * scale) for cut in part
-        )
-        owners = self.owners[rows, columns]
+        owners = self.owners[in_cells(part[0], level), in_cells(part[1], level)]
         own = owners == instance if instance else owners > 0
         for _ in range(level):
             height, width = (size // 2 * 2 for size in own.shape)
@@ -115,10 +96,86 @@ class Frame:
 
     def used(self, level: int) -> np.ndarray:
         """Return the running sums (y + 1, x + 1) over the mask of all road users."""
-        if level not in self._sums:
-            sums = self.mask(level).astype(np.int32).cumsum(0).cumsum(1)
-            self._sums[level] = np.pad(sums, ((1, 0), (1, 0)))
-        return self._sums[level]
+        sums = self.mask(level).astype(np.int32).cumsum(0).cumsum(1)
+        return np.pad(sums, ((1, 0), (1, 0)))
+
+
+@dataclass(eq=False, kw_only=True)
+class SceneObjects:
+    """One scene through one camera: its light, its objects, and the cells that they take.
+
+    Parameters
+    ----------
+    condition : kind of light.
+    layout : the road users in the cells.
+    things : the objects that the observer looks for.
+    """
+
+    number: int
+    road: str
+    condition: str
+    layout: Layout
+    things: tuple[Thing, ...]
+
+
+@dataclass(eq=False, kw_only=True)
+class Frame(SceneObjects):
+    """One scene through one camera at one level of light.
+
+    Parameters
+    ----------
+    colours : (colour, y, x) stabilised cells, with noise 1; NaN outside `rows`.
+    render : (colour, y, x) half of the difference of the renderer's half buffers, in the
+        unit of `colours`; or a function that returns it for some rows and columns of cells; None
+        if the scene has no half buffers.
+    rows : rows of cells that are known. Both ends are the border, or multiples of the largest
+        joined cells that are read.
+    """
+
+    colours: np.ndarray
+    render: np.ndarray | RenderOf | None = None
+    rows: slice = field(default_factory=lambda: slice(None))
+    _joined: dict[int, np.ndarray] = field(default_factory=dict)
+
+    def joined(self, level: int) -> np.ndarray:
+        """Return the colours (colour, y, x) in joined cells of 2^level x 2^level cells, noise 1."""
+        if level not in self._joined:
+            self._joined[level] = self.colours if level == 0 else self._next(level)
+        return self._joined[level]
+
+    def _next(self, level: int) -> np.ndarray:
+        finer = self.joined(level - 1)
+        start, stop, _ = self.rows.indices(self.colours.shape[1])
+        known = slice(start >> level, stop >> level)
+        out = np.full((len(finer), *self.layout.size(level)), np.nan, finer.dtype)
+        out[:, known] = pairs(finer[:, 2 * known.start : 2 * known.stop])
+        return out
+
+    def render_joined(self, level: int, part: Part = EVERYWHERE) -> np.ndarray | None:
+        """Return `render` in joined cells of 2^level x 2^level cells.
+
+        Parameters
+        ----------
+        level : level of joined cells.
+        part : rows and columns of joined cells that are wanted.
+        """
+        if self.render is None:
+            return None
+        rows = in_cells(part[0], level)
+        columns = in_cells(part[1], level)
+        if isinstance(self.render, np.ndarray):
+            joined = self.render[:, rows, columns]
+        else:
+            joined = self.render(rows, columns)
+        for _ in range(level):
+            joined = pairs(joined)
+        return joined
+
+
+def in_cells(cut: slice, level: int) -> slice:
+    """Return the rows or columns of cells of a slice of joined cells."""
+    scale = 2**level
+    return slice(cut.start and cut.start * scale, cut.stop and cut.stop * scale)
 
 
 def noisier(frame: Frame) -> Frame:
@@ -128,15 +185,20 @@ def noisier(frame: Frame) -> Frame:
     is independent of it. Adding it to the frame gives the noise of a renderer with half the
     samples. A frame without half buffers is returned as it is.
     """
-    if frame.render is None:
+    start, stop, _ = frame.rows.indices(frame.colours.shape[1])
+    if start >= stop:  # no object is looked for, so no cell is read
         return frame
+    known = slice(start, stop)
+    half = frame.render_joined(0, (known, slice(None)))
+    if half is None:
+        return frame
+    render = np.full(frame.colours.shape, np.nan, half.dtype)
+    render[:, known] = half
     return replace(
         frame,
-        colours=frame.colours + frame.render,
-        render=frame.render * np.float32(np.sqrt(2)),
+        colours=frame.colours + render,
+        render=render * np.float32(np.sqrt(2)),
         _joined={},
-        _sums={},
-        _renders={},
     )
 
 
@@ -147,24 +209,21 @@ def pairs(colours: np.ndarray) -> np.ndarray:
     return (even[:, ::2, ::2] + even[:, 1::2, ::2] + even[:, ::2, 1::2] + even[:, 1::2, 1::2]) / 2
 
 
-def cells(values: np.ndarray, filters: np.ndarray, period: tuple[int, int]) -> np.ndarray:
+def cells(pixels: PixelsOf, cell: np.ndarray) -> np.ndarray:
     """Return the colours (colour, y, x) of the cells of a mosaic.
 
     Parameters
     ----------
-    values : (y, x) stabilised pixels.
-    filters : (y, x) channel of each pixel.
-    period : rows and columns of a cell.
+    pixels : function(row, column, channel) of the stabilised pixels (y, x) at one row and column of
+        all cells.
+    cell : (y, x) channel of each pixel of a cell.
     """
-    rows, columns = period
-    height, width = (size // side for size, side in zip(values.shape, period, strict=True))
-    cell = filters[:rows, :columns]
     out = []
     for channel in np.unique(cell):
         own = np.argwhere(cell == channel)
-        total = np.zeros((height, width))
+        total: np.ndarray | float = 0.0
         for down, across in own:
-            total += values[down : height * rows : rows, across : width * columns : columns]
+            total = total + pixels(int(down), int(across), int(channel))
         out.append(total / np.sqrt(len(own)))
     return np.stack(out)
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 from threading import Lock
 from typing import Any, NamedTuple
 
@@ -39,7 +40,7 @@ from isethdr_core.uncertainty.render_noise import relative_halves
 from ..dataset.record import SceneRecord
 from ..dataset.summary import illuminance
 from .exposing import Exposing, exposing, in_darkness
-from .frame import Boxes, Frame, Thing, boxes, cells, kind_of, owners_of
+from .frame import Boxes, Frame, Layout, SceneObjects, Thing, boxes, cells, kind_of, owners_of
 from .stabilising import Stabiliser, readings
 from .without import without_people
 
@@ -76,17 +77,36 @@ class Prepared:
     weights: Mapping[str, float]  # weights of the light groups
     near_lamp: frozenset[int]  # instances with a bright lamp within 3 degrees
     transfer: dict[str, dict[str, float]] = field(default_factory=dict)  # {camera: {object: score}}
-    _labels: dict[tuple[Any, ...], xr.Dataset] = field(default_factory=dict)
+    _pixels: dict[tuple[Any, ...], Pixels] = field(default_factory=dict)
 
-    def labels(self, picture: xr.Dataset) -> xr.Dataset:
-        """Return the labels on the pixels of `picture`. Cameras with the same pixels share them, so
-        they must not be changed.
+    def pixels(self, picture: xr.Dataset, period: tuple[int, int]) -> Pixels:
+        """Return the objects on the pixels of `picture`. Cameras with the same pixels share them,
+        so they must not be changed.
+
+        Parameters
+        ----------
+        picture : coordinates y and x of the pixels, and the attributes of the captures.
+        period : rows and columns of pixels in a cell.
         """
-        pixels = picture.attrs.get("pitch_um")
-        key = picture.y.values.tobytes(), picture.x.values.tobytes(), str(pixels)
-        if key not in self._labels:
-            self._labels[key] = labels_on(self.scene, picture)
-        return self._labels[key]
+        pitch = picture.attrs.get("pitch_um")
+        key = picture.y.values.tobytes(), picture.x.values.tobytes(), str(pitch), period
+        if key not in self._pixels:
+            labels = labels_on(self.scene[["instance"]], picture)
+            objects = labels.attrs["objects"]
+            owners = owners_of(labels["instance"].values, objects)
+            height, width = (size // side for size, side in zip(owners.shape, period, strict=True))
+            # one pixel of each cell; a copy, so that the labels of the others are freed
+            owners = owners[:: period[0], :: period[1]][:height, :width].copy()
+            self._pixels[key] = Pixels(objects, Layout(owners), boxes(owners))
+        return self._pixels[key]
+
+
+class Pixels(NamedTuple):
+    """The objects on the pixels of a camera."""
+
+    objects: list[dict[str, Any]]  # table of the objects
+    layout: Layout
+    boxes: Boxes
 
 
 def camera_names(text: str) -> list[CameraName]:
@@ -290,25 +310,55 @@ def asked_labels(scene: xr.Dataset, picture: xr.Dataset) -> xr.Dataset:
 
 @dataclass(eq=False)
 class View:
-    """A scene through one camera, before a level of light is chosen."""
+    """A scene through one camera, before a level of light is chosen. Light on the pixels and labels
+    are kept only where frames are read.
+
+    Parameters
+    ----------
+    picture : coordinates y and x of the pixels, and the attributes of the captures.
+    cell : (y, x) channel of each pixel of a cell.
+    peak_e : (capture,) electrons of light of the brightest pixel at the sensor's own exposure.
+    dark_e : (capture,) electrons of dark charge at that exposure.
+    objects : table of the objects.
+    layout : the road users in the cells.
+    boxes : boxes of the road users, cells.
+    exposing : chooses the exposure.
+    """
 
     prepared: Prepared
     sensor: Any
     captures: tuple[str, ...]
-    light_e: np.ndarray  # (capture, y, x) electrons of light at the sensor's own exposure
-    dark_e: np.ndarray  # (capture,) electrons of dark charge at that exposure
-    owners: np.ndarray  # (y, x) instance number of the road user in each pixel, 0 for none
+    picture: xr.Dataset
+    cell: np.ndarray
+    peak_e: np.ndarray
+    dark_e: np.ndarray
     objects: list[dict[str, Any]]
-    # (y, x) relative half difference of half buffers A and B in each pixel; None without them
-    half_difference: np.ndarray | None
-    exposing: Exposing  # chooses the exposure
-    _boxes: dict[int, Boxes] = field(default_factory=dict)  # by the rows of pixels in a cell
+    layout: Layout
+    boxes: Boxes
+    exposing: Exposing
+    _light_e: dict[tuple[int, int, int], np.ndarray] = field(default_factory=dict)
+    _half: dict[tuple[int, int, int, int], np.ndarray] = field(default_factory=dict)
 
-    def frame(self, factor: float) -> Frame:
+    def scene_objects(self, factor: float = 1.0) -> SceneObjects:
+        """Return the objects under all light times `factor`."""
+        record = self.prepared.record
+        return SceneObjects(
+            number=record.number,
+            road=record.road,
+            condition=self.prepared.condition,
+            layout=self.layout,
+            things=tuple(self._things(factor)),
+        )
+
+    def frame(self, factor: float, rows: slice = slice(None)) -> Frame:
         """Return the frame of the camera for all light times `factor`, at the exposure that the
         camera chooses for it.
+
+        Parameters
+        ----------
+        factor : factor on the light.
+        rows : rows of cells that are wanted.
         """
-        ready = self.prepared
         few = self.exposing.captures(factor)
         stated = readings(few, self.captures)
         names = [str(name) for name in few["capture"].values]
@@ -321,39 +371,95 @@ class View:
             if own_dark > 0
             else float(few["exposure_s"].values[best]) / self.sensor.exposure_s
         )
-        light_e = self.light_e[best] * (factor * share)
-        period = array_period(few["filter"].values)
-        cell = few["filter"].values[: period[0], : period[1]]
-        repeats = [-(-size // side) for size, side in zip(light_e.shape, period, strict=True)]
-        filters = np.tile(cell, repeats)[: light_e.shape[0], : light_e.shape[1]]
-        stabiliser = Stabiliser(stated, 2 * float(light_e.max()))
-        values = stabiliser.mosaic(light_e, filters)
-        render = None
-        if self.half_difference is not None:
-            changed = stabiliser.mosaic(light_e * (1 + self.half_difference), filters)
-            render = cells(changed - values, filters, period).astype(np.float32)
-        owners = self.owners[:: period[0], :: period[1]]
-        colours = cells(values, filters, period)
-        owners = owners[: colours.shape[1], : colours.shape[2]]
+        scale = factor * share
+        stabiliser = Stabiliser(stated, 2 * float(self.peak_e[best] * scale))
+        start, stop, _ = rows.indices(self.layout.owners.shape[0])
+        known = slice(start, stop)
+        light_e = self._light_of(best, known)
+        colours = np.full(
+            (len(np.unique(self.cell)), *self.layout.owners.shape), np.nan, np.float32
+        )
+        colours[:, known] = cells(
+            lambda down, across, channel: stabiliser(
+                self._pixels(light_e, down, across) * scale, channel
+            ),
+            self.cell,
+        )
+        in_light = LightAtLevel(stabiliser, light_e, scale, start)
+        with_halves = HALF_DIFFERENCE in self.prepared.scene
         return Frame(
-            number=ready.record.number,
-            road=ready.record.road,
-            condition=ready.condition,
-            colours=colours.astype(np.float32),
-            owners=owners,
-            things=tuple(self._things(owners, factor, period[0])),
-            render=render,
+            **vars(self.scene_objects(factor)),
+            colours=colours,
+            render=partial(self._render, in_light) if with_halves else None,
+            rows=known,
         )
 
-    def _things(self, owners: np.ndarray, factor: float, pixels: int) -> list[Thing]:
-        if pixels not in self._boxes:  # boxes are the same at all levels of light
-            self._boxes[pixels] = boxes(owners)
-        found = self._boxes[pixels]
+    def _light_of(self, capture: int, rows: slice) -> np.ndarray:
+        """Return the electrons of light (y, x) of a capture in rows of cells, at the sensor's own
+        exposure. The last rows are kept, because all levels of light need the same ones.
+        """
+        key = capture, rows.start, rows.stop
+        if key not in self._light_e:
+            high = self.cell.shape[0]
+            mean_e = self.sensor.expected(self.prepared.light).values[capture]
+            mean_e = mean_e[rows.start * high : rows.stop * high]
+            self._light_e = {key: (mean_e - self.dark_e[capture]).clip(0).astype(np.float32)}
+        return self._light_e[key]
+
+    def _pixels(self, mosaic: np.ndarray, down: int, across: int) -> np.ndarray:
+        """Return the pixels (y, x) at one row and column of all whole cells of a mosaic."""
+        rows, columns = self.cell.shape
+        height, width = (
+            size // side for size, side in zip(mosaic.shape, self.cell.shape, strict=True)
+        )
+        return mosaic[down : height * rows : rows, across : width * columns : columns]
+
+    def _render(self, in_light: LightAtLevel, rows: slice, columns: slice) -> np.ndarray:
+        """Return half of the difference of half buffers (colour, y, x) in some cells, in the unit
+        of the colours.
+
+        Parameters
+        ----------
+        in_light : light on the pixels, and its stabilised values.
+        rows : rows of cells.
+        columns : columns of cells.
+        """
+        top, bottom, _ = rows.indices(self.layout.owners.shape[0])
+        left, right, _ = columns.indices(self.layout.owners.shape[1])
+        high, wide = self.cell.shape
+        first = in_light.first_row
+        light_e = in_light.light_e[
+            (top - first) * high : (bottom - first) * high, left * wide : right * wide
+        ]
+        half = self._half_difference((top * high, bottom * high), (left * wide, right * wide))
+
+        def changed(down: int, across: int, channel: int) -> np.ndarray:
+            own_e = self._pixels(light_e, down, across) * in_light.scale
+            own_half = self._pixels(half, down, across)
+            values = in_light.stabiliser(own_e * (1 + own_half), channel)
+            return values - in_light.stabiliser(own_e, channel)
+
+        return cells(changed, self.cell).astype(np.float32)
+
+    def _half_difference(self, rows: tuple[int, int], columns: tuple[int, int]) -> np.ndarray:
+        """Return the relative half difference of half buffers A and B in some pixels (y, x)."""
+        key = *rows, *columns
+        if key in self._half:
+            return self._half[key]
+        scene = self.prepared.scene[[HALF_DIFFERENCE]]
+        scene.attrs = {**scene.attrs, "objects": []}
+        part = self.picture.isel(y=slice(*rows), x=slice(*columns))
+        half = labels_on(scene, part)[HALF_DIFFERENCE].values
+        if len(part.x) < len(self.picture.x) // 2:  # whole rows would take much memory
+            self._half[key] = half
+        return half
+
+    def _things(self, factor: float) -> list[Thing]:
         ready = self.prepared
         things = []
         for row in self.objects:
             kind = kind_of(row)
-            box = found.get(int(row["instance"]))
+            box = self.boxes.get(int(row["instance"]))
             if not kind or box is None:
                 continue
             things.append(
@@ -365,10 +471,19 @@ class View:
                     illuminance_lx=illuminance(row, ready.weights) * factor,
                     near_lamp=int(row["instance"]) in ready.near_lamp,
                     box=box,
-                    height_px=float(box[2] * pixels),
+                    height_px=float(box[2] * self.cell.shape[0]),
                 )
             )
         return things
+
+
+class LightAtLevel(NamedTuple):
+    """Light on the pixels at one level of light, and the function that stabilises it."""
+
+    stabiliser: Stabiliser
+    light_e: np.ndarray  # (y, x) electrons of light at the sensor's own exposure
+    scale: float  # factor on these electrons
+    first_row: int  # first row of cells
 
 
 def view(ready: Prepared, camera: CameraName, metered: xr.DataArray | None = None) -> View:
@@ -381,22 +496,28 @@ def view(ready: Prepared, camera: CameraName, metered: xr.DataArray | None = Non
     metered : light for which the camera chooses its exposure; None: the light of the scene.
     """
     sensor = ready.built.cameras[camera.sensor]
-    exposure = exposing(sensor, ready.light if metered is None else metered)
+    mean = sensor.expected(ready.light)
+    if metered is None:
+        exposure = exposing(sensor, ready.light, mean)
+    else:
+        exposure = exposing(sensor, metered)
     few = exposure.captures()
     readings(few, camera.captures)
-    mean = sensor.expected(ready.light)
     dark = in_darkness(sensor, ready.light)
+    filters = few["filter"].values
+    rows, columns = array_period(filters)
     picture = xr.Dataset(coords={"y": mean.y.values, "x": mean.x.values}, attrs=few.attrs)
-    labels = ready.labels(picture)
-    objects = labels.attrs["objects"]
+    seen = ready.pixels(picture, (rows, columns))
     return View(
         prepared=ready,
         sensor=sensor,
         captures=camera.captures,
-        light_e=(mean.values - dark[:, None, None]).clip(0).astype(np.float32),
+        picture=picture,
+        cell=filters[:rows, :columns],
+        peak_e=(mean.values.max((1, 2)) - dark).clip(0).astype(np.float32),
         dark_e=dark,
-        owners=owners_of(labels["instance"].values, objects),
-        objects=objects,
-        half_difference=labels[HALF_DIFFERENCE].values if HALF_DIFFERENCE in labels else None,
+        objects=seen.objects,
+        layout=seen.layout,
+        boxes=seen.boxes,
         exposing=exposure,
     )

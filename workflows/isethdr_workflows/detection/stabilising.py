@@ -18,7 +18,6 @@ from dataclasses import dataclass
 
 import numpy as np
 import xarray as xr
-from isethdr_isp.demosaic.interpolation import array_period
 from isethdr_isp.readout.electrons import linear_dn
 from isethdr_isp.readout.nonlinear_response import bent_response
 from scipy.integrate import cumulative_trapezoid
@@ -199,19 +198,3 @@ class Stabiliser:
         channel : number of the channel of the filter array.
         """
         return np.interp(light_e, self.light_e, self.values[channel])
-
-    def mosaic(self, light_e: np.ndarray, filters: np.ndarray) -> np.ndarray:
-        """Return the stabilised values (y, x) of mean electrons of a mosaic.
-
-        Parameters
-        ----------
-        light_e : (y, x) mean electrons of light in the most sensitive capture.
-        filters : (y, x) channel of each pixel.
-        """
-        rows, columns = array_period(filters)
-        values = np.zeros(light_e.shape)
-        for down in range(rows):
-            for across in range(columns):
-                own = slice(down, None, rows), slice(across, None, columns)
-                values[own] = self(light_e[own], int(filters[down, across]))
-        return values

@@ -6,7 +6,7 @@ import itertools
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import NamedTuple
+from typing import NamedTuple, TypeVar
 
 import numpy as np
 
@@ -17,7 +17,7 @@ from isethdr_core.storage.object_home.calls import kept_here
 from ..dataset.generate import Generated, generated
 from ..dataset.record import SceneRecord, read_dataset
 from .exposing import even
-from .frame import CLASSES, Frame, Thing, kind_of, noisier
+from .frame import CLASSES, SceneObjects, Thing, kind_of, noisier
 from .imaging import (
     CameraName,
     Prepared,
@@ -27,7 +27,19 @@ from .imaging import (
     prepared,
     view,
 )
-from .observer.observing import Answer, Beside, Check, Observer, observed, places_of, row
+from .observer.clutter import Search, searches
+from .observer.observing import (
+    Answer,
+    Beside,
+    Check,
+    Examined,
+    Observer,
+    examined,
+    observed,
+    places_of,
+    row,
+    rows_read,
+)
 from .questions import Question, question_of
 from .results.curves import with_curves
 from .results.files import write_files
@@ -36,6 +48,7 @@ from .results.study_results import Results
 from .results.summary import print_limitations, summary
 from .threads import at_once
 
+OneScene = TypeVar("OneScene", bound=SceneObjects)
 RENDERED = ", rendered without"  # these two texts follow the name of a camera
 NOISIER = ", twice the render noise"
 
@@ -225,34 +238,55 @@ def _through(
         lambda one: view(one, name, even(one.light) if asked.grey_field else None), scenes.ready
     )
     light = {one.record.number: one.light for one in scenes.ready}
-    empty = [view(one, name, light.get(one.record.number)) for one in scenes.bare]
+    bare = {one.record.number: view(one, name, light.get(one.record.number)) for one in scenes.bare}
+    outlines = [limited(one.scene_objects(), asked) for one in views]
+    places = places or places_of(outlines)
+    read = searches(outlines, how.order, how.windows)
+    suffixes = ["", *([RENDERED] if bare else []), *([NOISIER] if asked.noisier else [])]
     rows: list[Found] = []
     checks: dict[str, Check] = {}
     for level in levels_of(asked):
-        frames = at_once(
-            lambda one, level=level: limited(one.frame(factor_of(one, asked, level)), asked), views
-        )
-        places = places or places_of(frames)
-        forms = [Form(name.text, frames)]
-        if empty:
-            seen = {one.prepared.record.number: one.frame(level) for one in empty}
-            forms.append(Form(name.text + RENDERED, frames, seen))
-        if asked.noisier:
-            forms.append(Form(name.text + NOISIER, [noisier(frame) for frame in frames]))
-        for text, shown, without in forms:
+        # each frame is freed once its windows are read
+        forms = at_once(lambda one, level=level: _forms(one, bare, asked, level, read), views)
+        for suffix in suffixes:
+            text = name.text + suffix
             row_of = RowOf(text, level, transfer_of(views, name))
-            found, check = observed(shown, how, row_of, places, without)
+            found, check = observed([one[suffix] for one in forms], how, row_of, places)
             rows += found
             checks[text] = checks.get(text, Check()) + check
     return rows, checks, places
 
 
-class Form(NamedTuple):
-    """A camera's frames, in one of the forms that a question compares."""
+def _forms(
+    one: View,
+    bare: Mapping[int, View],
+    asked: Question,
+    level: float,
+    read: Mapping[str, Search],
+) -> dict[str, Examined]:
+    """Return the windows of a scene in the forms that a question compares, by the text that follows
+    the name of the camera.
 
-    text: str
-    frames: Sequence[Frame]
-    without: Mapping[int, Frame] | None = None  # {scene: the same view rendered without objects}
+    Parameters
+    ----------
+    one : scene through a camera.
+    bare : {scene: the same view rendered without objects}; empty if not asked for.
+    asked : question of the study.
+    level : level of light.
+    read : {kind of light: windows that are read}.
+    """
+    factor = factor_of(one, asked, level)
+    search = read[one.prepared.condition]
+    rows = rows_read(limited(one.scene_objects(), asked), search)
+    frame = limited(one.frame(factor, rows), asked)
+    forms = {"": examined(frame, search)}
+    if bare:
+        without = bare.get(frame.number)
+        shown = None if without is None else without.frame(level, rows)
+        forms[RENDERED] = examined(frame, search, shown)
+    if asked.noisier:
+        forms[NOISIER] = examined(noisier(frame), search)
+    return forms
 
 
 def all_prepared(
@@ -296,18 +330,18 @@ class RowOf:
     level: float
     transfer: Mapping[int, Mapping[str, float]]  # {scene: {object: score}}
 
-    def __call__(self, frame: Frame, thing: Thing, answer: Answer) -> Found:
+    def __call__(self, scene: SceneObjects, thing: Thing, answer: Answer) -> Found:
         """Return the row of an object.
 
         Parameters
         ----------
-        frame : scene through a camera.
-        thing : object in the frame.
+        scene : scene through a camera.
+        thing : object in the scene.
         answer : detectability and decision of the observer.
         """
-        transfer = self.transfer.get(frame.number, {}).get(thing.name, math.nan)
+        transfer = self.transfer.get(scene.number, {}).get(thing.name, math.nan)
         beside = Beside(self.camera, self.level, transfer)
-        return row(frame, thing, answer, beside)
+        return row(scene, thing, answer, beside)
 
 
 def transfer_of(views: Sequence[View], name: CameraName) -> dict[int, Mapping[str, float]]:
@@ -344,15 +378,15 @@ def factor_of(one: View, asked: Question, level: float) -> float:
     return level / one.prepared.mean_lux if asked.unit == "sensor_lux" else level
 
 
-def limited(frame: Frame, asked: Question) -> Frame:
-    """Return a frame with the objects that a question is about."""
+def limited(scene: OneScene, asked: Question) -> OneScene:
+    """Return a scene with the objects that a question is about."""
     low, high = asked.distances_m
     things = tuple(
         thing
-        for thing in frame.things
+        for thing in scene.things
         if low <= thing.distance_m <= high and (not asked.kinds or thing.kind in asked.kinds)
     )
-    return replace(frame, things=things)
+    return replace(scene, things=things)
 
 
 def _needed(rows: Sequence[Found]) -> list[Needed]:

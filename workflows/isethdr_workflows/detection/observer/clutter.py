@@ -7,15 +7,14 @@ the same size shows the road at the same distance, because the camera has the sa
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
 
-from ..frame import Frame, level_of
-from ..threads import at_once
+from ..frame import Frame, SceneObjects, level_of
 from .channels import REACH, Channels, channels
 
 STEP = 1.2  # ratio between neighbouring sizes of boxes
@@ -96,33 +95,101 @@ class Places(NamedTuple):
     left: np.ndarray
 
 
-def places(frame: Frame, size: Size, shape: Shape, wanted: int) -> Places:
-    """Return the places of windows of a frame that have no road user in the box.
+class Search(NamedTuple):
+    """The windows that the observer reads in each scene of one kind of light.
 
     Parameters
     ----------
-    frame : scene through a camera.
-    size : size of the box.
-    shape : window of this size.
-    wanted : number of windows; there are fewer if the frame has no room. Their places depend on the
-        scene and the size alone, so all cameras and light levels get the same places.
+    sizes : sizes of the objects of all scenes.
+    rows : rows of cells of a frame.
+    order : highest order of the channels.
+    wanted : number of windows of each scene and size.
     """
+
+    sizes: tuple[Size, ...]
+    rows: int
+    order: int
+    wanted: int
+
+    def shape(self, size: Size) -> Shape:
+        """Return the window of a size."""
+        return shape_of(size, self.rows >> size.level, self.order)
+
+
+def searches(scenes: Sequence[SceneObjects], order: int, wanted: int) -> dict[str, Search]:
+    """Return {kind of light: windows that are read}.
+
+    Parameters
+    ----------
+    scenes : scenes through one camera.
+    order : highest order of the channels.
+    wanted : number of windows of each scene and size.
+    """
+    found = {}
+    for condition in dict.fromkeys(scene.condition for scene in scenes):
+        alike = [scene for scene in scenes if scene.condition == condition]
+        sizes = dict.fromkeys(size_of(thing.box) for scene in alike for thing in scene.things)
+        rows = alike[0].layout.size(0)[0]
+        found[condition] = Search(tuple(sizes), rows, order, wanted)
+    return found
+
+
+def places(scene: SceneObjects, size: Size, search: Search) -> Places:
+    """Return the places of windows of a scene that have no road user in the box. There are fewer
+    than wanted if the frame has no room. The places depend on the scene and the size alone, so all
+    light levels get the same ones, and all cameras get the same columns.
+
+    Parameters
+    ----------
+    scene : scene through a camera.
+    size : size of the box.
+    search : windows of this size, and their number.
+    """
+    known = scene.layout.places
+    if (size, search) not in known:
+        used: dict[int, np.ndarray] = {}  # running sums are large, so they are not kept
+        for each in dict.fromkeys((size, *search.sizes)):
+            if each.level not in used:
+                used[each.level] = scene.layout.used(each.level)
+            known[each, search] = _places(scene, each, search, used[each.level])
+    return known[size, search]
+
+
+def _places(scene: SceneObjects, size: Size, search: Search, used: np.ndarray) -> Places:
+    shape = search.shape(size)
     height, width = shape.channels.shape
-    rows, columns = frame.joined(size.level).shape[1:]
+    rows, columns = scene.layout.size(size.level)
     if width > columns or height > rows:
         return Places(np.zeros(0, int), np.zeros(0, int))
-    random = np.random.default_rng([frame.number, size.level, round(size.middle * 64)])
-    left = random.integers(0, columns - width + 1, wanted * TRIES)
+    random = np.random.default_rng([scene.number, size.level, round(size.middle * 64)])
+    left = random.integers(0, columns - width + 1, search.wanted * TRIES)
     jitter = np.round(random.uniform(-JITTER, JITTER, left.size) * size.height).astype(int)
     top = np.clip(shape.top + jitter, 0, rows - height)
-    used = frame.used(size.level)
     y = np.minimum(top + shape.box[0], rows)
     x = left + shape.box[1]
     y_end = np.minimum(y + shape.box[2], rows)
     x_end = np.minimum(x + shape.box[3], columns)
     taken = used[y_end, x_end] - used[y, x_end] - used[y_end, x] + used[y, x]
-    free = np.flatnonzero(taken == 0)[:wanted]
+    free = np.flatnonzero(taken == 0)[: search.wanted]
     return Places(top[free], left[free])
+
+
+def window_rows(scene: SceneObjects, size: Size, search: Search) -> slice:
+    """Return the rows of joined cells that hold the windows of a size, with and without objects.
+
+    Parameters
+    ----------
+    scene : scene through a camera.
+    size : size of the box.
+    search : windows of this size.
+    """
+    shape = search.shape(size)
+    height = shape.channels.shape[0]
+    rows = scene.layout.size(size.level)[0]
+    tops = [shape.top, *places(scene, size, search).top]
+    # a window beyond the border repeats the row at the border
+    first = min(int(min(tops)), rows - 1)
+    return slice(first, min(int(max(tops)) + height, rows))
 
 
 def outputs_at(picture: np.ndarray, at: Places, channels: Channels) -> np.ndarray:
@@ -133,7 +200,8 @@ def outputs_at(picture: np.ndarray, at: Places, channels: Channels) -> np.ndarra
 
     Parameters
     ----------
-    picture : (colour, y, x) joined cells.
+    picture : (colour, y, x) joined cells; float64 is fastest, because other types are converted
+        for each row.
     at : first rows and columns of the windows.
     channels : channels on a window.
     """
@@ -145,49 +213,47 @@ def outputs_at(picture: np.ndarray, at: Places, channels: Channels) -> np.ndarra
     return channels.chosen(sliding[which, :, :, at.left] @ channels.columns)
 
 
-class Clutter:
-    """The windows without objects of all frames of one camera, one level and one condition."""
+def outputs(frame: Frame, size: Size, search: Search, picture: np.ndarray) -> np.ndarray:
+    """Return the channel outputs (window, channel) of a frame's windows of a size.
 
-    def __init__(self, frames: list[Frame], order: int, wanted: int) -> None:
-        """Keep the frames. Windows are read when they are needed.
+    Parameters
+    ----------
+    frame : scene through a camera.
+    size : size of the box.
+    search : windows of this size.
+    picture : (colour, y, x) joined cells of the frame, at the level of the size.
+    """
+    shape = search.shape(size)
+    at = places(frame, size, search)
+    if not len(at.top):
+        return np.zeros((0, len(picture) * len(shape.channels.pairs)))
+    return outputs_at(picture, at, shape.channels)
+
+
+def moments_of(windows: np.ndarray) -> Moments:
+    """Return the sums over windows (window, channel) of one scene."""
+    return Moments(len(windows), windows.sum(0), windows.T @ windows)
+
+
+class Clutter:
+    """The windows without objects of all scenes of one camera, one level and one condition."""
+
+    def __init__(self, scenes: Sequence[tuple[str, dict[Size, Moments]]]) -> None:
+        """Add up the windows of each road.
 
         Parameters
         ----------
-        frames : frames of one camera, at one level of light and in one condition.
-        order : highest order of the channels.
-        wanted : number of windows of each scene and size.
+        scenes : road and sums of each scene.
         """
-        self.frames = frames
-        self.order = order
-        self.wanted = wanted
         self._moments: dict[Size, dict[str, Moments]] = {}
-
-    def shape(self, size: Size) -> Shape:
-        """Return the window of a size."""
-        return shape_of(size, self.frames[0].joined(size.level).shape[1], self.order)
-
-    def outputs(self, frame: Frame, size: Size) -> np.ndarray:
-        """Return the channel outputs (window, channel) of a frame's windows of a size."""
-        shape = self.shape(size)
-        at = places(frame, size, shape, self.wanted)
-        picture = frame.joined(size.level)
-        if not len(at.top):
-            return np.zeros((0, len(picture) * len(shape.channels.pairs)))
-        return outputs_at(picture, at, shape.channels)
-
-    def prepare(self, sizes: Iterable[Size]) -> None:
-        """Read the windows of some sizes, with as many threads as there are processors."""
-        missing = [size for size in dict.fromkeys(sizes) if size not in self._moments]
-        for level in {size.level for size in missing}:
-            for frame in self.frames:
-                frame.used(level)  # make shared tables first, or several threads would make them
-                frame.joined(level)
-        self._moments.update(zip(missing, at_once(self._of_roads, missing), strict=True))
+        for road, of_sizes in scenes:
+            for size, mine in of_sizes.items():
+                roads = self._moments.setdefault(size, {})
+                before = roads.get(road)
+                roads[road] = mine if before is None else _sum(before, mine)
 
     def others(self, size: Size, road: str) -> Moments:
         """Return the sums over the windows of a size on all roads except `road`."""
-        if size not in self._moments:
-            self._moments[size] = self._of_roads(size)
         kept = [moments for name, moments in self._moments[size].items() if name != road]
         if not kept:
             return Moments(0, np.zeros(0), np.zeros((0, 0)))
@@ -197,19 +263,9 @@ class Clutter:
             np.sum([m.squares for m in kept], axis=0),
         )
 
-    def _of_roads(self, size: Size) -> dict[str, Moments]:
-        found: dict[str, Moments] = {}
-        for frame in self.frames:
-            seen = self.outputs(frame, size)
-            mine = Moments(len(seen), seen.sum(0), seen.T @ seen)
-            if (before := found.get(frame.road)) is not None:
-                mine = Moments(
-                    before.count + mine.count,
-                    before.total + mine.total,
-                    before.squares + mine.squares,
-                )
-            found[frame.road] = mine
-        return found
+
+def _sum(one: Moments, other: Moments) -> Moments:
+    return Moments(one.count + other.count, one.total + other.total, one.squares + other.squares)
 
 
 def covariance(moments: Moments) -> np.ndarray:

@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.ndimage import binary_dilation
 
-from ..frame import Frame, Part, Thing
+from ..frame import Frame, Layout, Part, Thing
 from .clutter import Shape, Size
 
 RING = 0.2  # width of the ring over the root of the object's area, as in `object_contrast`
@@ -45,34 +45,67 @@ def seen(frame: Frame, thing: Thing, size: Size, shape: Shape, bare: Frame | Non
     as much noise as the first one, so the variance of the difference is doubled.
     """
     whole = frame.joined(size.level)
-    part = around(frame, thing, size.level)
+    outline = outline_of(frame.layout, thing, size.level)
+    part = outline.part
+    grown = outline.grown
     picture = whole[:, *part]
-    own = frame.mask(size.level, thing.instance, part)
-    grown = binary_dilation(own)  # includes the border cells into which the object's light blurs
     if bare is not None:
         change = np.where(grown, picture - bare.joined(size.level)[:, *part], 0.0)
+    elif outline.ring is None:
+        return None
     else:
-        filled = ring_filled(picture, grown, frame.mask(size.level, 0, part))
-        if filled is None:
-            return None
-        change = np.where(grown, picture - filled, 0.0)
+        change = np.where(grown, picture - filled(picture, outline.ring), 0.0)
     left = round((thing.box[1] + thing.box[3] / 2) / 2**size.level - shape.channels.shape[1] / 2)
     added = part_of_window(change, part, shape, left)
-    noise = frame.render_joined(size.level)
+    noise = frame.render_joined(size.level, part)
     render = None
     if noise is not None:
-        of_object = part_of_window(np.where(grown, noise[:, *part], 0.0), part, shape, left)
+        of_object = part_of_window(np.where(grown, noise, 0.0), part, shape, left)
         render = shape.channels.of(of_object) * (np.sqrt(2) if bare is not None else 1.0)
     return Seen(shape.channels.of(window_at(whole, shape, left)), shape.channels.of(added), render)
 
 
-def around(frame: Frame, thing: Thing, level: int) -> Part:
+class Ring(NamedTuple):
+    """The cells of an object, and the cells around it from which they are filled."""
+
+    window: Part  # rows and columns that hold both
+    inner: np.ndarray  # (y, x) bool, cells of the object in the window
+    around: np.ndarray  # (y, x) bool, cells around it in the window
+
+
+class Outline(NamedTuple):
+    """An object in joined cells."""
+
+    part: Part  # rows and columns that hold the object and its ring
+    grown: np.ndarray  # (y, x) bool, the object with the border cells into which its light blurs
+    ring: Ring | None  # in the part; None if there are too few cells to fill the object from
+
+
+def outline_of(layout: Layout, thing: Thing, level: int) -> Outline:
+    """Return the outline of an object. It is the same at all levels of light.
+
+    Parameters
+    ----------
+    layout : the road users in the cells.
+    thing : the object.
+    level : level of joined cells: 2^level x 2^level cells each.
+    """
+    key = thing.instance, level
+    if key not in layout.outlines:
+        part = around(layout.size(level), thing, level)
+        grown = binary_dilation(layout.mask(level, thing.instance, part))
+        ring = ring_of(grown, layout.mask(level, 0, part))
+        layout.outlines[key] = Outline(part, grown, ring)
+    return layout.outlines[key]
+
+
+def around(cells: tuple[int, int], thing: Thing, level: int) -> Part:
     """Return the rows and columns of joined cells that hold an object with its border cells and the
     ring around it.
 
     Parameters
     ----------
-    frame : scene through a camera.
+    cells : number of rows and columns of joined cells.
     thing : object in the frame.
     level : level of joined cells: 2^level x 2^level cells each.
     """
@@ -81,22 +114,18 @@ def around(frame: Frame, thing: Thing, level: int) -> Part:
     width = max(2, round(RING * math.sqrt((high + 2) * (wide + 2))))
     margin = width + 3
     ends = []
-    for first, side, cells in zip(
-        thing.box[:2], thing.box[2:], frame.joined(level).shape[1:], strict=True
-    ):
+    for first, side, count in zip(thing.box[:2], thing.box[2:], cells, strict=True):
         start = max(first // 2**level - margin, 0)
-        stop = min((first + side - 1) // 2**level + 1 + margin, cells)
+        stop = min((first + side - 1) // 2**level + 1 + margin, count)
         ends.append(slice(start, stop))
     return ends[0], ends[1]
 
 
-def ring_filled(picture: np.ndarray, own: np.ndarray, users: np.ndarray) -> np.ndarray | None:
-    """Return a picture with the cells of an object filled from the ring around it; None if the ring
-    has too few cells without road users.
+def ring_of(own: np.ndarray, users: np.ndarray) -> Ring | None:
+    """Return the ring around an object; None if the ring has too few cells without road users.
 
     Parameters
     ----------
-    picture : (colour, y, x) joined cells.
     own : (y, x) bool, cells to fill.
     users : (y, x) bool, cells of all road users.
     """
@@ -113,14 +142,25 @@ def ring_filled(picture: np.ndarray, own: np.ndarray, users: np.ndarray) -> np.n
     around = binary_dilation(inner, iterations=width) & ~inner & ~users[window]
     if around.sum() < FEWEST_RING:
         return None
-    to = np.argwhere(inner)
-    of = np.argwhere(around)
+    return Ring(window, inner, around)
+
+
+def filled(picture: np.ndarray, ring: Ring) -> np.ndarray:
+    """Return a picture with the cells of an object filled from the ring around it.
+
+    Parameters
+    ----------
+    picture : (colour, y, x) joined cells.
+    ring : the object's cells and the ring.
+    """
+    to = np.argwhere(ring.inner)
+    of = np.argwhere(ring.around)
     weights = 1.0 / ((to[:, None, :] - of[None, :, :]) ** 2).sum(-1)
     weights /= weights.sum(1, keepdims=True)
-    filled = picture.copy()
-    part = filled[(slice(None), *window)]
-    part[:, inner] = part[:, around] @ weights.T
-    return filled
+    whole = picture.copy()
+    part = whole[(slice(None), *ring.window)]
+    part[:, ring.inner] = part[:, ring.around] @ weights.T
+    return whole
 
 
 def window_at(layer: np.ndarray, shape: Shape, left: int) -> np.ndarray:

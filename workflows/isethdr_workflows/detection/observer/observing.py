@@ -10,13 +10,23 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..frame import Frame, Thing
+from ..frame import Frame, SceneObjects, Thing
 from ..results.shares import Found
 from ..threads import at_once
 from .channels import count
-from .clutter import Clutter, Moments, covariance, size_of
+from .clutter import (
+    Clutter,
+    Moments,
+    Search,
+    Size,
+    covariance,
+    moments_of,
+    outputs,
+    size_of,
+    window_rows,
+)
 from .counting import Counted, Task, counted, expected_share
-from .difference import Seen, seen
+from .difference import Seen, outline_of, seen
 from .hotelling import Detectability, detectability, found, threshold
 
 NEAREST_M = 8.0  # nearest and farthest distance at which the observer looks for objects
@@ -67,16 +77,16 @@ class Check:
         )
 
 
-def places_of(frames: Sequence[Frame]) -> dict[str, float]:
+def places_of(scenes: Sequence[SceneObjects]) -> dict[str, float]:
     """Return the number of places in a picture where the observer looks for each class.
 
     It looks for an object of the median size at 7 distances from 8 to 90 m, in steps of half of
     its width, and in three rows.
     """
     sizes: dict[str, list[float]] = {}
-    for frame in frames:
-        columns = frame.colours.shape[2]
-        for thing in frame.things:
+    for scene in scenes:
+        columns = scene.layout.size(0)[1]
+        for thing in scene.things:
             sizes.setdefault(thing.kind, []).append(thing.box[3] * thing.distance_m / columns)
     distances = np.geomspace(NEAREST_M, FARTHEST_M, DISTANCES)
     return {
@@ -85,89 +95,164 @@ def places_of(frames: Sequence[Frame]) -> dict[str, float]:
     }
 
 
-def observed(
-    frames: Sequence[Frame],
-    how: Observer,
-    row_of: Callable[[Frame, Thing, Answer], Found],
-    places: Mapping[str, float],
-    bare: Mapping[int, Frame] | None = None,
-) -> tuple[list[Found], Check]:
-    """Return one row for each object of the frames, and the decisions that were counted.
+@dataclass(eq=False, kw_only=True)
+class Examined(SceneObjects):
+    """The windows that the observer read in a frame. The frame itself is not needed any more.
 
     Parameters
     ----------
-    frames : frames of one camera at one level of light, all roads.
+    search : windows that were read.
+    colours : number of colours.
+    moments : sums over the windows without objects of each size.
+    empty : channel outputs (window, channel) of these windows, for the sizes of the own objects.
+    windows : the window of each object; None if it could not be read.
+    """
+
+    search: Search
+    colours: int
+    moments: dict[Size, Moments]
+    empty: dict[Size, np.ndarray]
+    windows: tuple[Seen | None, ...]
+
+
+def examined(frame: Frame, search: Search, bare: Frame | None = None) -> Examined:
+    """Return the windows that the observer reads in a frame.
+
+    Parameters
+    ----------
+    frame : scene through a camera at one level of light.
+    search : windows that are read in all scenes of this kind of light.
+    bare : the same view rendered without objects; None: objects are filled from the ring.
+    """
+    own = {size_of(thing.box) for thing in frame.things}
+    moments = {}
+    empty = {}
+    for level in sorted({size.level for size in search.sizes}):
+        picture = frame.joined(level).astype(np.float64, copy=False)
+        for size in search.sizes:
+            if size.level == level:
+                read = outputs(frame, size, search, picture)
+                moments[size] = moments_of(read)
+                if size in own:
+                    empty[size] = read
+    return Examined(
+        number=frame.number,
+        road=frame.road,
+        condition=frame.condition,
+        layout=frame.layout,
+        things=frame.things,
+        search=search,
+        colours=len(frame.colours),
+        moments=moments,
+        empty=empty,
+        windows=tuple(_window(frame, thing, search, bare) for thing in frame.things),
+    )
+
+
+def _window(frame: Frame, thing: Thing, search: Search, bare: Frame | None) -> Seen | None:
+    size = size_of(thing.box)
+    shape = search.shape(size)
+    if shape.channels.shape[1] > frame.layout.size(size.level)[1]:
+        return None
+    return seen(frame, thing, size, shape, bare)
+
+
+def rows_read(scene: SceneObjects, search: Search) -> slice:
+    """Return the rows of cells that `examined` reads. Other rows have no influence on the result.
+
+    Both ends are the border, or multiples of the largest joined cells that are read.
+
+    Parameters
+    ----------
+    scene : scene through a camera.
+    search : windows that are read.
+    """
+    cuts = [(size.level, window_rows(scene, size, search)) for size in search.sizes]
+    for thing in scene.things:
+        level = size_of(thing.box).level
+        cuts.append((level, outline_of(scene.layout, thing, level).part[0]))
+    if not cuts:
+        return slice(0, 0)
+    step = 2 ** max(level for level, _ in cuts)
+    start = min(cut.start << level for level, cut in cuts) // step * step
+    stop = -(-max(cut.stop << level for level, cut in cuts) // step) * step
+    return slice(start, min(stop, scene.layout.size(0)[0]))
+
+
+def observed(
+    scenes: Sequence[Examined],
+    how: Observer,
+    row_of: Callable[[SceneObjects, Thing, Answer], Found],
+    places: Mapping[str, float],
+) -> tuple[list[Found], Check]:
+    """Return one row for each object of the scenes, and the decisions that were counted.
+
+    Parameters
+    ----------
+    scenes : windows of one camera at one level of light, all roads.
     how : settings of the observer.
-    row_of : function(frame, thing, answer) that returns the row of an object.
+    row_of : function(scene, thing, answer) that returns the row of an object.
     places : number of places of each class in a picture.
-    bare : {scene: the same view rendered without objects}; None: objects are filled from the ring.
     """
     rows = []
     check = Check()
 
-    def answered(clutter: Clutter, frame: Frame) -> tuple[list[Found], Check]:
+    def answered(clutter: Clutter, scene: Examined) -> tuple[list[Found], Check]:
         mine = []
         counted_here = Check()
-        view = None if bare is None else bare.get(frame.number)
-        for thing in frame.things:
+        for thing, window in zip(scene.things, scene.windows, strict=True):
             limit = threshold(how.false_alarms, places[thing.kind])
-            at = _looked_at(clutter, frame, thing, view)
-            if at is None:
-                mine.append(row_of(frame, thing, Answer(NOTHING, limit, math.nan)))
+            at = _task(clutter, scene, thing, window)
+            if window is None or at is None:
+                mine.append(row_of(scene, thing, Answer(NOTHING, limit, math.nan)))
                 continue
-            task, window, samples = at
+            task, samples = at
             d = detectability(task.difference, task.clutter, task.noise, samples, window.render)
-            decisions = _decided(clutter, frame, thing, task, window)
-            mine.append(row_of(frame, thing, Answer(d, limit, decisions.told_apart)))
+            decisions = _decided(scene, thing, task, window)
+            mine.append(row_of(scene, thing, Answer(d, limit, decisions.told_apart)))
             counted_here += _check_of(decisions, d)
         return mine, counted_here
 
-    for condition in dict.fromkeys(frame.condition for frame in frames):
-        alike = [frame for frame in frames if frame.condition == condition]
-        clutter = Clutter(alike, how.order, how.windows)
-        clutter.prepare(size_of(thing.box) for frame in alike for thing in frame.things)
+    for condition in dict.fromkeys(scene.condition for scene in scenes):
+        alike = [scene for scene in scenes if scene.condition == condition]
+        clutter = Clutter([(scene.road, scene.moments) for scene in alike])
         for mine, counted_here in at_once(partial(answered, clutter), alike):
             rows += mine
             check += counted_here
     return rows, check
 
 
-def _looked_at(
-    clutter: Clutter, frame: Frame, thing: Thing, bare: Frame | None
-) -> tuple[Task, Seen, int] | None:
-    """Return the observer's knowledge about an object, its window, and the number of windows behind
-    the covariance. Return None if there are too few windows, or if the object's ring has too few
-    cells to fill it from.
+def _task(
+    clutter: Clutter, scene: Examined, thing: Thing, window: Seen | None
+) -> tuple[Task, int] | None:
+    """Return the observer's knowledge about an object, and the number of windows behind the
+    covariance. Return None if there are too few windows, or if the object's window could not be
+    read.
     """
-    size = size_of(thing.box)
-    shape = clutter.shape(size)
-    if shape.channels.shape[1] > frame.joined(size.level).shape[2]:
-        return None
-    moments = clutter.others(size, frame.road)
-    colours = len(frame.colours)
-    if moments.count < 2 * colours * count(clutter.order):
-        return None
-    window = seen(frame, thing, size, shape, bare)
     if window is None:
+        return None
+    size = size_of(thing.box)
+    moments = clutter.others(size, scene.road)
+    if moments.count < 2 * scene.colours * count(scene.search.order):
         return None
     task = Task(
         difference=window.difference,
         clutter=covariance(moments),
         mean=_mean(moments),
-        noise=shape.channels.noise(colours),
+        noise=scene.search.shape(size).channels.noise(scene.colours),
     )
-    return task, window, moments.count
+    return task, moments.count
 
 
 def _mean(moments: Moments) -> np.ndarray:
     return moments.total / moments.count
 
 
-def _decided(clutter: Clutter, frame: Frame, thing: Thing, task: Task, window: Seen) -> Counted:
+def _decided(scene: Examined, thing: Thing, task: Task, window: Seen) -> Counted:
     """Return counted decisions about one object on its own road."""
-    empty = clutter.outputs(frame, size_of(thing.box))
+    empty = scene.empty[size_of(thing.box)]
     shown = np.repeat(window.outputs[None], DRAWS, 0)
-    random = np.random.default_rng([frame.number, thing.instance])
+    random = np.random.default_rng([scene.number, thing.instance])
     return counted(task, shown, empty, CHECKED, random)
 
 
@@ -201,22 +286,22 @@ class Beside(NamedTuple):
     transfer: float
 
 
-def row(frame: Frame, thing: Thing, answer: Answer, beside: Beside) -> Found:
+def row(scene: SceneObjects, thing: Thing, answer: Answer, beside: Beside) -> Found:
     """Return the row of an object.
 
     Parameters
     ----------
-    frame : scene through a camera.
-    thing : object in the frame.
+    scene : scene through a camera.
+    thing : object in the scene.
     answer : detectability and decision of the observer.
     beside : further values: camera, level of light and contrast transfer accuracy.
     """
     d = answer.d
     return Found(
-        scene=frame.number,
-        road=frame.road,
+        scene=scene.number,
+        road=scene.road,
         camera=beside.camera,
-        condition=frame.condition,
+        condition=scene.condition,
         level=beside.level,
         instance=thing.instance,
         name=thing.name,
