@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
 # Defaults if neither `samples` nor `error_allowed` is set: noise as a share of the cameras' noise,
 # and, without cameras, relative noise of a light group
-NOISE_SHARE = 0.6
+NOISE_SHARE = 0.8
 ERROR_ALLOWED = 0.1
 LEAST_SAMPLES = 16  # smallest number of samples per tile from which noise can be estimated
 SCALAR = "scalar_spectral"
@@ -39,7 +39,8 @@ SCALAR = "scalar_spectral"
 # 930 us and 25 and 80 s; stored renderings correct the estimate
 # (isethdr_core.pipeline.runtime_estimate).
 PILOT_US = 190.0
-NEED_US = 610.0
+NEED_US = 610.0  # with a share of `NEED_SHARE`
+NEED_SHARE = 0.6
 WORLD_S = 50.0
 # Memory in addition to the pictures: 0.16 to 0.9 GB in ledgers of streets and night drives, from
 # 18 x 32 tiles of 4 bands to 108 x 192 tiles of 31 bands
@@ -85,10 +86,10 @@ ACCURACY_KNOBS = (
     ),
     AccuracyKnob(
         "noise_share_allowed",
-        (1.2, 0.6, 0.3),
+        (1.6, 0.8, 0.4),
         Quantity.RADIANCE,
-        lambda share: PILOT_US + NEED_US * (NOISE_SHARE / share) ** 2,
-        reference=0.15,
+        lambda share: PILOT_US + NEED_US * (NEED_SHARE / share) ** 2,
+        reference=0.2,
         independent=OTHER_PATHS,
         matters=lambda renderer: renderer.limit_share() is not None,
     ),
@@ -208,7 +209,7 @@ class MitsubaRenderer:
         share = self.limit_share()
         if share is None or self.variant == "scalar":
             return None
-        us = PILOT_US + NEED_US * (NOISE_SHARE / share) ** 2
+        us = PILOT_US + NEED_US * (NEED_SHARE / share) ** 2
         return WORLD_S + 1e-6 * us * frame.rows * frame.columns / (os.cpu_count() or 1)
 
     def memory_bytes(self, frame: Frame) -> float:
