@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
     from isethdr_core.pipeline.demand import Demand
 
-CODES = 255.0  # range of the codes of a display
+CODES = 255.0  # difference between the largest and the smallest code of a display
 
 
 @dataclass(frozen=True)

@@ -73,7 +73,9 @@ class Layout:
     outlines: dict[tuple[int, int], Any] = field(default_factory=dict)
 
     def size(self, level: int) -> tuple[int, int]:
-        """Return the number of rows and columns of joined cells of 2^level x 2^level cells."""
+        """Return the numbers of rows and columns of the frame in joined cells. A joined cell has
+        2^level x 2^level cells.
+        """
         rows, columns = self.owners.shape
         return rows >> level, columns >> level
 
@@ -138,7 +140,9 @@ class Frame(SceneObjects):
     _joined: dict[int, np.ndarray] = field(default_factory=dict)
 
     def joined(self, level: int) -> np.ndarray:
-        """Return the colours (colour, y, x) in joined cells of 2^level x 2^level cells, noise 1."""
+        """Return the colours (colour, y, x) of joined cells, each of 2^level x 2^level cells. Their
+        noise has a standard deviation of 1.
+        """
         if level not in self._joined:
             self._joined[level] = self.colours if level == 0 else self._next(level)
         return self._joined[level]

@@ -170,7 +170,7 @@ def hem(seam: np.ndarray, shift: float | np.ndarray, name: str, material: str) -
 
 
 class Within(NamedTuple):
-    """A sheet out of which a region is cut, and the other borders of the region.
+    """A mesh out of which a region is cut, and the borders of the region other than the polygon.
 
     The value at a vertex matters only in faces with a vertex where it is negative. The value is at
     least the distance to the polygon less `grow_m`, and at least `beside` less `grow_m`.

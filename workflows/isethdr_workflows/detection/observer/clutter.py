@@ -231,7 +231,7 @@ def outputs(frame: Frame, size: Size, search: Search, picture: np.ndarray) -> np
 
 
 def moments_of(windows: np.ndarray) -> Moments:
-    """Return the sums over windows (window, channel) of one scene."""
+    """Return the sums over the windows of one scene, from channel outputs (window, channel)."""
     return Moments(len(windows), windows.sum(0), windows.T @ windows)
 
 
