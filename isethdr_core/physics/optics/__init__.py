@@ -2,6 +2,7 @@
 
 | module                | content                                                                 |
 |-----------------------|-------------------------------------------------------------------------|
+| `chord_transforms`    | transforms of the chords of a pupil along x, summed over rows of cells  |
 | `defocus`             | blur of a point that is out of focus, and the hyperfocal distance       |
 | `diffraction`         | the point spread function of any complex pupil                          |
 | `distortion`          | maps between field coordinates and distorted coordinates                |

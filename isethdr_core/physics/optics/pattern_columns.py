@@ -1,32 +1,32 @@
 """Pattern columns: kernels in a few columns of tiles, computed directly from the pupil's chords.
 
-Along x, every chord of the pupil is integrated in closed form, so that columns may lie anywhere.
-Along y, the pupil is transformed in smooth cells. Rays and running sums are not used: the
-difference to kernels computed with them is the error of these kernels. A pupil with phase is
-rasterised in cells that are smooth along both axes and finer than those of the kernels; its pattern
-is not interpolated between wavelengths.
+Along x, the transform of every chord of the pupil is computed where the columns lie, wherever that
+is (`chord_transforms`). Along y, the pupil is transformed in smooth cells. Rays and running sums
+are not used: the difference to kernels computed with them is the error of these kernels. A pupil
+with phase is rasterised in cells that are smooth along both axes and finer than those of the
+kernels; its pattern is not interpolated between wavelengths.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
 import numpy as np
 import scipy.fft as sf
-from scipy.sparse import csc_array, csr_array
+from scipy.sparse import csr_array
 
 from ..convolution import fourier
+from .chord_transforms import chord_transforms
 from .half_plane_pattern import (
-    Chords,
     RealPupil,
     Strips,
     blocks_of,
     chords_of,
     half_lattice,
 )
-from .lattice import ORDER, spline_response, spline_taps
+from .lattice import ORDER, spline_response
 from .whole_plane_pattern import Turns, densities, drawn_pupil
 
 # distance of samples / (wavelength x f-number); with 0.5 the samples would hold all of the pattern
@@ -36,9 +36,7 @@ STRIPS = 1.5  # strips per row of cells
 # distance between the ends of successive chords, in cells as wide as high. The error is 1e-5; a
 # distance of 1 would halve it.
 TURNED = 2.0
-BLOCK = 32  # number of columns that are computed at a time
 CHORDS = 1 << 18  # number of chords that one thread computes at a time; each needs about 80 bytes
-TOGETHER = 2048  # number of chords of a block that fits the processor's cache
 # largest movement of the outermost tile from one wavelength of a band to the next, tiles
 MOVES = 1.2
 
@@ -185,7 +183,7 @@ def _density(pupil: RealPupil, place: Place, grid: _Grid, apply: Callable[..., A
 
     def rows_of(block: slice) -> tuple[int, np.ndarray] | None:
         lines = chords_of(strips_of_pupil, block)
-        return None if lines is None else _fields(lines, frequency)
+        return None if lines is None else chord_transforms(lines, frequency)
 
     for part in apply(rows_of, blocks_of(strips_of_pupil, CHORDS)):
         if part is not None:
@@ -198,58 +196,3 @@ def _density(pupil: RealPupil, place: Place, grid: _Grid, apply: Callable[..., A
     gain = spline_response(y / period) ** -2 * (1e-6 / (scale**2 * pupil.energy_mm2))
     fields = np.concatenate([fields[:, period - far :], fields[:, : far + 1]], axis=1)
     return (fields.real**2 + fields.imag**2) * gain
-
-
-def _fields(lines: Chords, frequency: np.ndarray) -> tuple[int, np.ndarray]:
-    """Return the first row of cells to which chords add, and the transforms (frequency, row) along
-    x of their rows, times 2 pi i frequency. At the frequency 0 the factor is 2 pi i.
-    """
-    lowest, highest = (int(np.floor(level)) for level in (lines.level.min(), lines.level.max()))
-    begin = lowest - ORDER // 2
-    fields = np.zeros((len(frequency), highest - lowest + ORDER), np.complex64)
-    for part in _in_order(lines):
-        first, cells = _smooth_cells(part)
-        inside = slice(first - begin, first - begin + cells.shape[0])
-        for start in range(0, len(frequency), BLOCK):
-            now = frequency[start : start + BLOCK]
-            turns = _powers(part.left, now) - _powers(part.right, now)
-            # on the axis the integral of a chord is its length
-            turns[now == 0] = 2j * np.pi * (part.right - part.left)
-            fields[start : start + BLOCK, inside] += (cells @ np.ascontiguousarray(turns.T)).T
-    return begin, fields
-
-
-def _powers(place_mm: np.ndarray, frequency: np.ndarray) -> np.ndarray:
-    """Return exp(-2 pi i position frequency), (frequency, position) complex64, for equidistant
-    frequencies. They are powers of one factor, computed by products.
-    """
-    step = frequency[1] - frequency[0] if len(frequency) > 1 else 0.0
-    out = np.empty((len(frequency), len(place_mm)), np.complex64)
-    out[0] = np.exp(-2j * np.pi * frequency[0] * place_mm)
-    computed = 1
-    while computed < len(frequency):
-        turn = np.exp(-2j * np.pi * computed * step * place_mm).astype(np.complex64)
-        more = min(computed, len(frequency) - computed)
-        np.multiply(out[:more], turn, out=out[computed : computed + more])
-        computed += more
-    return out
-
-
-def _in_order(lines: Chords) -> Iterator[Chords]:
-    """Yield blocks of `TOGETHER` chords, from the top of the pupil down."""
-    order = np.argsort(lines.level, kind="stable")
-    for start in range(0, len(order), TOGETHER):
-        yield Chords(*(part[order[start : start + TOGETHER]] for part in lines))
-
-
-def _smooth_cells(lines: Chords) -> tuple[int, csc_array]:
-    """Return the first row of cells to which chords add, and the weights (row, chord) of cells
-    smoothed by B-splines along y. The chords must be sorted from the top of the pupil down.
-    """
-    row = np.floor(lines.level).astype(np.int32)
-    first = int(row[0]) - ORDER // 2
-    taps = np.stack(spline_taps(lines.level - row, ORDER - 1), axis=1) * lines.weight[:, None]
-    rows_of = row[:, None] + np.arange(ORDER, dtype=np.int32) - ORDER // 2 - first
-    ends = np.arange(len(row) + 1, dtype=np.int32) * ORDER
-    parts = taps.astype(np.complex64).ravel(), rows_of.ravel(), ends
-    return first, csc_array(parts, (int(rows_of.max()) + 1, len(row)))
