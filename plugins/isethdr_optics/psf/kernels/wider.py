@@ -104,7 +104,8 @@ def _fine_rings(
     read = scaled_pattern.fine_rings(computed.scaled)
     frame = replace(computed.scaled, core=core.reach)
     finer_halves = scaled_pattern.halves(frame, core.halves, read, apply)
-    errors = scaled_pattern.errors(frame, finer_halves, read, apply)
+    sums = scaled_pattern.direct_sums(frame, read, apply)
+    errors = scaled_pattern.errors(frame, finer_halves, sums)
     mix_scatter(finer_halves, frame)
     count = len(finer_halves)
     return {

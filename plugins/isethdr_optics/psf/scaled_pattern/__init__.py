@@ -20,9 +20,11 @@ speckles are averaged.
 """
 
 from .column_errors import (
+    Checked,
     Errors,
     checked_columns,
     columns_together,
+    direct_sums,
     errors,
     of_whole_kernels,
     wrong_columns,
@@ -50,6 +52,7 @@ from .rings import (
 )
 
 __all__ = [
+    "Checked",
     "Core",
     "CoreSize",
     "Errors",
@@ -65,6 +68,7 @@ __all__ = [
     "checked_columns",
     "columns_together",
     "core_wavelengths",
+    "direct_sums",
     "errors",
     "exact_halves",
     "exact_sums",

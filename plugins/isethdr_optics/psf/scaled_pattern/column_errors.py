@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -33,51 +33,73 @@ class Errors(NamedTuple):
     mean: float  # largest relative error of the total light of an octave
 
 
-def errors(
-    frame: Frame,
-    half_kernels: np.ndarray,
-    read: Rings = USUAL,
-    apply: Callable = map,
-) -> Errors:
-    """Return the errors of kernels against direct sums over the pupil.
+class Checked(NamedTuple):
+    """Groups of columns of one band, and their light by direct sums."""
 
-    Four groups of `columns_together` columns of tiles are compared, and a fifth for clean round
-    pupils. Columns cross all octaves beyond their own. Errors of long wavelengths are largest near
-    the core, where a tile holds the fewest of their speckles. Errors of short wavelengths are
-    largest far from it, where the lattice resolves them least.
+    band: int  # index of the band
+    firsts: tuple[int, ...]  # first column of each group, tiles from the axis
+    light: tuple[np.ndarray, ...]  # (y, column) light of each group
+
+
+def direct_sums(frame: Frame, read: Rings = USUAL, apply: Callable = map) -> list[Checked]:
+    """Return the light of a few columns of tiles by direct sums over the pupil; none if the exact
+    core covers the frame.
+
+    There are four groups of `columns_together` columns, and a fifth for clean round pupils. Columns
+    cross all octaves beyond their own. Errors of long wavelengths are largest near the core, where
+    a tile holds the fewest of their speckles. Errors of short wavelengths are largest far from it,
+    where the lattice resolves them least.
 
     Parameters
     ----------
     frame : bands and tiles of the kernels.
-    half_kernels : (band, y, x) result of `halves`: the half plane from the axis on.
-    read : sampling of the rings.
+    read : sampling of the rings and of the direct sums.
     apply : `map`, or the `map` of a pool of threads.
     """
     if frame.core == frame.reach:
-        return Errors(*np.zeros((2, kernel_sampling_error.OCTAVES)), 0.0)
+        return []
     order = np.argsort(frame.edges_nm[:, 0])
     near_column, middle_column, far_column = _checked_columns(frame)
-    short = order[0]
-    long = order[-1]
+    short = int(order[0])
+    long = int(order[-1])
     far = (far_column, *_border_columns(frame))
-    places_checked = {
+    places = {
         ((near_column,), short),
         ((near_column,), long),
         ((middle_column,), long),
         (far, short),
     }
+    return [
+        Checked(
+            band,
+            firsts,
+            tuple(_light(frame, first, band, apply, **read.columns) for first in firsts),
+        )
+        for firsts, band in sorted(places)
+    ]
 
-    def one(columns: tuple[int, ...], band: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+
+def errors(frame: Frame, half_kernels: np.ndarray, sums: list[Checked]) -> Errors:
+    """Return the errors of kernels against direct sums over the pupil.
+
+    Parameters
+    ----------
+    frame : bands and tiles of the kernels.
+    half_kernels : (band, y, x) result of `halves`: the half plane from the axis on.
+    sums : result of `direct_sums`.
+    """
+    if not sums:
+        return Errors(*np.zeros((2, kernel_sampling_error.OCTAVES)), 0.0)
+
+    def one(checked: Checked) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         column_errors = kernel_sampling_error.ColumnErrors()
-        half = half_kernels[band]
-        for first in columns:
-            wrong, light = wrong_columns(frame, half, first, band, apply, **read.columns)
+        half = half_kernels[checked.band]
+        for first, light in zip(checked.firsts, checked.light, strict=True):
+            wrong = _columns_of(frame, half, first, light.shape[1]) - light
             column_errors.add(wrong, light, first, frame.core)
         return column_errors.relative(), column_errors.deviation(), np.abs(column_errors.mean())
 
-    relative, deviation, mean = (
-        np.max(part, axis=0) for part in zip(*(one(*place) for place in sorted(places_checked)))
-    )
+    relative, deviation, mean = (np.max(part, axis=0) for part in zip(*map(one, sums)))
     return of_whole_kernels(relative, deviation, float(mean.max()))
 
 
@@ -155,11 +177,33 @@ def wrong_columns(
     apply : `map`, or the `map` of a pool of threads.
     **fine : fields of a `pattern_columns.Place`: sampling of the direct sums.
     """
+    light = _light(frame, first, band, apply, **fine)
+    return _columns_of(frame, half, first, light.shape[1]) - light, light
+
+
+def _light(
+    frame: Frame, first: int, band: int, apply: Callable[..., Any], **fine: float
+) -> np.ndarray:
+    """Return the light (y, column) of a few columns of tiles by direct sums; parameters as in
+    `wrong_columns`.
+    """
     count = min(columns_together(frame), frame.reach[1] + 1 - first)
     edges = tuple(float(pupil_size.scaled_nm(frame.lens, w)) for w in frame.edges_nm[band])
     place = pattern_columns.Place(first, count, frame.reach[0], frame.pitch_um, edges, **fine)
-    light = pattern_columns.columns(frame.pupil(frame.shortest_nm), place, apply)
+    return pattern_columns.columns(frame.pupil(frame.shortest_nm), place, apply)
+
+
+def _columns_of(frame: Frame, half: np.ndarray, first: int, count: int) -> np.ndarray:
+    """Return columns (y, column) of a whole kernel, of which `half` (y, x) is the half plane.
+
+    Parameters
+    ----------
+    frame : bands and tiles of the kernels.
+    half : (y, x) half plane of the kernel.
+    first : first column, tiles from the axis.
+    count : number of columns.
+    """
     middle = frame.reach[1]
     right = half[:, middle + first : middle + first + count]
     mirrored = half[:0:-1, middle - first - count + 1 : middle - first + 1][:, ::-1]
-    return np.concatenate([mirrored, right]) - light, light
+    return np.concatenate([mirrored, right])

@@ -10,7 +10,7 @@ import numpy as np
 from isethdr_core.physics.optics import half_plane_pattern as patterns
 from isethdr_core.physics.optics import ray_sums
 
-from .column_errors import Errors, errors
+from .column_errors import Errors, direct_sums, errors
 from .core_halves import exact_halves
 from .rings import (
     FINEST,
@@ -123,9 +123,10 @@ def fine_enough(frame: Frame, apply: Callable = map) -> tuple[np.ndarray, Errors
     core = exact_halves(frame, frame.core, apply)
     before = np.inf
     read = usual_rings(frame)
+    sums = direct_sums(frame, read, apply)
     while True:
         half_kernels = halves(frame, core, read.finer(fine), apply)
-        errors_of_bands = errors(frame, half_kernels, read, apply)
+        errors_of_bands = errors(frame, half_kernels, sums)
         worst = errors_of_bands.relative.max()
         if worst <= frame.lens.speckle_error or fine >= FINEST or worst > WORTH * before:
             return half_kernels, errors_of_bands
