@@ -33,7 +33,6 @@ class Counts(NamedTuple):
     reads: float = 0.0  # as in `ray_sums.Work`, times borders of bands, times bands
     taps: float = 0.0  # as in `ray_sums.Work`, times bands
     chords: float = 0.0  # chords of the pupil in lattices and direct sums
-    turns: float = 0.0  # chords times columns of direct sums
     cores: float = 0.0  # multiplications of exact cores without phase
     transforms: float = 0.0  # wavelengths of exact cores with phase
 
@@ -47,7 +46,6 @@ SECONDS = Counts(
     reads=1.24e-10,
     taps=3.1e-9,
     chords=1.5e-6,
-    turns=2.8e-8,
     cores=8.0e-10,
     transforms=0.07,
 )
@@ -75,21 +73,15 @@ def one_pattern(frame: Frame) -> Counts:
         )
         for patterns in (*lattices, core)
     )
-    turns = 0.0
     rows_um = frame.reach[0] * frame.pitch_um[0]
-    step = read.columns.get("step", pattern_columns.STEP)
-    # columns of samples: a tile's triangle is two tiles wide; 4 more at the borders
-    width = (scaled_pattern.columns_together(frame) + 1) * frame.pitch_um[1] / (step * blur) + 4
+    cell = blur / (pattern_columns.PERIOD * rows_um)
     for first in scaled_pattern.checked_columns(frame):
         far_um = first * frame.pitch_um[1]
-        cell = blur / (pattern_columns.PERIOD * rows_um)
         strips = np.ceil(pattern_columns.STRIPS + far_um / rows_um)
-        many = _chords(frame.lens, terms, cell, strips)
-        chords += many
-        turns += many * (width + far_um / (step * blur) * frame.narrowest)
+        chords += _chords(frame.lens, terms, cell, strips)
     cores = scaled_pattern.exact_sums(frame, frame.core)
     samples = float(sum(np.prod(patterns.period, dtype=float) for patterns in (*lattices, core)))
-    return Counts(samples, *_rings(frame, levels), chords, turns, cores)
+    return Counts(samples, *_rings(frame, levels), chords, cores)
 
 
 def with_phase(frame: Frame) -> Counts:
