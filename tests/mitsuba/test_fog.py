@@ -188,11 +188,16 @@ def test_far_visibility_is_clear_air_and_clear_air_calls_no_fog(make, monkeypatc
     Clear air is rendered with all of the fog's code removed.
     """
     from isethdr_mitsuba.paths import integrator
+    from isethdr_mitsuba.paths.tracing import trace
 
     scene = make.street(3)
     foggy = light(replace(scene, fog=Fog(3e-9)), 16)
-    for name in ("FogTables", "AirlightLamps", "from_lamps", "from_sky"):
-        monkeypatch.setattr(integrator, name, None)
+    for module, name in (
+        (integrator, "FogTables"),
+        (integrator, "AirlightLamps"),
+        (trace, "cross_fog"),
+    ):
+        monkeypatch.setattr(module, name, None)
     clear = light(scene, 16)
     # 1e-3: extinction at a visibility of 10^9 m, float32, and tiles of sky, which are airlight in
     # fog, with another mean over a band

@@ -35,6 +35,7 @@ def functionals(result):
 @pytest.fixture(autouse=True)
 def every_kernel_is_kept(monkeypatch):
     monkeypatch.setattr(kernel_store, "WORTH_KEEPING_S", 0.0)
+    monkeypatch.setattr(kernel_store, "PATTERN_WORTH_KEEPING_S", 0.0)
     monkeypatch.setattr(planning, "WORTH", 0)  # for frames of any size
     kernels.forget()
     yield
@@ -47,7 +48,7 @@ def test_another_exposure_reads_the_kernels_from_disk_and_gives_what_irradiance_
 ):
     first = run()
     assert len(functionals(first)) == 1
-    assert len(list((isethdr_home / "kernels").glob("*.npy"))) == 2  # kernels, and their transforms
+    assert len(list((isethdr_home / "kernels").glob("*.npy"))) == 1
     kernels.forget()  # as in a new process
     monkeypatch.setattr(computing, "computed", None)  # a call would fail
     second = run("sensor.exposure_s=0.008")

@@ -87,4 +87,4 @@ def test_the_plan_says_what_rims_take_from_the_corners_of_too_wide_a_field():
         )
         and 0.3 < row.bound < 0.7
     )
-    assert "made for 14 degrees" in row.why and corners(24.0) == []
+    assert "ends 14 degrees off the axis" in row.why and corners(24.0) == []

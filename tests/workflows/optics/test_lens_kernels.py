@@ -39,7 +39,7 @@ def test_kernels_are_as_right_as_they_say(monkeypatch):
     monkeypatch.setattr(lens_kernels, "WINGS", ((20, 12), (90, -20)))
     monkeypatch.setattr(lens_kernels, "WINGS_NM", (550.0,))
     near, far = lens_kernels.kernel_wings(100, 120)
-    # the core is exact: it differs from the direct sums by 4e-5
-    assert near["stated"] == 0.0 and near["l1_error"] < 1e-4
+    # the core is exact but for its samples: it differs from the direct sums by 4e-5
+    assert near["l1_error"] < near["stated"] < 1e-4
     # a patch of 16 tiles may have twice the mean error of its octave
     assert far["l1_error"] < 2 * far["stated"] + 3e-3

@@ -197,4 +197,4 @@ def test_of_a_lamp_in_the_dark_dirt_costs_more_than_ghosts(isethdr_home):
     assert of["ssim", "noise"]["first"] > 0
     whole = [of["ssim", term]["shapley"] for term in TERMS]
     assert sum(whole) == pytest.approx(of["ssim", "noise"]["loss"], abs=1e-9)
-    assert "bayer: 1 scenes" in (isethdr_home / "dirt.md").read_text()
+    assert "bayer: 1 scene, 1 road" in (isethdr_home / "dirt.md").read_text()
