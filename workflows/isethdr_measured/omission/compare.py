@@ -8,6 +8,7 @@ import time
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from isethdr_optics.psf.error_parts import KERNELS
 from isethdr_workflows.empty_home import empty_home
 
 from isethdr_core import compose, run
@@ -123,7 +124,8 @@ def largest(few: dict, every: dict) -> tuple[float, float]:
     that bound, in electrons.
 
     Light may differ by the bound of the ledger: the lens's error in standard deviations of noise,
-    the omitted bands, rounding. A reading may differ by twice this bound, because a photon count
+    the omitted bands, rounding; and, if the runs used kernels of different accuracy, the errors of
+    both. A reading may differ by twice this bound, because a photon count
     changes by at most twice the change of its mean. If light differs at all, one electron and one
     code more are allowed, because counts and codes are whole numbers.
 
@@ -145,10 +147,26 @@ def largest(few: dict, every: dict) -> tuple[float, float]:
     light = (
         sd * every["noise_e"]
         + (bands + FLOAT32 * bool(bands or sd)) * np.abs(every["electrons"]).max()
+        + _of_kernels(few["ledger"], every["ledger"]) * np.abs(every["electrons"])
     )
     bound = 2 * light + (light > 0) * (every["step_e"] + every["noisy"])
     worst = np.unravel_index(np.argmax(difference - bound), difference.shape)
     return float(difference[worst]), float(bound[worst])
+
+
+def _of_kernels(few: Ledger, every: Ledger) -> float:
+    """Return the largest difference of spread light between two runs, as a share of it: 0 if both
+    state the same errors of their kernels, else the largest error of either together.
+
+    Near lamps, a run that knows its cameras may compute finer kernels than one that does not.
+    """
+    errors_of = [
+        [error.value for row in rows for error in row.errors if error.source.key in KERNELS]
+        for rows in (few, every)
+    ]
+    if errors_of[0] == errors_of[1]:
+        return 0.0
+    return sum(max(values, default=0.0) for values in errors_of)
 
 
 def warmed(rendered: Any = ()) -> None:
