@@ -32,7 +32,7 @@ CHANGED = 0.15
 # rms; a share of a point's light; 0.04 to 0.1 were found
 BETWEEN = 0.06
 # CPU time of a kernel that is computed for one band alone, over the time per band of many bands
-ALONE = 2.0
+ALONE = 1.5
 
 
 class FieldWork(NamedTuple):

@@ -35,10 +35,10 @@ TRANSFORMED_S = 0.075
 # number of times that kernels from lattices are computed, each time finer, if there are lamps
 # (`spread_errors`)
 LATTICES_BESIDE_LAMPS = 3.0
-# Costs of point spreads that vary over the field, CPU seconds. Estimated over measured time is 0.6
-# to 1.1 for the ten frames to which these were fitted, and 0.5 to 1.1 for three others
+# Costs of point spreads that vary over the field, CPU seconds. Estimated over measured time is 0.76
+# to 1.9 for five frames, on a machine whose speed changes by a third
 # (docs/explanation/lens_kernel_choices.md).
-POINT_SAMPLE_S = 2.6e-8  # per sample of the transforms of field points
+POINT_SAMPLE_S = 2.0e-8  # per sample of the transforms of field points
 OVERLAID_S = 0.1  # per million tiles x bands x field points
 TRACED = 1.8  # factor on the whole estimate if the colour of every field point is traced
 TRACED_S = 4.0  # for chief rays, rims, exit pupils and wavefronts of a prescription
