@@ -445,8 +445,8 @@ PAGES = {
         (
             "python benchmarks/render_light_groups.py",
             "python -m isethdr_measured renderer_noise",
-            "python -m isethdr_measured renderer_noise scene=tunnel shares=0.6",
-            "python -m isethdr_measured renderer_noise scene=country shares=0.6",
+            "python -m isethdr_measured renderer_noise scene=tunnel shares=0.8",
+            "python -m isethdr_measured renderer_noise scene=country shares=0.8",
             "python -m isethdr_measured renderer_light",
             "python -m isethdr_measured fireflies width=96 height=54",
             "python benchmarks/render_many_lamps.py 96",

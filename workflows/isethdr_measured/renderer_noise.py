@@ -45,7 +45,7 @@ class Rendering(NamedTuple):
 
 def renderer_noise(
     scene: str = "main",
-    shares: str = "1.2,0.6,0.3",
+    shares: str = "1.6,0.8,0.4",
     renderings: int = 3,
     width: int = 48,
     overrides: str = "",
