@@ -2,8 +2,10 @@
 
 There are two half buffers of independent paths. The paths of each buffer are planned from the light
 of the other. Both buffers have the same weight in the result, whatever their numbers of paths. The
-light of a path therefore never influences its own weight. With one buffer, tiles that found little
-light by chance would stop early and be too dark.
+light of a path therefore influences its own weight only indirectly: through the limits of the
+noise, and from the second round on through the number of paths of the other buffer
+(docs/explanation/renderer.md). With one buffer, tiles that found little light by chance would stop
+early and be too dark.
 """
 
 from __future__ import annotations
