@@ -9,6 +9,7 @@ import pytest
 from isethdr_measured.omission import omission
 from isethdr_measured.omission.cases import CASES, CHART, PICTURE, SHARP, TILES, Case, only
 from isethdr_measured.omission.compare import NOISE_SD, compared, largest
+from isethdr_optics.psf import error_parts
 
 from isethdr_core.errors import ConfigError
 from isethdr_core.ledger import LeftOut, Row
@@ -123,6 +124,21 @@ def test_what_may_differ_is_what_the_ledger_bounds():
     assert largest(readings([100.0, 100.5]), readings([100.0, 100.0])) == (0.5, 0.0), (
         "nothing that could differ was left out"
     )
+
+
+def test_only_kernels_of_different_accuracy_may_differ_by_their_errors():
+    def lens(error):
+        term = error_parts.term(error, "relative", "measured", "", key=error_parts.SPECKLE)
+        with ledger.stage(ledger.Ledger(), "lens l") as row:
+            ledger.record(term)
+        return row
+
+    usual = lens(0.02)
+    fine = lens(0.01)
+    other = readings([100.0], [fine])
+    # twice the sum of both errors of 100 e, plus one electron, plus one code of 2 e
+    assert largest(readings([100.0], [usual]), other)[1] == pytest.approx(2 * 3.0 + 1 + 2)
+    assert largest(readings([100.5], [fine]), other) == (0.5, 0.0)
 
 
 def test_reasons_that_are_no_omission_are_not_counted():

@@ -17,10 +17,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import scipy.fft as sf
-from scipy.sparse import csc_array
 
 from ..convolution import fourier
-from .lattice import ORDER, lattice_pitch_mm, spline_response, spline_taps
+from .lattice import ORDER, lattice_pitch_mm, spline_response, spline_taps, summed
 from .pupil import GAUSS, Chords, gauss_chords, strip_blocks
 
 PERIOD = 2.4  # period of the field, in reaches; the image itself is two reaches wide
@@ -255,20 +254,11 @@ def _ends_in_cells(lines: Chords, cell_mm: float, columns: int, width: int) -> _
         passed, place = np.divmod(column + taps, np.int32(width))
         share = (down * (sign * lines.weight)).astype(np.float32)
         value = share[:, None] * across
-        total += _summed(value, start[:, None] + place, len(total))
+        total += summed(value, start[:, None] + place, len(total))
         if passed.any():
             value *= -passed
-            total += _summed(value, np.broadcast_to(start[:, None], value.shape), len(total))
+            total += summed(value, np.broadcast_to(start[:, None], value.shape), len(total))
     return _Rows(first, total.reshape(size))
-
-
-def _summed(value: np.ndarray, place: np.ndarray, size: int) -> np.ndarray:
-    """Return sums of float32 values by position. The sparse product lets other threads run
-    meanwhile; `np.add.at` would not.
-    """
-    ends = np.array([0, value.size], np.int32)
-    column = csc_array((value.ravel(), place.ravel(), ends), (size, 1))
-    return column @ np.ones(1, np.float32)
 
 
 class Strips(NamedTuple):

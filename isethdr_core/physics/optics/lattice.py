@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import scipy.fft as sf
+from scipy.sparse import csc_array
 
 from .pupil import chord_ends, strip_blocks
 
@@ -65,6 +66,22 @@ def binomial_response(cycles_per_cell: np.ndarray) -> np.ndarray:
     summed in pairs `ORDER` times.
     """
     return np.sinc(cycles_per_cell / 2) * np.cos(np.pi * cycles_per_cell / 2) ** ORDER
+
+
+def summed(value: np.ndarray, place: np.ndarray, size: int) -> np.ndarray:
+    """Return sums (size,) of the values that belong to each place, in the type of the values.
+
+    The sparse product lets other threads run meanwhile; `np.add.at` would block them.
+
+    Parameters
+    ----------
+    value : real or complex values, any shape.
+    place : place of each value, 0 to size - 1, int32, same shape.
+    size : number of places.
+    """
+    ends = np.array([0, value.size], np.int32)
+    column = csc_array((value.ravel(), place.ravel(), ends), (size, 1))
+    return column @ np.ones(1, value.dtype)
 
 
 def fold_shapes(

@@ -35,8 +35,8 @@ TRANSFORMED_S = 0.075
 # number of times that kernels from lattices are computed, each time finer, if there are lamps
 # (`spread_errors`)
 LATTICES_BESIDE_LAMPS = 3.0
-# Costs of point spreads that vary over the field, CPU seconds. Estimated over measured time is 0.76
-# to 1.9 for five frames, on a machine whose speed changes by a third
+# Costs of point spreads that vary over the field, CPU seconds. For five frames the estimate was
+# 0.76 to 1.3 times the measured time, and for one of them 1.9 times when the machine was faster
 # (docs/explanation/lens_kernel_choices.md).
 POINT_SAMPLE_S = 2.0e-8  # per sample of the transforms of field points
 OVERLAID_S = 0.1  # per million tiles x bands x field points

@@ -155,10 +155,11 @@ def largest(few: dict, every: dict) -> tuple[float, float]:
 
 
 def _of_kernels(few: Ledger, every: Ledger) -> float:
-    """Return the largest difference of spread light between two runs, as a share of it: 0 if both
-    state the same errors of their kernels, else the largest error of either together.
+    """Return by how much the spread light of two runs may differ, as a share of that light.
 
-    Near lamps, a run that knows its cameras may compute finer kernels than one that does not.
+    If both runs state the same errors of their kernels, they used the same kernels, and the result
+    is 0. Otherwise it is the sum of the largest kernel error of each run. Near lamps, a run that
+    knows its cameras may compute finer kernels than one that does not.
     """
     errors_of = [
         [error.value for row in rows for error in row.errors if error.source.key in KERNELS]

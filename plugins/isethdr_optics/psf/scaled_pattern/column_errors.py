@@ -42,8 +42,8 @@ class Checked(NamedTuple):
 
 
 def direct_sums(frame: Frame, read: Rings = USUAL, apply: Callable = map) -> list[Checked]:
-    """Return the light of a few columns of tiles by direct sums over the pupil; none if the exact
-    core covers the frame.
+    """Return the light of a few columns of tiles, computed by direct sums over the pupil. The list
+    is empty if the exact core covers the frame.
 
     There are four groups of `columns_together` columns, and a fifth for clean round pupils. Columns
     cross all octaves beyond their own. Errors of long wavelengths are largest near the core, where
