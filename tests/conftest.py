@@ -25,7 +25,7 @@ LONGEST_FIRST = (
     "scenes/test_night_drive.py",
     "workflows/test_recipes.py",
     "optics/plan/test_window.py",
-    "mitsuba/test_need_driven.py",
+    "mitsuba/paths/by_need/test_rounds.py",
     "scenes/test_vehicles.py",
     "catalog/test_index.py",
     "optics/imaging/test_sensor_plane.py",

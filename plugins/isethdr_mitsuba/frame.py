@@ -261,7 +261,7 @@ def needed_paths(
     limit_at: Callable[..., Any],
     known: Known | None,
 ) -> tuple[Estimate, float]:
-    """Return the estimate with more paths where the cameras need them (`paths.need_driven`), and
+    """Return the estimate with more paths where the cameras need them (`paths.by_need`), and
     its noise as a share of the cameras' noise.
 
     Parameters
@@ -273,16 +273,14 @@ def needed_paths(
     view : tiles of the frame.
     known : {light group: light of earlier renderings}, or None.
     """
-    from .paths import need_driven
+    from .paths.by_need import rounds as by_need
 
     known = [(known or {}).get(group, Known()) for group in paths.lamps.groups]
     first = max(k.next for k in known)
     most_mean = settings.most_mean_samples or math.inf
-    rounds = need_driven.Rounds(
-        paths, instance, settings.seed, first, settings.most_samples, most_mean
-    )
+    rounds = by_need.Rounds(paths, instance, settings.seed, first, settings.most_samples, most_mean)
     share = settings.limit_share()
-    seconds = need_driven.render_by_need(rounds, limit_at, share)
+    seconds = by_need.render_by_need(rounds, limit_at, share)
     reached = share / math.sqrt(rounds.affordable)
     if rounds.affordable < 1:
         ledger.left_out(
@@ -294,7 +292,7 @@ def needed_paths(
             "times the noise asked for",
             key="mean samples",
         )
-    return need_driven.estimate(rounds, known, seconds, view.in_field()), reached
+    return by_need.estimate(rounds, known, seconds, view.in_field()), reached
 
 
 class Built(NamedTuple):

@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
-from isethdr_mitsuba.paths.need_driven import Rounds, render_by_need
+from isethdr_mitsuba.paths.by_need.rounds import Rounds, render_by_need
 
 from .job_paths import JobPaths, job_paths
 

@@ -24,7 +24,7 @@ PATHS = 16
 
 def tally_of(batches):
     """Return a tally of batch means (batch, tile) for one group, with equal X, Y and Z."""
-    from isethdr_mitsuba.paths.tallies import Tally
+    from isethdr_mitsuba.paths.by_need.tallies import Tally
 
     found = Tally.empty(1, 1, batches.shape[1])
     found.paths += PATHS * len(batches)
@@ -50,7 +50,7 @@ def buffers(rng, spread, level):
 
 @pytest.mark.parametrize("spread", [1.0, 0.5])
 def test_two_buffers_tell_by_how_much_batches_overstate(spread):
-    from isethdr_mitsuba.paths.tallies import Neighbours, path_variance, spread_of_buffers
+    from isethdr_mitsuba.paths.by_need.tallies import Neighbours, path_variance, spread_of_buffers
 
     rng = np.random.default_rng(4)
     level = np.full(SHAPE, 10.0)
@@ -67,7 +67,7 @@ def test_two_buffers_tell_by_how_much_batches_overstate(spread):
 
 
 def test_light_without_spread_says_nothing_of_the_buffers():
-    from isethdr_mitsuba.paths.tallies import Neighbours, path_variance, spread_of_buffers
+    from isethdr_mitsuba.paths.by_need.tallies import Neighbours, path_variance, spread_of_buffers
 
     found = [tally_of(np.full((BATCHES, 2400), 3.0)) for _ in range(2)]
     of_batches = path_variance(found, Neighbours(np.zeros(SHAPE, int))) / 64

@@ -7,9 +7,9 @@ import pytest
 
 pytest.importorskip("mitsuba")
 
-from isethdr_mitsuba.paths import need_plan
-from isethdr_mitsuba.paths.need_driven import exposure_change
-from isethdr_mitsuba.paths.tallies import Neighbours, Tally, path_variance
+from isethdr_mitsuba.paths.by_need import plan
+from isethdr_mitsuba.paths.by_need.rounds import exposure_change
+from isethdr_mitsuba.paths.by_need.tallies import Neighbours, Tally, path_variance
 
 
 def test_planned_paths_bring_tiles_to_their_limit_in_the_least_time():
@@ -19,12 +19,12 @@ def test_planned_paths_bring_tiles_to_their_limit_in_the_least_time():
     weights = np.array([1.0, 0.3, 0.0])
     us = np.array([1.0, 2.0, 1.5])
     limit[:, 7] = np.inf  # no camera sees this tile
-    paths = need_plan.needed(variance, limit, weights, us)
+    paths = plan.needed(variance, limit, weights, us)
     assert not paths[:, 7].any() and not paths[2].any(), "nor where a group has no weight"
     relative = (weights[:, None, None] ** 2 * variance / limit**2).max(1)
     cost = us @ paths
     kept = (cost > 0) & (cost < cost.max() * (1 - 1e-9))
-    assert 1 - kept.mean() <= need_plan.GIVEN_UP + 2 / 500
+    assert 1 - kept.mean() <= plan.GIVEN_UP + 2 / 500
     reached = (relative[:2, kept] / paths[:2, kept]).sum(0)
     np.testing.assert_allclose(reached, 1.0, rtol=1e-9)
     # any other division of the same time between two groups has more noise
@@ -41,7 +41,7 @@ def test_launches_follow_what_is_planned_and_share_paths():
     more = rng.integers(0, 5, (4, 60)) * 8 * (rng.random((4, 60)) < 0.5)
     found = np.zeros_like(more)
     launched = 0
-    for tiles, paths, bits in need_plan.lots(more):
+    for tiles, paths, bits in plan.lots(more):
         assert len(set(tiles)) == len(tiles) and (paths > 0).all()
         launched += paths.sum()
         for g in range(4):
@@ -51,7 +51,7 @@ def test_launches_follow_what_is_planned_and_share_paths():
 
 
 def test_nothing_is_added_for_little():
-    more = need_plan.more_paths(np.array([10.0, 100.0, 111.0, 130.0]), np.full(4, 100.0))
+    more = plan.more_paths(np.array([10.0, 100.0, 111.0, 130.0]), np.full(4, 100.0))
     assert list(more) == [0, 0, 0, 32]
 
 

@@ -14,8 +14,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .integrator import Found
-from .work_items import Work
+from ..integrator import Found
+from ..work_items import Work
 
 REACH = 2  # number of tiles on each side of a tile that count as its neighbours
 ROUNDING = 1e-6  # relative standard error up to which a difference counts as rounding, not noise

@@ -24,12 +24,12 @@ from isethdr_core.cli import progress
 from isethdr_core.demand import NoiseLimit
 from isethdr_core.runs.sample_accumulation import Known
 
-from . import need_plan
-from .integrator import Launch, Paths
-from .need_plan import Lot
-from .passes import Estimate, group_noise, with_known
+from ..integrator import Launch, Paths
+from ..passes import Estimate, group_noise, with_known
+from ..work_items import Work, listed_work
+from . import plan
+from .plan import Lot
 from .tallies import Neighbours, Tally, path_variance, spread_of_buffers
-from .work_items import Work, listed_work
 
 PILOT = 16  # number of paths of the pilot pass per tile, both buffers together
 # largest ratio of the paths of a tile after a round to those before, because early estimates of the
@@ -86,8 +86,8 @@ class Rounds:
         self.buffers = [Tally.empty(*shape) for _ in range(2)]
         self.near = Neighbours(self.instance)
         lit = [self.paths.lamps.has_lamps(g) for g in range(shape[0])]
-        us = np.where(lit, need_plan.LAMPS_US, need_plan.SKY_US)
-        self.group_us = us + need_plan.BASE_US / 2
+        us = np.where(lit, plan.LAMPS_US, plan.SKY_US)
+        self.group_us = us + plan.BASE_US / 2
 
     def follow(self, buffer: int, lot: Lot) -> None:
         """Follow the paths of a lot, and add their light to a buffer. The last launch may still run
@@ -150,15 +150,15 @@ class Rounds:
         factors = []
         wanted = 0.0
         for buffer, variance in zip(self.buffers, reversed(variances)):
-            paths_needed = need_plan.needed(scale * variance, allowed, weights, self.group_us) / 2
+            paths_needed = plan.needed(scale * variance, allowed, weights, self.group_us) / 2
             paths_needed = np.minimum(paths_needed, self.most / 2)
             wanted += float(np.maximum(paths_needed, buffer.paths).sum(0).mean())
             # The factor follows from all needed paths, not from the paths of this round. If a round
             # adds only some of them, the tiles that need most get the rest in later rounds.
-            factor = need_plan.affordable(paths_needed, buffer.paths, self.most_mean / 2)
+            factor = plan.affordable(paths_needed, buffer.paths, self.most_mean / 2)
             factors.append(factor)
             now = np.minimum(factor * paths_needed, GROWTH * buffer.paths)
-            plans.append(need_plan.more_paths(now, buffer.paths))
+            plans.append(plan.more_paths(now, buffer.paths))
         self.affordable = min(factors)
         if number == 1 and min(wanted, self.most_mean) > MANY:
             print(
@@ -170,7 +170,7 @@ class Rounds:
             )
         added = float(sum(more.max(0).mean() for more in plans))
         title = f"round {number}: {added:.3g} paths per tile where noise is seen"
-        every = [(buffer, lot) for buffer in range(2) for lot in need_plan.lots(plans[buffer])]
+        every = [(buffer, lot) for buffer in range(2) for lot in plan.lots(plans[buffer])]
         for buffer, lot in progress.track(every, title):
             self.follow(buffer, lot)
         self.finish()

@@ -7,15 +7,15 @@ import pytest
 
 pytest.importorskip("mitsuba")
 
-from isethdr_mitsuba.paths import need_driven
-from isethdr_mitsuba.paths.need_driven import Rounds, render_by_need
-from isethdr_mitsuba.paths.need_plan import affordable, more_paths
+from isethdr_mitsuba.paths.by_need import rounds as by_need_rounds
+from isethdr_mitsuba.paths.by_need.plan import affordable, more_paths
+from isethdr_mitsuba.paths.by_need.rounds import Rounds, render_by_need
 from isethdr_mitsuba.renderer import MitsubaRenderer
 
 from isethdr_core.demand import Demand, NoiseLimit
 from isethdr_core.uncertainty import ledger
 
-from .paths.test_integrator import follower
+from ..test_integrator import follower
 
 SIZE = {"width": 24, "height": 16, "margin": 0.0, "step_nm": 100.0, "max_depth": 3}
 WEIGHTS = {"sky": 1.0, "headlights": 1.0, "other": 1.0, "streetlights": 1.0}
@@ -103,7 +103,7 @@ def test_a_mean_number_of_paths_is_kept_and_the_noise_rises_alike_in_all_tiles(
     make, monkeypatch, capsys
 ):
     """The needed paths of all tiles are reduced by one factor, and noise rises by its root."""
-    monkeypatch.setattr(need_driven, "MANY", 16)  # print the advice for this small picture, too
+    monkeypatch.setattr(by_need_rounds, "MANY", 16)  # print the advice for this small picture, too
     scene = make.street(6)
     paths = follower(scene, MitsubaRenderer(**SIZE), scene.light_groups())
     luminance = judged(paths, 256).sum(0)

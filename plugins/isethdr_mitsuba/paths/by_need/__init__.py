@@ -1,0 +1,8 @@
+"""Samples by need: more paths in the tiles and light groups whose noise cameras can see.
+
+| module       | content                                                         |
+|--------------|-----------------------------------------------------------------|
+| `plan`       | the fewest paths that bring every tile below its limit          |
+| `rounds`     | first paths of all tiles, then rounds of paths as planned       |
+| `tallies`    | sums and variances of the paths of each tile                    |
+"""
