@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from isethdr_core.demand import Demand
 
     from .lamps.placed_lamps import PlacedLamp
+    from .paths.by_need.rounds import Rounds
     from .paths.integrator import Paths
     from .paths.passes import Estimate
     from .renderer import MitsubaRenderer
@@ -292,7 +293,29 @@ def needed_paths(
             "times the noise asked for",
             key="mean samples",
         )
+    state_rare_light(rounds)
     return by_need.estimate(rounds, known, seconds, view.in_field()), reached
+
+
+def state_rare_light(rounds: Rounds) -> None:
+    """State how much light of rare bright paths was moved between tiles.
+
+    Parameters
+    ----------
+    rounds : the paths of a rendering.
+    """
+    moved = rounds.moved
+    if moved is not None and moved.tiles.any():
+        most = int(np.argmax(moved.light))
+        ledger.left_out(
+            "the place of the light of rare bright paths",
+            f"found once in {moved.tiles.sum()} tiles, it is distributed over the tiles around"
+            f" them; at most {moved.light[most]:.1%} of a light group"
+            f" ({rounds.paths.lamps.groups[most]})",
+            moved.most,
+            "times the noise of the cameras",
+            key="rare light",
+        )
 
 
 class Built(NamedTuple):

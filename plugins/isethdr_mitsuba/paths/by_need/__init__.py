@@ -3,6 +3,7 @@
 | module       | content                                                         |
 |--------------|-----------------------------------------------------------------|
 | `plan`       | the fewest paths that bring every tile below its limit          |
+| `rare_light` | light of rare bright paths, moved to the tiles around them      |
 | `rounds`     | first paths of all tiles, then rounds of paths as planned       |
 | `tallies`    | sums and variances of the paths of each tile                    |
 """

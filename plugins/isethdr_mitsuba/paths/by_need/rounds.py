@@ -29,6 +29,7 @@ from ..passes import Estimate, group_noise, with_known
 from ..work_items import Work, listed_work
 from . import plan
 from .plan import Lot
+from .rare_light import CameraNoise, Moved, move_rare_light
 from .tallies import Neighbours, Tally, path_variance, spread_of_buffers
 
 PILOT = 16  # number of paths of the pilot pass per tile, both buffers together
@@ -68,6 +69,7 @@ class Rounds:
     most_mean : largest mean over tiles of the paths of all groups, in both buffers together.
     affordable : share of the needed paths that `most_mean` allowed in the last round; the smaller
         value of the two buffers.
+    moved : light of rare bright paths that was moved to other tiles; None before `move_rare_light`.
     """
 
     paths: Paths
@@ -77,6 +79,7 @@ class Rounds:
     most: int = 4096
     most_mean: float = math.inf
     affordable: float = 1.0
+    moved: Moved | None = None
     buffers: list[Tally] = field(default_factory=list)
     launches: int = 0
     running: _Running | None = None
@@ -182,6 +185,19 @@ class Rounds:
             if self.add_needed(limit, share, k + 1) < LITTLE:
                 return
 
+    def move_rare_light(self, limit: NoiseLimit, share: float) -> None:
+        """Move the light of rare bright paths to the tiles around them (`rare_light`). No paths may
+        be added after this.
+
+        Parameters
+        ----------
+        limit : noise of the cameras.
+        share : wanted noise as a share of the limit.
+        """
+        weights = [limit.weights.get(group, 0.0) for group in self.paths.lamps.groups]
+        noise = CameraNoise(weights, limit.xyz[1].reshape(self.instance.shape), share)
+        self.moved = move_rare_light(self.buffers, self.instance, self.near, noise)
+
     def radiance(self) -> np.ndarray:
         """Return radiance (group, band, tile), float64: the mean of the means of both buffers."""
         out = np.zeros(self.buffers[0].radiance.shape)
@@ -193,11 +209,15 @@ class Rounds:
         """Return standard errors (group, 3, tile) of X, Y and Z, cd/m2.
 
         They follow from the batches of each tile. One factor for each group makes them agree, in
-        the mean, with the difference between the two buffers.
+        the mean, with the difference between the two buffers. Light that was moved to a tile counts
+        as noise.
         """
         variances = path_variance(self.buffers, self.near)
         of_batches = variances * sum(share_of(t) for t in self.buffers)
-        return np.sqrt(spread_of_buffers(*self.buffers, of_batches) * of_batches)
+        squares = spread_of_buffers(*self.buffers, of_batches) * of_batches
+        if self.moved is not None:
+            squares += self.moved.variance
+        return np.sqrt(squares)
 
     def half_difference(self) -> np.ndarray:
         """Return half of the luminance difference (group, tile) between the buffers, cd/m2."""
@@ -250,6 +270,8 @@ def render_by_need(
                 "samples planned for the first exposure", why, change, "relative", key="exposure"
             )
             rounds.until_done(last, share)
+        limit = last
+    rounds.move_rare_light(limit, share)
     return time.perf_counter() - start
 
 

@@ -67,6 +67,7 @@ def test_noise_is_brought_to_the_limit_without_a_change_of_light(make):
     taken = sum(t.paths for t in found.buffers).max(0).reshape(16, 24)
     assert (taken[:, 0] == 16).all(), "nobody looks: no more than the first paths"
     assert taken[:, 1:].max() > 64
+    assert found.moved is not None, "rare light is looked for in every rendering"
     light = sum(t.mean()[:, 1] for t in found.buffers) / 2
     error = (light.sum(0).reshape(16, 24) - judge.sum(0)) / like_a_camera(judge.sum(0)).xyz[1]
     # a share of 0.5 is required; one tile in a hundred may exceed it, and some light is rarer than
