@@ -448,7 +448,7 @@ PAGES = {
             "python -m isethdr_measured renderer_noise scene=tunnel shares=0.8",
             "python -m isethdr_measured renderer_noise scene=country shares=0.8",
             "python -m isethdr_measured renderer_light",
-            "python -m isethdr_measured fireflies width=96 height=54",
+            "python -m isethdr_measured fireflies width=640 height=360",
             "python benchmarks/render_many_lamps.py 96",
         ),
         "17 CPU min",
