@@ -26,7 +26,7 @@ APART = 4.0
 # no tile receives more than LITTLE
 REACHES = (4, 8, 16, 32)
 LITTLE = 0.05  # light that a tile receives from another tile, as a share of the cameras' noise
-MOST = 0.5  # as LITTLE, with the largest reach; light stays in its tile if others would get more
+MOST = 0.5  # as LITTLE, from all tiles together; light that would add to more stays in its tile
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,7 +78,8 @@ def move_rare_light(
     """Move the light of rare bright paths between tiles, and return how much was moved.
 
     Light is moved if it changes the luminance of its tile by more than the wanted noise, and if it
-    is `APART` standard deviations above the light of the other buffer.
+    is `APART` standard deviations above the light of the other buffer. No tile receives more than
+    `MOST` of the noise of the cameras.
 
     Parameters
     ----------
@@ -106,7 +107,7 @@ def move_rare_light(
             apart = APART * np.sqrt(variances[dark][g, 1] * per_path)
             for tile in np.flatnonzero((change > allowed) & (excess > apart)):
                 to = receivers(tile, change[tile], instance, noise.luminance)
-                if to is None:
+                if of_noise[to.tiles].max() + to.of_noise > MOST:
                     continue
                 kept = means[dark][g, 1, tile] / means[bright][g, 1, tile]
                 taken = take(buffers[bright], g, tile, kept, variances[dark][g, :, tile])
@@ -118,11 +119,8 @@ def move_rare_light(
     return Moved(tiles, light, variance, float(of_noise.max()))
 
 
-def receivers(
-    tile: int, change: float, instance: np.ndarray, luminance: np.ndarray
-) -> Receivers | None:
-    """Return the tiles of the same object around a tile that receive its light; None if each of
-    them would receive more than `MOST` of the cameras' noise.
+def receivers(tile: int, change: float, instance: np.ndarray, luminance: np.ndarray) -> Receivers:
+    """Return the tiles of the same object around a tile that can receive its light.
 
     Parameters
     ----------
@@ -142,8 +140,6 @@ def receivers(
         received = change / part.sum()
         if received <= LITTLE:
             break
-    if received > MOST:
-        return None
     down, right = np.nonzero(part)
     tiles = (down + rows.start) * instance.shape[1] + right + columns.start
     return Receivers(tiles, part[down, right] / part.sum(), received)
