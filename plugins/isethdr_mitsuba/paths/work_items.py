@@ -83,14 +83,20 @@ def even_work(tiles: int, samples: int, groups: int) -> Work:
     )
 
 
-def listed_work(tiles: np.ndarray, paths: np.ndarray, groups: np.ndarray, stream: int = 0) -> Work:
+def listed_work(
+    tiles: np.ndarray, paths: np.ndarray, groups: np.ndarray, *, sky: int = 0, stream: int = 0
+) -> Work:
     """Return the items of a list of different tiles.
+
+    Paths share a camera ray only where no lamp is requested. With lamps, most of the noise comes
+    from the points at which rays meet the first surface: edges of shadows and objects in a tile.
 
     Parameters
     ----------
     tiles : (entry,) numbers of tiles.
     paths : (entry,) number of paths of each tile, at least two.
     groups : (entry,) bit mask of the requested light groups.
+    sky : bit mask of the light groups without lamps.
     stream : number of the sequence of random numbers.
     """
     tiles, paths, groups = (np.asarray(a, int) for a in (tiles, paths, groups))
@@ -110,7 +116,7 @@ def listed_work(tiles: np.ndarray, paths: np.ndarray, groups: np.ndarray, stream
         lane,
         lanes[owner],
         (paths[owner] - lane + lanes[owner] - 1) // lanes[owner],
-        np.clip(paths // LEAST_RAYS, 1, MOST_SHARES)[owner],
+        np.where(groups & ~sky, 1, np.clip(paths // LEAST_RAYS, 1, MOST_SHARES))[owner],
         groups[owner],
     )
 

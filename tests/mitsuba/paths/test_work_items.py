@@ -31,6 +31,13 @@ def test_every_path_of_a_list_is_one_item_s_and_items_of_a_tile_stand_in_one_vec
     assert (longest - np.minimum.reduceat(work.paths, first)).max() <= 1
 
 
+def test_paths_share_camera_rays_only_where_no_lamp_is_requested():
+    sky = 0b001
+    work = listed_work(np.arange(4), [64, 512, 512, 512], [sky, sky, 0b010, 0b011], sky=sky)
+    shares = dict(zip(work.tiles, work.shares[np.flatnonzero(work.lane == 0)]))
+    assert shares == {0: 1, 1: 4, 2: 1, 3: 1}
+
+
 def test_a_pass_is_the_list_of_all_tiles():
     work = even_work(35, 300, 5)
     assert (np.bincount(work.owner, work.paths) == 300).all() and set(work.groups) == {5}

@@ -91,6 +91,7 @@ class Rounds:
         lit = [self.paths.lamps.has_lamps(g) for g in range(shape[0])]
         us = np.where(lit, plan.LAMPS_US, plan.SKY_US)
         self.group_us = us + plan.BASE_US / 2
+        self.sky = sum(1 << g for g, has_lamps in enumerate(lit) if not has_lamps)
 
     def follow(self, buffer: int, lot: Lot) -> None:
         """Follow the paths of a lot, and add their light to a buffer. The last launch may still run
@@ -103,7 +104,7 @@ class Rounds:
                 now = np.minimum(paths_left, LONGEST)
                 on = np.flatnonzero(paths_left)
                 words = np.random.SeedSequence(self.seed, spawn_key=(self.first, self.launches))
-                work = listed_work(lot.tiles[part][on], now[on], lot.groups[part][on])
+                work = listed_work(lot.tiles[part][on], now[on], lot.groups[part][on], sky=self.sky)
                 launch = self.paths.record(int(words.generate_state(1)[0]), work)
                 self._run(_Running(buffer, work, launch))
                 self.launches += 1
