@@ -279,7 +279,15 @@ def needed_paths(
     known = [(known or {}).get(group, Known()) for group in paths.lamps.groups]
     first = max(k.next for k in known)
     most_mean = settings.most_mean_samples or math.inf
-    rounds = by_need.Rounds(paths, instance, settings.seed, first, settings.most_samples, most_mean)
+    rounds = by_need.Rounds(
+        paths,
+        instance,
+        settings.seed,
+        first,
+        settings.most_samples,
+        most_mean,
+        view.in_field(),
+    )
     share = settings.limit_share()
     seconds = by_need.render_by_need(rounds, limit_at, share)
     reached = share / math.sqrt(rounds.affordable)

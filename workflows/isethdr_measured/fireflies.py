@@ -77,7 +77,13 @@ def rendered(job: JobPaths) -> tuple[Rendered, npt.NDArray[np.float64]]:
     of the light groups in it.
     """
     settings = job.renderer
-    rounds = Rounds(job.paths, job.instance, settings.seed, 0, settings.most_samples)
+    rounds = Rounds(
+        job.paths,
+        job.instance,
+        settings.seed,
+        most=settings.most_samples,
+        in_field=job.view.in_field(),
+    )
     render_by_need(rounds, job.limit, settings.limit_share())
     radiance = rounds.radiance()
     limit = job.limit(radiance)

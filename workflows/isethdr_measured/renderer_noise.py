@@ -146,7 +146,13 @@ def by_need(job: JobPaths, seed: int, share: float) -> Rendering:
     share : noise at which the renderer stops, over that of the cameras.
     """
     start = time.process_time()
-    rounds = Rounds(job.paths, job.instance, seed, 0, job.renderer.most_samples)
+    rounds = Rounds(
+        job.paths,
+        job.instance,
+        seed,
+        most=job.renderer.most_samples,
+        in_field=job.view.in_field(),
+    )
     render_by_need(rounds, job.limit, share)
     seconds = time.process_time() - start
     radiance = rounds.radiance()

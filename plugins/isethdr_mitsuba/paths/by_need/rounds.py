@@ -33,6 +33,9 @@ from .rare_light import CameraNoise, Moved, move_rare_light
 from .tallies import Neighbours, Tally, path_variance, spread_of_buffers
 
 PILOT = 16  # number of paths of the pilot pass per tile, both buffers together
+# the same beyond the camera's field: light from there reaches pixels only by blur and flare, which
+# average it over many tiles
+PILOT_BEYOND = 4
 # largest ratio of the paths of a tile after a round to those before, because early estimates of the
 # need are uncertain
 GROWTH = 4.0
@@ -67,9 +70,12 @@ class Rounds:
         follow.
     most : largest number of paths per tile and group, in both buffers together.
     most_mean : largest mean over tiles of the paths of all groups, in both buffers together.
+    in_field : (rows, columns) slices of the tiles in the camera's field; all by default.
     affordable : share of the needed paths that `most_mean` allowed in the last round; the smaller
         value of the two buffers.
     moved : light of rare bright paths that was moved to other tiles; None before `move_rare_light`.
+    spread : ratio (group, 1, 1) of the variance found from both buffers to that found from their
+        batches, before light was moved; None before `move_rare_light`.
     """
 
     paths: Paths
@@ -78,8 +84,10 @@ class Rounds:
     first: int = 0
     most: int = 4096
     most_mean: float = math.inf
+    in_field: tuple[slice, slice] = (slice(None), slice(None))
     affordable: float = 1.0
     moved: Moved | None = None
+    spread: np.ndarray | None = None
     buffers: list[Tally] = field(default_factory=list)
     launches: int = 0
     running: _Running | None = None
@@ -131,8 +139,10 @@ class Rounds:
         """Follow the first paths of all tiles and groups."""
         tiles = self.instance.size
         every = np.full(tiles, self.paths.all_groups())
+        paths = np.full(self.instance.shape, PILOT_BEYOND // 2)
+        paths[self.in_field] = PILOT // 2
         for buffer in progress.track(range(2), "first paths of all tiles"):
-            self.follow(buffer, Lot(np.arange(tiles), np.full(tiles, PILOT // 2), every))
+            self.follow(buffer, Lot(np.arange(tiles), paths.ravel(), every))
         self.finish()
 
     def add_needed(self, limit: NoiseLimit, share: float, number: int = 1) -> float:
@@ -196,6 +206,8 @@ class Rounds:
         share : wanted noise as a share of the limit.
         """
         weights = [limit.weights.get(group, 0.0) for group in self.paths.lamps.groups]
+        # moved light makes the buffers differ in many tiles at once
+        self.spread = spread_of_buffers(*self.buffers, self._variance_of_batches())
         noise = CameraNoise(weights, limit.xyz[1].reshape(self.instance.shape), share)
         self.moved = move_rare_light(self.buffers, self.instance, self.near, noise)
 
@@ -213,12 +225,14 @@ class Rounds:
         the mean, with the difference between the two buffers. Light that was moved to a tile counts
         as noise.
         """
-        variances = path_variance(self.buffers, self.near)
-        of_batches = variances * sum(share_of(t) for t in self.buffers)
-        squares = spread_of_buffers(*self.buffers, of_batches) * of_batches
-        if self.moved is not None:
-            squares += self.moved.variance
-        return np.sqrt(squares)
+        of_batches = self._variance_of_batches()
+        if self.moved is None or self.spread is None:
+            return np.sqrt(spread_of_buffers(*self.buffers, of_batches) * of_batches)
+        return np.sqrt(self.spread * of_batches + self.moved.variance)
+
+    def _variance_of_batches(self) -> np.ndarray:
+        """Return the variance (group, 3, tile) of the light that the batches suggest, (cd/m2)^2."""
+        return path_variance(self.buffers, self.near) * sum(share_of(t) for t in self.buffers)
 
     def half_difference(self) -> np.ndarray:
         """Return half of the luminance difference (group, tile) between the buffers, cd/m2."""

@@ -99,6 +99,20 @@ def test_affordable_paths_have_the_mean_that_is_allowed():
     assert affordable(needed, have + 400.0, 350.0) < 0.4001  # no path is left
 
 
+def test_tiles_beyond_the_field_of_the_camera_get_fewer_first_paths(make):
+    scene = make.street(6)
+    paths = follower(scene, MitsubaRenderer(**SIZE), scene.light_groups())
+    field = slice(2, 14), slice(4, 20)
+    found = Rounds(paths, np.ones((16, 24), int), 3, in_field=field)
+    found.pilot()
+    taken = sum(t.paths for t in found.buffers).reshape(-1, 16, 24)
+    expected = np.full((16, 24), 4)
+    expected[field] = 16
+    assert (taken == expected).all()
+    # at least two batches, because a single one has no spread
+    assert min(t.batches.min() for t in found.buffers) >= 2
+
+
 @pytest.mark.slow
 def test_a_mean_number_of_paths_is_kept_and_the_noise_rises_alike_in_all_tiles(
     make, monkeypatch, capsys
