@@ -45,8 +45,8 @@ LARGEST_LIST = 1 << 17  # largest number of tiles of one launch; limits memory
 # largest number of paths of a tile in one launch; float32 sums of more paths in a lane would be
 # inaccurate
 LONGEST = 4096
-USUAL = 125  # samples per tile of the main job, all light groups together
-MANY = 4 * USUAL  # samples per tile above which a message is printed
+USUAL = 70  # samples per tile of the main job, all light groups together
+MANY = 500  # samples per tile above which a message is printed
 EXPOSURE_CHANGED = 0.1  # relative change of the exposure above which the need is computed again
 
 
