@@ -105,7 +105,9 @@ def move_rare_light(
             excess = means[bright][g, 1] - means[dark][g, 1]
             change = 0.5 * weight * excess
             apart = APART * np.sqrt(variances[dark][g, 1] * per_path)
-            for tile in np.flatnonzero((change > allowed) & (excess > apart)):
+            # a tile where the cameras have no noise could share its light with no tile
+            is_rare = (change > allowed) & (excess > apart) & (allowed > 0)
+            for tile in np.flatnonzero(is_rare):
                 to = receivers(tile, change[tile], instance, noise.luminance)
                 if of_noise[to.tiles].max() + to.of_noise > MOST:
                     continue

@@ -231,7 +231,7 @@ class Rounds:
         return np.sqrt(self.spread * of_batches + self.moved.variance)
 
     def _variance_of_batches(self) -> np.ndarray:
-        """Return the variance (group, 3, tile) of the light that the batches suggest, (cd/m2)^2."""
+        """Return the variance (group, 3, tile) of the light, computed from batches, (cd/m2)^2."""
         return path_variance(self.buffers, self.near) * sum(share_of(t) for t in self.buffers)
 
     def half_difference(self) -> np.ndarray:

@@ -12,7 +12,7 @@ TILES = SHAPE[0] * SHAPE[1]
 BATCHES = 4
 PATHS = 8  # per batch
 NOISE = 0.5  # of the cameras, cd/m2
-SHARE = 0.8  # of it that is wanted of the renderer
+SHARE = 0.8  # wanted noise of the renderer, as a share of NOISE
 TILE = 15 * 40 + 12
 BANDS = np.array([0.2, 0.5, 0.1])  # radiance of a luminance of 1 cd/m2
 MOST_RECEIVED = 0.5 * NOISE  # MOST of the module: more light would stay in its tile
@@ -137,6 +137,12 @@ def test_light_stays_if_its_object_is_too_small(instance):
     assert moved(tallies, instance).tiles == [0]
 
 
+def test_light_stays_where_the_cameras_have_no_noise(instance):
+    tallies = buffers(np.random.default_rng(9))
+    add_path(tallies[0], TILE, 3000.0)
+    assert moved(tallies, instance, np.zeros(SHAPE)).tiles == [0]
+
+
 def test_tiles_that_no_camera_sees_receive_nothing(instance):
     noise = np.full(SHAPE, NOISE)
     noise[:, 10:12] = np.inf
@@ -171,7 +177,8 @@ def test_the_mean_light_of_each_tile_stays_and_its_noise_falls(instance):
     blocks = lights[1][:, left].reshape(runs, 2, 15, 2, 10)
     quarters = blocks.mean((0, 2, 4))
     assert quarters == pytest.approx(1 + rare, abs=3 * rare / np.sqrt(15))
-    # rms error of single tiles: the rare paths alone cause 46.9 * root(2/1200) = 1.9 cd/m2 before
+    # before light is moved, the rare paths alone cause an rms error of single tiles of
+    # 46.9 cd/m2 * root(2/1200) = 1.9 cd/m2
     errors = np.sqrt(((lights[:, :, left] - 1 - rare) ** 2).mean((1, 2)))
     assert errors[0] > 1.5
     assert errors[1] < 0.3
