@@ -451,7 +451,7 @@ PAGES = {
             "python -m isethdr_measured fireflies width=640 height=360",
             "python benchmarks/render_many_lamps.py 96",
         ),
-        "17 CPU min",
+        "25 CPU min",
         (
             "`renderer_noise`: `share` is `renderer.noise_share_allowed`. `stated_90` is the stated"
             " noise that 90 % of the tiles are below. `over_true_90` is stated over true noise at"
@@ -461,8 +461,9 @@ PAGES = {
             " `tables_s`, the tables of the scene, which are made once. `paths` are samples per"
             " tile. The tunnel has at most 512 of them, because its limit is out of reach.",
             "`renderer_light`: `need_over_even` is the light of a group where paths follow need,"
-            " over that of even passes. Tiles are weighted by the inverse variance that one more"
-            " rendering states, so that glints do not decide; `unweighted` is the plain sum.",
+            " over that of even passes, before rare light is moved. A few glints decide this ratio."
+            " `known_need_over_even` is that of the tiles in which even passes scatter by at most"
+            " 5 %; they hold `known_share` of the light.",
             "`fireflies`: `standing_out` are tiles far brighter than their neighbours"
             " ([definition](../explanation/renderer.md#how-it-works)). A firefly is one of them"
             " that a judge with `judge_paths` does not confirm; the goal is 0. Many lamps: time to"

@@ -27,8 +27,8 @@ SCENES = {
     "country": "scene=street_country lighting=night_rural",
 }
 JUDGE_SEED = 500
-# least noise that sets the weight of a tile, as a share of the mean light of its group
-WEIGHT_FLOOR = 0.1
+# largest scatter of an even pass in a tile whose light counts as well known, relative
+KNOWN = 0.05
 
 
 class Rendering(NamedTuple):
@@ -78,56 +78,75 @@ def renderer_noise(
 
 def renderer_light(
     scene: str = "main",
-    renderings: int = 3,
-    judges: int = 3,
-    samples: int = 512,
+    renderings: int = 12,
+    judges: int = 8,
+    samples: int = 1024,
     width: int = 48,
     overrides: str = "",
 ) -> list[dict[str, Any]]:
     """Return a row for each light group: its light where the number of paths follows need, over
     that of even passes.
 
-    Tiles are weighted by the inverse variance, so that a few glints do not dominate. The variance
-    comes from one more rendering, so that weights do not depend on the light that they weight.
+    The light is that before rare light is moved to other tiles, which keeps its sum. Two ratios are
+    given: that of all light, in which a few glints count most, and that of the tiles whose light
+    the even passes know well. These tiles are chosen by other even passes than those that judge.
 
     Parameters
     ----------
     scene : name of the scene, a key of `SCENES`.
     renderings : number of renderings by need, with different random numbers.
-    judges : number of renderings by even passes, with different random numbers.
+    judges : number of renderings by even passes, with different random numbers. Half of them choose
+        the tiles.
     samples : paths per tile of an even pass.
     width : tiles along x; along y there are width * 9 / 16.
     overrides : further overrides of the config, separated by spaces.
 
     Returns
     -------
-    rows with scene, group, need_over_even (ratio of the weighted sums), standard_error of that
-    ratio, and unweighted (ratio of the means of all tiles).
+    rows with scene, group, need_over_even (ratio of the sums of all tiles), standard_error of that
+    ratio; known_share (share of the light that lies in tiles with a standard error of an even pass
+    of at most `KNOWN`), known_need_over_even and known_standard_error for these tiles.
     """
     job = _job(scene, width, overrides)
     share = float(job.renderer.limit_share())
-    ours = [by_need(job, seed, share).groups for seed in range(renderings)]
-    judge = [evenly(job, JUDGE_SEED + seed, samples) for seed in range(judges)]
-    weigher = by_need(job, JUDGE_SEED - 1, share)
+    ours = np.stack([_unmoved(job, seed, share) for seed in range(renderings)])
+    even = np.stack([evenly(job, JUDGE_SEED + seed, samples) for seed in range(judges)])
+    choosing, judge = even[::2], even[1::2]
     rows = []
     for g, group in enumerate(job.groups):
-        floor = WEIGHT_FLOOR * weigher.groups[g].mean()
-        if not floor > 0:
+        mean = choosing[:, g].mean(0)
+        if not mean.any():
             continue
-        weight = 1 / (weigher.noise[g] ** 2 + floor**2)
-        pair = [np.stack([one[g] for one in way]) for way in (ours, judge)]
-        sums = [light @ weight for light in pair]
-        errors = [v.std(ddof=1) / np.sqrt(len(v)) / v.mean() for v in sums]
+        known = (mean > 0) & (choosing[:, g].std(0, ddof=1) <= KNOWN * mean)
+        every = _ratio(ours[:, g], judge[:, g])
+        of_known = _ratio(ours[:, g][:, known], judge[:, g][:, known])
         rows.append(
             {
                 "scene": scene,
                 "group": group,
-                "need_over_even": float(sums[0].mean() / sums[1].mean()),
-                "standard_error": float(np.hypot(*errors)),
-                "unweighted": float(pair[0].mean() / pair[1].mean()),
+                "need_over_even": every[0],
+                "standard_error": every[1],
+                "known_share": float(mean[known].sum() / mean.sum()),
+                "known_need_over_even": of_known[0],
+                "known_standard_error": of_known[1],
             }
         )
     return rows
+
+
+def _ratio(ours: Array, judge: Array) -> tuple[float, float]:
+    """Return the ratio of the light of renderings (rendering, tile) and its standard error."""
+    sums = [light.sum(1) for light in (ours, judge)]
+    errors = [v.std(ddof=1) / np.sqrt(len(v)) / v.mean() for v in sums]
+    return float(sums[0].mean() / sums[1].mean()), float(np.hypot(*errors))
+
+
+def _unmoved(job: JobPaths, seed: int, share: float) -> Array:
+    """Return luminance (group, tile) by need, before rare light is moved to other tiles."""
+    rounds = _rounds(job, seed)
+    rounds.pilot()
+    rounds.until_done(job.limit(rounds.radiance()), share)
+    return job.luminance(rounds.radiance())
 
 
 def _job(scene: str, width: int, overrides: str) -> JobPaths:
@@ -146,13 +165,7 @@ def by_need(job: JobPaths, seed: int, share: float) -> Rendering:
     share : noise at which the renderer stops, over that of the cameras.
     """
     start = time.process_time()
-    rounds = Rounds(
-        job.paths,
-        job.instance,
-        seed,
-        most=job.renderer.most_samples,
-        in_field=job.view.in_field(),
-    )
+    rounds = _rounds(job, seed)
     render_by_need(rounds, job.limit, share)
     seconds = time.process_time() - start
     radiance = rounds.radiance()
@@ -168,6 +181,17 @@ def by_need(job: JobPaths, seed: int, share: float) -> Rendering:
         limit.xyz[1].ravel(),
         float(rounds.mean_paths().mean()),
         seconds,
+    )
+
+
+def _rounds(job: JobPaths, seed: int) -> Rounds:
+    """Return the buffers of a rendering by need, still without paths."""
+    return Rounds(
+        job.paths,
+        job.instance,
+        seed,
+        most=job.renderer.most_samples,
+        in_field=job.view.in_field(),
     )
 
 

@@ -1,9 +1,10 @@
 """Samples by need: more paths in the tiles and light groups whose noise cameras can see.
 
-| module       | content                                                         |
-|--------------|-----------------------------------------------------------------|
-| `plan`       | the fewest paths that bring every tile below its limit          |
-| `rare_light` | light of rare bright paths, moved to the tiles around them      |
-| `rounds`     | first paths of all tiles, then rounds of paths as planned       |
-| `tallies`    | sums and variances of the paths of each tile                    |
+| module           | content                                                             |
+|------------------|---------------------------------------------------------------------|
+| `plan`           | the fewest paths that bring every tile below its limit              |
+| `mean_of_rounds` | mean light of the rounds, with weights that do not follow its paths |
+| `rare_light`     | light of rare bright paths, moved to the tiles around them          |
+| `rounds`         | first paths of all tiles, then rounds of paths as planned           |
+| `tallies`        | sums and variances of the paths of each tile                        |
 """

@@ -83,7 +83,7 @@ def move_rare_light(
 
     Parameters
     ----------
-    buffers : the two half buffers, changed in place.
+    buffers : the two half buffers, changed in place; all rounds have their weight.
     instance : (row, column) number of the object in each tile.
     near : neighbours of the tiles.
     noise : noise of the cameras.
@@ -100,7 +100,7 @@ def move_rare_light(
         if weight <= 0:
             continue
         whole = (means[0][g, 1] + means[1][g, 1]).sum()
-        per_path = sum(1 / np.maximum(tally.paths[g], 1) for tally in buffers)
+        per_path = sum(tally.light.variance_factor()[g] for tally in buffers)
         for bright, dark in ((0, 1), (1, 0)):
             excess = means[bright][g, 1] - means[dark][g, 1]
             change = 0.5 * weight * excess
@@ -148,7 +148,7 @@ def receivers(tile: int, change: float, instance: np.ndarray, luminance: np.ndar
 
 
 class Taken(NamedTuple):
-    """Light that was taken from a tile: means over the paths of its buffer."""
+    """Light that was taken from a tile of a buffer."""
 
     radiance: np.ndarray  # (band,), W m-2 sr-1 nm-1
     xyz: np.ndarray  # (3,) X, Y and Z, cd/m2
@@ -166,20 +166,19 @@ def take(tally: Tally, g: int, tile: int, kept: float, variance: np.ndarray) -> 
     variance : (3,) variance of X, Y and Z of single paths that is assumed for the paths that
         remain, (cd/m2)^2.
     """
-    paths = tally.paths[g, tile]
-    taken = Taken(
-        (1 - kept) * tally.radiance[g, :, tile] / paths, (1 - kept) * tally.xyz[g, :, tile] / paths
-    )
-    tally.radiance[g, :, tile] *= kept
-    tally.xyz[g, :, tile] *= kept
+    light = tally.light
+    taken = Taken((1 - kept) * light.radiance[g, :, tile], (1 - kept) * light.xyz[g, :, tile])
+    light.radiance[g, :, tile] *= kept
+    light.xyz[g, :, tile] *= kept
+    # what is left of the paths has the assumed variance
     free = max(tally.batches[g, tile] - 1, 0)
-    tally.squares[g, :, tile] = variance * free + tally.xyz[g, :, tile] ** 2 / paths
+    tally.xyz[g, :, tile] *= kept
+    tally.squares[g, :, tile] = variance * free + tally.xyz[g, :, tile] ** 2 / tally.paths[g, tile]
     return taken
 
 
 def give(tally: Tally, g: int, to: Receivers, taken: Taken) -> np.ndarray:
-    """Add light to tiles of a buffer, and return their X, Y and Z (3, receiver), cd/m2. The spread
-    of the batches of a tile around their mean stays as it is.
+    """Add light to tiles of a buffer, and return their X, Y and Z (3, receiver), cd/m2.
 
     Parameters
     ----------
@@ -188,11 +187,7 @@ def give(tally: Tally, g: int, to: Receivers, taken: Taken) -> np.ndarray:
     to : receiving tiles.
     taken : light to add.
     """
-    paths = tally.paths[g, to.tiles]
     given = taken.xyz[:, None] * to.shares
-    before = tally.xyz[g][:, to.tiles]
-    after = before + given * paths
-    tally.radiance[g][:, to.tiles] += taken.radiance[:, None] * (to.shares * paths)
-    tally.xyz[g][:, to.tiles] = after
-    tally.squares[g][:, to.tiles] += (after**2 - before**2) / paths
+    tally.light.radiance[g][:, to.tiles] += taken.radiance[:, None] * to.shares
+    tally.light.xyz[g][:, to.tiles] += given
     return given

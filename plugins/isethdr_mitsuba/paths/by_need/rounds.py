@@ -1,11 +1,12 @@
 """Need-driven sampling: a pilot pass, then more paths in tiles with noise that cameras can see.
 
-There are two half buffers of independent paths. The paths of each buffer are planned from the light
-of the other. Both buffers have the same weight in the result, whatever their numbers of paths. The
-light of a path therefore influences its own weight only indirectly: through the limits of the
-noise, and from the second round on through the number of paths of the other buffer
-(docs/explanation/renderer.md). With one buffer, tiles that found little light by chance would stop
-early and be too dark.
+There are two half buffers of independent paths, with the same weight in the result. The paths of a
+buffer in a tile are planned from the light of the other buffer, and from that of both buffers in
+the tiles around it. With one buffer, tiles that found little light by chance would stop early and
+be too dark. From the second round on, the other paths have in turn been planned from this buffer.
+The weight of a round is therefore fixed before these are used (`mean_of_rounds`). The light of a
+path then influences its own weight only through the limits of the noise, which follow from the
+light of the whole picture.
 """
 
 from __future__ import annotations
@@ -30,7 +31,7 @@ from ..work_items import Work, listed_work
 from . import plan
 from .plan import Lot
 from .rare_light import CameraNoise, Moved, move_rare_light
-from .tallies import Neighbours, Tally, path_variance, spread_of_buffers
+from .tallies import Neighbours, Tally, path_variance, spread_of_buffers, variance_for_plan
 
 PILOT = 16  # number of paths of the pilot pass per tile, both buffers together
 # the same beyond the camera's field: light from there reaches pixels only by blur and flare, which
@@ -39,6 +40,9 @@ PILOT_BEYOND = 4
 # largest ratio of the paths of a tile after a round to those before, because early estimates of the
 # need are uncertain
 GROWTH = 4.0
+# A tile gets some more paths if it would need them with this many times the estimated variance.
+# Otherwise its paths get all of the weight, and none can be added later
+CAUTION = 2.0
 MOST_ROUNDS = 6  # largest number of rounds
 LITTLE = 0.5  # a round that adds fewer paths per tile than this is the last one
 LARGEST_LIST = 1 << 17  # largest number of tiles of one launch; limits memory
@@ -145,7 +149,9 @@ class Rounds:
             self.follow(buffer, Lot(np.arange(tiles), paths.ravel(), every))
         self.finish()
 
-    def add_needed(self, limit: NoiseLimit, share: float, number: int = 1) -> float:
+    def add_needed(
+        self, limit: NoiseLimit, share: float, number: int = 1, *, reopen: bool = False
+    ) -> float:
         """Add paths so that the noise becomes `share` of the limit, and return their mean number
         per tile.
 
@@ -154,17 +160,19 @@ class Rounds:
         limit : noise that the cameras allow.
         share : wanted noise as a share of the limit.
         number : number of the round, for messages. The first round may print a message.
+        reopen : also add paths in tiles that were finished under another limit.
         """
         weights = [limit.weights.get(group, 0.0) for group in self.paths.lamps.groups]
         allowed = share * limit.xyz.reshape(3, -1)
-        variances = [path_variance([tally], self.near) for tally in self.buffers]
-        of_batches = sum(v * share_of(t) for v, t in zip(variances, self.buffers))
-        scale = spread_of_buffers(*self.buffers, of_batches)
+        scale = spread_of_buffers(*self.buffers, self._variance_of_batches())
         plans = []
+        later = []
         factors = []
         wanted = 0.0
-        for buffer, variance in zip(self.buffers, reversed(variances)):
-            paths_needed = plan.needed(scale * variance, allowed, weights, self.group_us) / 2
+        for buffer, other in zip(self.buffers, reversed(self.buffers)):
+            variance = variance_for_plan(buffer, other, self.near)
+            enough = plan.needed(scale * variance, allowed, weights, self.group_us) / 2
+            paths_needed = buffer.paths + self._later_paths(buffer, enough, reopen)
             paths_needed = np.minimum(paths_needed, self.most / 2)
             wanted += float(np.maximum(paths_needed, buffer.paths).sum(0).mean())
             # The factor follows from all needed paths, not from the paths of this round. If a round
@@ -172,7 +180,16 @@ class Rounds:
             factor = plan.affordable(paths_needed, buffer.paths, self.most_mean / 2)
             factors.append(factor)
             now = np.minimum(factor * paths_needed, GROWTH * buffer.paths)
-            plans.append(plan.more_paths(now, buffer.paths))
+            more = plan.more_paths(now, buffer.paths)
+            plans.append(more)
+            later.append(
+                np.where(more > 0, np.maximum(factor * paths_needed - buffer.paths, more), 0)
+            )
+        # both plans are made before any weight is given: they need the light of both buffers
+        for buffer, more, expected in zip(self.buffers, plans, later):
+            buffer.light.give_weight(expected)
+            if reopen:
+                buffer.light.reopen(more)
         self.affordable = min(factors)
         if number == 1 and min(wanted, self.most_mean) > MANY:
             print(
@@ -190,11 +207,38 @@ class Rounds:
         self.finish()
         return added
 
-    def until_done(self, limit: NoiseLimit, share: float) -> None:
-        """Add rounds until one adds few paths, at most `MOST_ROUNDS`."""
+    def _later_paths(self, buffer: Tally, enough: np.ndarray, reopen: bool) -> np.ndarray:
+        """Return the paths (group, tile) that a buffer needs in addition to those that it has.
+
+        Parameters
+        ----------
+        buffer : the buffer.
+        enough : (group, tile) paths that would be enough if all had the same weight.
+        reopen : whether tiles that were finished may need paths.
+        """
+        light = buffer.light
+        later = light.later_paths(enough)
+        unsure = (light.left > 0) & (CAUTION * enough * light.variance_factor() > 1)
+        later = np.where(unsure, np.maximum(later, plan.STEP), later)
+        if not reopen:
+            return later
+        finished = light.left == 0
+        return np.where(finished, enough - 1 / np.where(finished, light.square, 1.0), later)
+
+    def until_done(self, limit: NoiseLimit, share: float, *, reopen: bool = False) -> None:
+        """Add rounds until one adds few paths, at most `MOST_ROUNDS`.
+
+        Parameters
+        ----------
+        limit : noise that the cameras allow.
+        share : wanted noise as a share of the limit.
+        reopen : also add paths in tiles that were finished under another limit.
+        """
         for k in range(MOST_ROUNDS):
-            if self.add_needed(limit, share, k + 1) < LITTLE:
-                return
+            if self.add_needed(limit, share, k + 1, reopen=reopen and k == 0) < LITTLE:
+                break
+        for buffer in self.buffers:
+            buffer.light.give_all_weight()
 
     def move_rare_light(self, limit: NoiseLimit, share: float) -> None:
         """Move the light of rare bright paths to the tiles around them (`rare_light`). No paths may
@@ -213,9 +257,9 @@ class Rounds:
 
     def radiance(self) -> np.ndarray:
         """Return radiance (group, band, tile), float64: the mean of the means of both buffers."""
-        out = np.zeros(self.buffers[0].radiance.shape)
+        out = np.zeros(self.buffers[0].light.radiance.shape)
         for tally in self.buffers:
-            out += tally.radiance / (2 * np.maximum(tally.paths, 1))[:, None]
+            out += tally.light.mean_radiance() / 2
         return out
 
     def xyz_noise(self) -> np.ndarray:
@@ -250,7 +294,7 @@ def share_of(tally: Tally) -> np.ndarray:
 
     The weight of a buffer is 1/2, so its variance is divided by 4.
     """
-    return (0.25 / np.maximum(tally.paths, 1)).astype(np.float32)[:, None]
+    return (0.25 * tally.light.variance_factor()).astype(np.float32)[:, None]
 
 
 def render_by_need(
@@ -284,7 +328,7 @@ def render_by_need(
             ledger.left_out(
                 "samples planned for the first exposure", why, change, "relative", key="exposure"
             )
-            rounds.until_done(last, share)
+            rounds.until_done(last, share, reopen=True)
         limit = last
     rounds.move_rare_light(limit, share)
     return time.perf_counter() - start

@@ -1,4 +1,4 @@
-"""Tallies: sums of the paths of one buffer in each tile, and the variance of single paths.
+"""Tallies: paths of one buffer in each tile, their light, and the variance of single paths.
 
 A rare bright path makes a tile bright and its variance large at the same time. A tile that such
 paths missed is dark, and its own variance is too small. The ratio of variance to light is therefore
@@ -9,13 +9,16 @@ and of those around it.
 from __future__ import annotations
 
 import os
+from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
 from ..integrator import Found
 from ..work_items import Work
+from .mean_of_rounds import MeanOfRounds, Sums
 
 REACH = 2  # number of tiles on each side of a tile that count as its neighbours
 ROUNDING = 1e-6  # relative standard error up to which a difference counts as rounding, not noise
@@ -27,13 +30,21 @@ PRIOR = 24.0  # weight of the variance of the neighbours, as a number of batches
 
 @dataclass(eq=False)
 class Tally:
-    """Sums of one buffer. Radiance in W m-2 sr-1 nm-1, X, Y and Z in cd/m2, summed over paths."""
+    """Sums over the paths of one buffer, from which their variance follows, and their light.
 
-    paths: np.ndarray  # (group, tile) number of paths
-    batches: np.ndarray  # (group, tile) number of batches
-    radiance: np.ndarray  # (group, band, tile) float32
-    xyz: np.ndarray  # (group, 3, tile)
-    squares: np.ndarray  # (group, 3, tile): sum over batches of (their X, Y, Z)^2 / their paths
+    Attributes
+    ----------
+    paths, batches : (group, tile) number of paths and of batches.
+    xyz : (group, 3, tile) X, Y and Z, summed over paths, cd/m2.
+    squares : (group, 3, tile) sum over batches of (their X, Y, Z)^2 / their paths.
+    light : mean light of the paths.
+    """
+
+    paths: np.ndarray
+    batches: np.ndarray
+    xyz: np.ndarray
+    squares: np.ndarray
+    light: MeanOfRounds
 
     @classmethod
     def empty(cls, groups: int, bands: int, tiles: int) -> Tally:
@@ -48,9 +59,9 @@ class Tally:
         return cls(
             np.zeros((groups, tiles)),
             np.zeros((groups, tiles)),
-            np.zeros((groups, bands, tiles), np.float32),
             np.zeros((groups, 3, tiles)),
             np.zeros((groups, 3, tiles)),
+            MeanOfRounds.empty(groups, bands, tiles),
         )
 
     def add(self, work: Work, sums: Found) -> None:
@@ -58,7 +69,7 @@ class Tally:
         first = np.flatnonzero(work.lane == 0)
         paths = np.add.reduceat(work.paths.astype(float), first)
         over_items = lambda values: np.add.reduceat(values, first, axis=-1)
-        bands = self.radiance.shape[1]
+        bands = self.light.radiance.shape[1]
         for g in range(len(self.paths)):
             on = (work.groups[first] >> g & 1).astype(bool)
             if not on.any():
@@ -67,13 +78,14 @@ class Tally:
             values = sums.batches[g].astype(float)
             self.paths[g, tiles] += paths[on]
             self.batches[g, tiles] += work.lanes[first][on]
-            self.radiance[g][:, tiles] += sums.radiance[g, :bands][:, on]
-            self.xyz[g][:, tiles] += over_items(values)[:, on]
+            xyz = over_items(values)[:, on]
+            self.light.add(g, paths[on], Sums(tiles, sums.radiance[g, :bands][:, on], xyz))
+            self.xyz[g][:, tiles] += xyz
             self.squares[g][:, tiles] += over_items(values**2 / work.paths)[:, on]
 
     def mean(self) -> np.ndarray:
         """Return X, Y and Z (group, 3, tile), cd/m2."""
-        return self.xyz / np.maximum(self.paths, 1)[:, None]
+        return self.light.mean_xyz()
 
 
 class Neighbours:
@@ -99,15 +111,21 @@ class Neighbours:
         one = np.ones((1, instance.size), np.float32)
         self.counts = {reach: self.sum(one, reach)[0] for reach in (1, REACH)}
 
-    def sum(self, values: np.ndarray, reach: int = REACH) -> np.ndarray:
+    def sum(self, values: np.ndarray, reach: int = REACH, least: int = 0) -> np.ndarray:
         """Return sums (..., tile) of values (..., tile), float32, over the tiles within `reach`
         rows and columns that show the same object.
+
+        Parameters
+        ----------
+        values : values of each tile.
+        reach : largest number of rows or columns between a tile and its neighbours.
+        least : smallest one; with 1, the tile itself does not count.
         """
         planes = np.asarray(values, np.float32).reshape(-1, *self.shape)
         out = np.zeros(planes.shape, np.float32)
         for total, plane in zip(out, planes):  # one plane at a time stays in the cache
             for distance, to, of, same_object in self.pairs:
-                if distance <= reach:
+                if least <= distance <= reach:
                     total[to] += plane[of] * same_object
         return out.reshape(np.shape(values))
 
@@ -115,28 +133,81 @@ class Neighbours:
 def path_variance(tallies: list[Tally], near: Neighbours) -> np.ndarray:
     """Return the variance (group, 3, tile) of X, Y and Z of single paths, (cd/m2)^2, from all
     batches of `tallies`, float32.
+
+    Parameters
+    ----------
+    tallies : one or two buffers.
+    near : neighbours of the tiles.
     """
-    of_group = lambda g: _group_variance(tallies, g, near)
+    return _of_groups(lambda g: _group_variance(tallies, tallies, g, near), tallies)
+
+
+def variance_for_plan(own: Tally, other: Tally, near: Neighbours) -> np.ndarray:
+    """Return the variance (group, 3, tile) of X, Y and Z of single paths, (cd/m2)^2, from which the
+    paths of the buffer `own` are planned, float32.
+
+    It follows from the batches of both buffers in the tiles around a tile, and from those of
+    `other` in the tile itself. The light of a path of `own` thus does not influence the plan for
+    its tile.
+
+    Parameters
+    ----------
+    own : buffer that is planned.
+    other : the other buffer.
+    near : neighbours of the tiles.
+    """
+    return _of_groups(lambda g: _group_variance([other], [own, other], g, near), [own])
+
+
+def _of_groups(of_group: Callable[[int], np.ndarray], tallies: list[Tally]) -> np.ndarray:
+    """Return the results of all groups, in one array."""
     # no compiled code runs at this time, and NumPy lets threads run in parallel
     with ThreadPoolExecutor(os.cpu_count()) as threads:
         return np.stack(list(threads.map(of_group, range(len(tallies[0].paths)))))
 
 
-def _group_variance(tallies: list[Tally], g: int, near: Neighbours) -> np.ndarray:
-    """Return the variance (3, tile) of X, Y and Z of single paths in group `g`."""
-    single = np.float32
+class _Batches(NamedTuple):
+    """What the batches of buffers show of a group in each tile, float32."""
+
+    light: np.ndarray  # (3, tile) mean X, Y and Z
+    squares: np.ndarray  # (3, tile) squared deviations from the mean of each buffer
+    free: np.ndarray  # (tile,) degrees of freedom of `squares`
+
+
+def _batches(tallies: list[Tally], g: int) -> _Batches:
     light = sum(t.xyz[g] for t in tallies) / np.maximum(sum(t.paths[g] for t in tallies), 1)
-    # squared deviations from the mean of each tally, which takes one degree of freedom per tally
+    # each mean takes one degree of freedom
     squares = sum(
         np.maximum(t.squares[g] - t.xyz[g] ** 2 / np.maximum(t.paths[g], 1), 0) for t in tallies
-    ).astype(single)
-    light = light.astype(single)
-    free = sum(np.maximum(t.batches[g] - 1, 0) for t in tallies).astype(single)
-    level = np.maximum(near.sum(light), np.finfo(single).tiny)
-    per_light = near.sum(squares) / np.maximum(near.sum(free), 1) / level
+    )
+    free = sum(np.maximum(t.batches[g] - 1, 0) for t in tallies)
+    return _Batches(*(np.asarray(values, np.float32) for values in (light, squares, free)))
+
+
+def _group_variance(
+    in_tile: list[Tally], around: list[Tally], g: int, near: Neighbours
+) -> np.ndarray:
+    """Return the variance (3, tile) of X, Y and Z of single paths in group `g`.
+
+    Parameters
+    ----------
+    in_tile : buffers that count in the tile itself.
+    around : buffers that count in its neighbours.
+    g : number of the group.
+    near : neighbours of the tiles.
+    """
+    single = np.float32
+    own = _batches(in_tile, g)
+    every = own if around is in_tile else _batches(around, g)
+    light, squares, free = (
+        near.sum(neighbours, REACH, 1) + tile for neighbours, tile in zip(every, own, strict=True)
+    )
+    level = np.maximum(light, np.finfo(single).tiny)
+    per_light = squares / np.maximum(free, 1) / level
     per_light *= near.counts[REACH]
-    lent = per_light * (light + near.sum(light, 1) / near.counts[1])
-    return (squares + single(PRIOR / 2) * lent) / (free + single(PRIOR))
+    close = near.sum(every.light, 1, 1) + own.light
+    lent = per_light * (own.light + close / near.counts[1])
+    return (own.squares + single(PRIOR / 2) * lent) / (own.free + single(PRIOR))
 
 
 def spread_of_buffers(first: Tally, second: Tally, of_batches: np.ndarray) -> np.ndarray:

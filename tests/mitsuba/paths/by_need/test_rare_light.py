@@ -46,9 +46,17 @@ def buffers(rng, level=1.0, spread=0.3):
         tally.batches += BATCHES
         tally.xyz += PATHS * batches.sum(0)
         tally.squares += PATHS * (batches**2).sum(0)
-        tally.radiance += (BANDS[:, None] * tally.xyz[0, 1]).astype(np.float32)
+        put(tally, np.arange(TILES), np.full(TILES, PATHS * BATCHES), tally.xyz[0, 1])
         found.append(tally)
     return found
+
+
+def put(tally, tiles, paths, luminance):
+    """Add paths whose luminance has the sum `luminance` (tile,)."""
+    from isethdr_mitsuba.paths.by_need.mean_of_rounds import Sums
+
+    radiance = (BANDS[:, None] * luminance).astype(np.float32)
+    tally.light.add(0, paths, Sums(tiles, radiance, np.stack([luminance] * 3)))
 
 
 def add_path(tally, tile, luminance):
@@ -57,7 +65,7 @@ def add_path(tally, tile, luminance):
     old = PATHS * mean
     tally.squares[0, :, tile] += ((old + luminance) ** 2 - old**2) / PATHS
     tally.xyz[0, :, tile] += luminance
-    tally.radiance[0, :, tile] += (BANDS * luminance).astype(np.float32)
+    put(tally, np.array([tile]), np.array([0]), np.array([float(luminance)]))
 
 
 def moved(tallies, instance, noise=None):
@@ -65,6 +73,8 @@ def moved(tallies, instance, noise=None):
     from isethdr_mitsuba.paths.by_need.tallies import Neighbours
 
     noise = np.full(SHAPE, NOISE) if noise is None else noise
+    for tally in tallies:
+        tally.light.give_all_weight()
     return move_rare_light(
         tallies, instance, Neighbours(instance), CameraNoise([1.0], noise, SHARE)
     )
@@ -80,7 +90,7 @@ def test_a_rare_path_is_spread_over_its_object_and_no_light_is_lost(instance):
     dark = tallies[1].mean()[0, 1, TILE]
     add_path(tallies[0], TILE, 3000.0)
     before = light(tallies)
-    bands = [t.radiance.astype(float).sum(2) for t in tallies]
+    bands = [t.light.mean_radiance().astype(float).sum(2) for t in tallies]
     found = moved(tallies, instance)
     after = light(tallies)
     assert found.tiles == [1]
@@ -90,8 +100,9 @@ def test_a_rare_path_is_spread_over_its_object_and_no_light_is_lost(instance):
     assert after.sum() == pytest.approx(before.sum(), rel=1e-12)
     for tally, sums in zip(tallies, bands, strict=True):
         # radiance is summed in float32
-        assert tally.radiance.astype(float).sum(2) == pytest.approx(sums, rel=1e-5)
-        assert tally.radiance[0] == pytest.approx(BANDS[:, None] * tally.xyz[0, 1], rel=1e-4)
+        radiance = tally.light.mean_radiance()
+        assert radiance.astype(float).sum(2) == pytest.approx(sums, rel=1e-5)
+        assert radiance[0] == pytest.approx(BANDS[:, None] * tally.mean()[0, 1], rel=1e-4)
     other = instance.ravel() != instance.ravel()[TILE]
     assert (after == before)[other].all()
     given = np.delete(after - before, TILE)

@@ -24,6 +24,7 @@ PATHS = 16
 
 def tally_of(batches):
     """Return a tally of batch means (batch, tile) for one group, with equal X, Y and Z."""
+    from isethdr_mitsuba.paths.by_need.mean_of_rounds import Sums
     from isethdr_mitsuba.paths.by_need.tallies import Tally
 
     found = Tally.empty(1, 1, batches.shape[1])
@@ -31,6 +32,8 @@ def tally_of(batches):
     found.batches += len(batches)
     found.xyz += PATHS * batches.sum(0)
     found.squares += PATHS * (batches**2).sum(0)
+    sums = Sums(np.arange(batches.shape[1]), found.xyz[0, :1], found.xyz[0])
+    found.light.add(0, found.paths[0], sums)
     return found
 
 
