@@ -2,8 +2,8 @@
 
 A path of small probability that carries much light makes its tile far too bright. The other half
 buffer has independent paths, and shows that the tile is not bright: the two buffers differ by many
-standard deviations of the darker one. The brighter buffer then gets the light of the darker one in
-that tile. The difference is distributed over the tiles of the same object around it, in proportion
+standard deviations of the darker one, or the darker one has many more paths. The brighter buffer
+then gets the light of the darker one in that tile. The difference is distributed over the tiles of the same object around it, in proportion
 to the noise of the cameras, where it stays below that noise. Each light group keeps its light; only
 its place changes. Methods that drop or weigh down such paths lose light (DeCoro, Weyrich,
 Rusinkiewicz 2010; Zirr, Hanika, Dachsbacher 2018).
@@ -22,6 +22,9 @@ from .tallies import Neighbours, Tally, path_variance
 # Least difference of the buffers, in standard deviations that the paths of the darker one suggest.
 # With normal noise one tile in 30,000 exceeds it.
 APART = 4.0
+# Ratio of the variances of the buffers from which on the difference may be smaller. The better
+# buffer got its many paths because the other one found a bright path.
+BETTER = 4.0
 # Numbers of tiles on each side of a tile over which its light is distributed: the first with which
 # no tile receives more than LITTLE
 REACHES = (4, 8, 16, 32)
@@ -78,8 +81,8 @@ def move_rare_light(
     """Move the light of rare bright paths between tiles, and return how much was moved.
 
     Light is moved if it changes the luminance of its tile by more than the wanted noise, and if it
-    is `APART` standard deviations above the light of the other buffer. No tile receives more than
-    `MOST` of the noise of the cameras.
+    is `APART` standard deviations above the light of the other buffer, or the variance of the other
+    buffer is `BETTER` times smaller. No tile receives more than `MOST` of the noise of the cameras.
 
     Parameters
     ----------
@@ -100,13 +103,14 @@ def move_rare_light(
         if weight <= 0:
             continue
         whole = (means[0][g, 1] + means[1][g, 1]).sum()
-        per_path = sum(tally.light.variance_factor()[g] for tally in buffers)
+        factors = [tally.light.variance_factor()[g] for tally in buffers]
         for bright, dark in ((0, 1), (1, 0)):
             excess = means[bright][g, 1] - means[dark][g, 1]
             change = 0.5 * weight * excess
-            apart = APART * np.sqrt(variances[dark][g, 1] * per_path)
+            apart = APART * np.sqrt(variances[dark][g, 1] * sum(factors))
+            told = (excess > apart) | (factors[bright] >= BETTER * factors[dark])
             # a tile where the cameras have no noise could share its light with no tile
-            is_rare = (change > allowed) & (excess > apart) & (allowed > 0)
+            is_rare = (change > allowed) & told & (allowed > 0)
             for tile in np.flatnonzero(is_rare):
                 to = receivers(tile, change[tile], instance, noise.luminance)
                 if of_noise[to.tiles].max() + to.of_noise > MOST:

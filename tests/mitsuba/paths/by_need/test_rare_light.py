@@ -205,3 +205,19 @@ def test_no_tile_receives_more_than_half_of_the_noise_of_the_cameras(instance):
     assert 0 < found.tiles[0] < 30
     assert found.most <= 0.5
     assert (light(tallies) - before).max() <= MOST_RECEIVED + 1e-9
+
+
+def test_light_is_moved_where_the_darker_buffer_has_many_more_paths(instance):
+    # the brighter buffer is 3 cd/m2 above a noise of 2.1 cd/m2, less than four deviations; the
+    # darker one then gets a second round with seven times the paths
+    for paths, expected in ((7, 1), (1, 0)):
+        tallies = buffers(np.random.default_rng(10), 10.0, 3.0)
+        dark = tallies[1].mean()[0, 1, TILE]
+        above = dark + 3.0 - tallies[0].mean()[0, 1, TILE]
+        add_path(tallies[0], TILE, above * BATCHES * PATHS)
+        later = np.zeros((1, TILES))
+        later[0, TILE] = paths * BATCHES * PATHS
+        tallies[1].light.give_weight(later)
+        put(tallies[1], np.array([TILE]), later[0, [TILE]], later[0, [TILE]] * dark)
+        assert moved(tallies, instance).tiles == [expected]
+        assert (light(tallies)[TILE] < dark + 1) == bool(expected)
