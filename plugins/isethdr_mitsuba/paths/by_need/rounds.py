@@ -75,8 +75,7 @@ class Rounds:
     most : largest number of paths per tile and group, in both buffers together.
     most_mean : largest mean over tiles of the paths of all groups, in both buffers together.
     in_field : (rows, columns) slices of the tiles in the camera's field; all by default.
-    affordable : share of the needed paths that `most_mean` allowed in the last round; the smaller
-        value of the two buffers.
+    affordable : smallest share of the needed paths that `most_mean` allowed in a round.
     moved : light of rare bright paths that was moved to other tiles; None before `move_rare_light`.
     spread : ratio (group, 1, 1) of the variance found from both buffers to that found from their
         batches, before light was moved; None before `move_rare_light`.
@@ -178,6 +177,8 @@ class Rounds:
             # The factor follows from all needed paths, not from the paths of this round. If a round
             # adds only some of them, the tiles that need most get the rest in later rounds.
             factor = plan.affordable(paths_needed, buffer.paths, self.most_mean / 2)
+            # tiles that are finished had the factor of an earlier round, and ask for no more
+            factor = min(factor, self.affordable)
             factors.append(factor)
             now = np.minimum(factor * paths_needed, GROWTH * buffer.paths)
             more = plan.more_paths(now, buffer.paths)
@@ -234,6 +235,7 @@ class Rounds:
         share : wanted noise as a share of the limit.
         reopen : also add paths in tiles that were finished under another limit.
         """
+        self.affordable = 1.0
         for k in range(MOST_ROUNDS):
             if self.add_needed(limit, share, k + 1, reopen=reopen and k == 0) < LITTLE:
                 break
