@@ -415,17 +415,18 @@ def state_noise(result: Estimate, groups: Sequence[str], settings: MitsubaRender
         samples = own + known.paths
         stored = f", {known.paths} of them stored before" * bool(known.paths)
         if settings.samples is None:
-            how = f"{samples} samples per tile{stored}, {seconds:.3g} s, where cameras need them"
+            how = "distributed by the need of the cameras"
         else:
             how = (
-                f"{samples} samples per tile{stored}, {seconds:.3g} s, true noise of nine tiles in"
-                f" ten within {rare_light(samples):.1f} times the noise stated of each"
+                f"true noise of nine tiles in ten within {rare_light(samples):.1f} times the noise"
+                " stated of each"
             )
         ledger.error(
             noise,
             "relative",
             "statistical",
-            f"{how}: median over tiles, light group {group}",
+            f"noise of light group {group} after {samples} samples per tile{stored}, median over"
+            f" tiles; {how}, {seconds:.3g} s",
             key="sampling noise",
             part=group,
         )

@@ -169,11 +169,9 @@ def test_a_group_that_cannot_get_there_is_given_up_and_said_so(make, capsys):
         "light group headlights has a relative noise of" in said
         and "type renderer.most_samples=" in said
     )
-    noise = {e.label.split()[-1]: e.value for e in row.errors if "light group" in e.label}
+    noise = {e.part: e.value for e in row.errors if e.source.key == "sampling noise"}
     assert noise == ds.attrs["noise"] and noise["headlights"] > 1e-3
-    assert "12 samples per tile" in next(
-        e.label for e in row.errors if e.label.endswith("headlights")
-    )
+    assert "12 samples per tile" in next(e.label for e in row.errors if e.part == "headlights")
 
 
 def test_known_paths_are_not_followed_again_and_count(make):

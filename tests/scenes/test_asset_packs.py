@@ -189,9 +189,9 @@ MISTAKES = {
     "nameless": r"lamps\[0\]: kind is 'tial'; expected another one; did you mean 'tail'",
     "free": r"states no licence; type licence: ",
     "typo": r"matrials is no field; did you mean 'materials'",
-    "bare": r"nothing states the material of the part box\.ply",
+    "bare": r"no material is stated for the part box\.ply",
     "paintless": r"there is no material 'paint_rde'; did you mean 'paint_red'",
-    "moped": r"somebody rides a motorcycle; type riding:",
+    "moped": r"the group motorcycle have a rider, but riding is missing; type riding:",
     "dark": r"beam: there is no file no\.ies",
 }
 

@@ -126,7 +126,7 @@ def test_the_spread_of_passes_is_the_noise_of_the_mean(make):
     # The picture with eight times the paths adds 6 % to the deviation. Four passes determine a
     # standard error to 40 %, and its median over tiles better. The two medians weight tiles
     # differently.
-    assert row.errors[0].label.endswith("streetlights") and 0.4 < row.errors[0].value / found < 2.5
+    assert row.errors[0].part == "streetlights" and 0.4 < row.errors[0].value / found < 2.5
 
 
 def test_same_seed_gives_the_same_cube_and_another_seed_does_not(make):

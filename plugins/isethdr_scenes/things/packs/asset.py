@@ -134,7 +134,7 @@ def assembled(
         surface = material_names(part, form.materials)
         if surface is None:
             mistakes.append(
-                f"nothing states the material of the part {' / '.join(part.names)}; type"
+                f"no material is stated for the part {' / '.join(part.names)}; type"
                 f" materials: {{{part.names[-1]}: paint_red}} or materials: {{default: ...}}"
             )
             continue

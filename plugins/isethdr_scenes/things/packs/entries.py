@@ -48,7 +48,7 @@ def entry_mistakes(name: str, form: ThingForm, licence: str, folder: Path) -> It
     folder : folder of the pack, with the files of the entry.
     """
     if not NAMES.fullmatch(name):
-        yield "its name is no name; expected small letters, digits and underscores"
+        yield "its name is not valid; expected lower-case letters, digits and underscores"
     if not (form.licence or licence):
         yield f"states no licence; type licence: ..., {LICENCE_WORDS}"
     if form.group not in OPEN_GROUPS:
@@ -79,16 +79,19 @@ def _names_of_group(form: ThingForm) -> Iterator[str]:
         yield _unknown("category", form.category, CATEGORIES)
     elif not form.category and not category_of(form.group, form.family):
         yield (
-            f"states no category, and the families of {form.group} differ; expected one of"
+            f"category is missing, and the families of {form.group} have several; expected one of"
             f" {', '.join(CATEGORIES)}"
         )
     if form.group in RIDDEN and form.riding is None:
         yield (
-            f"somebody rides a {form.group}; type riding: {{saddle: [x, y, z], grip: [...], foot:"
-            " [...]}, in metres, grip and foot on the left"
+            f"things of the group {form.group} have a rider, but riding is missing; type riding:"
+            " {saddle: [x, y, z], grip: [...], foot: [...]}, in metres, grip and foot on the left"
         )
     if form.axes and form.axes.forward[-1] == form.axes.up[-1]:
-        yield f"axes: forward {form.axes.forward} and up {form.axes.up} are one line"
+        yield (
+            f"axes: forward {form.axes.forward} and up {form.axes.up} are parallel; expected a right"
+            " angle"
+        )
 
 
 def _file_mistakes(form: ThingForm, folder: Path) -> Iterator[str]:
@@ -104,9 +107,9 @@ def _lamp_mistakes(lamp: LampFaces, folder: Path) -> Iterator[str]:
     if lamp.kind not in KINDS:
         yield _unknown("kind", lamp.kind, KINDS)
     if not np.any(lamp.axis):
-        yield "axis is [0, 0, 0]; expected where it shines, for example [1, 0, 0] ahead"
+        yield "axis is [0, 0, 0]; expected the direction of its light, for example [1, 0, 0] ahead"
     if not lamp.part and lamp.box_m is None:
-        yield "states no faces; type part: NAME, or box_m: [[x, y, z], [x, y, z]]"
+        yield "its faces are missing; type part: NAME, or box_m: [[x, y, z], [x, y, z]]"
     stated = {"candela": lamp.candela, "cd_m2": lamp.cd_m2, "beam": lamp.beam}
     levels = [key for key, level in stated.items() if level]
     if len(levels) > 1:
