@@ -459,7 +459,9 @@ PAGES = {
             " so that both have the scatter of few renderings. `worst_99` is that of the one"
             " rendering that is farthest off at 99 %. `cpu_s` is that of one rendering, without"
             " `tables_s`, the tables of the scene, which are made once. `paths` are samples per"
-            " tile. The tunnel has at most 512 of them, because its limit is out of reach.",
+            " tile. The tunnel has at most 512 of them, because its limit is out of reach. Three"
+            " renderings miss the rarest light, which makes the ratio at 99 % too large: six"
+            " renderings of the main job at a share of 0.8 gave 0.96.",
             "`renderer_light`: `need_over_even` is the light of a group where paths follow need,"
             " over that of even passes, before rare light is moved. A few glints decide this ratio."
             " `known_need_over_even` is that of the tiles in which even passes scatter by at most"
