@@ -111,7 +111,8 @@ def renderer_light(
     share = float(job.renderer.limit_share())
     ours = np.stack([_unmoved(job, seed, share) for seed in range(renderings)])
     even = np.stack([evenly(job, JUDGE_SEED + seed, samples) for seed in range(judges)])
-    choosing, judge = even[::2], even[1::2]
+    choosing = even[::2]
+    judge = even[1::2]
     rows = []
     for g, group in enumerate(job.groups):
         mean = choosing[:, g].mean(0)

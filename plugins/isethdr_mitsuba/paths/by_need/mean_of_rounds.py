@@ -17,8 +17,8 @@ import numpy as np
 
 # Expected later paths count this many times in the weight of a round, because early plans are often
 # too low, and a weight that was given cannot be taken back. At 2, a plan that comes true costs at
-# most an eighth of the variance. After 8 paths and a plan of 100 where 1000 are needed, a fifth more
-# paths are needed; at 1, four times as many.
+# most an eighth of the variance. After 8 paths and a plan of 100 where 1000 are needed, a fifth
+# more paths are needed; at 1, four times as many.
 LATER = 2.0
 
 

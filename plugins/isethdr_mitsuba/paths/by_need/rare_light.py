@@ -3,10 +3,10 @@
 A path of small probability that carries much light makes its tile far too bright. The other half
 buffer has independent paths, and shows that the tile is not bright: the two buffers differ by many
 standard deviations of the darker one, or the darker one has many more paths. The brighter buffer
-then gets the light of the darker one in that tile. The difference is distributed over the tiles of the same object around it, in proportion
-to the noise of the cameras, where it stays below that noise. Each light group keeps its light; only
-its place changes. Methods that drop or weigh down such paths lose light (DeCoro, Weyrich,
-Rusinkiewicz 2010; Zirr, Hanika, Dachsbacher 2018).
+then gets the light of the darker one in that tile. The difference is distributed over the tiles of
+the same object around it, in proportion to the noise of the cameras, where it stays below that
+noise. Each light group keeps its light; only its place changes. Methods that drop or weigh down
+such paths lose light (DeCoro, Weyrich, Rusinkiewicz 2010; Zirr, Hanika, Dachsbacher 2018).
 """
 
 from __future__ import annotations

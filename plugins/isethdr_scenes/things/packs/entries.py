@@ -89,8 +89,8 @@ def _names_of_group(form: ThingForm) -> Iterator[str]:
         )
     if form.axes and form.axes.forward[-1] == form.axes.up[-1]:
         yield (
-            f"axes: forward {form.axes.forward} and up {form.axes.up} are parallel; expected a right"
-            " angle"
+            f"axes: forward {form.axes.forward} and up {form.axes.up} are parallel; expected a"
+            " right angle"
         )
 
 

@@ -1,4 +1,4 @@
-"""The mean of the rounds of a buffer keeps rare light, whatever the plans of later rounds follow."""
+"""The mean of the rounds of a buffer keeps rare light, whatever later plans follow."""
 
 from types import SimpleNamespace
 
