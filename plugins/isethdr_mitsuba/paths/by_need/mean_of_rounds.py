@@ -102,9 +102,9 @@ class MeanOfRounds:
         later : (group, tile) expected paths of later rounds; 0 where there will be none, so that
             the latest round gets all of the remaining weight.
         """
-        share = np.where(later > 0, self.paths / (self.paths + LATER * later + (later <= 0)), 1.0)
-        # a tile without paths in the latest round was finished before
-        weight = np.where(self.paths > 0, share * self.left, 0.0)
+        # a tile that was finished before has no paths in the latest round, and gets no weight
+        share = self.paths / np.maximum(self.paths + LATER * later, 1)
+        weight = share * self.left
         per_path = weight / np.maximum(self.paths, 1)
         self.xyz += per_path[:, None] * self.latest_xyz
         self.square += weight * per_path

@@ -40,8 +40,8 @@ PILOT_BEYOND = 4
 # largest ratio of the paths of a tile after a round to those before, because early estimates of the
 # need are uncertain
 GROWTH = 4.0
-# A tile gets some more paths if it would need them with this many times the estimated variance.
-# Otherwise its paths get all of the weight, and none can be added later
+# A tile gets more paths after the first ones if it would need them with this many times the
+# estimated variance. Otherwise its first paths get all of the weight, and none can be added later
 CAUTION = 2.0
 MOST_ROUNDS = 6  # largest number of rounds
 LITTLE = 0.5  # a round that adds fewer paths per tile than this is the last one
@@ -219,7 +219,7 @@ class Rounds:
         """
         light = buffer.light
         later = light.later_paths(enough)
-        unsure = (light.left > 0) & (CAUTION * enough * light.variance_factor() > 1)
+        unsure = light.is_first & (CAUTION * enough * light.variance_factor() > 1)
         later = np.where(unsure, np.maximum(later, plan.STEP), later)
         if not reopen:
             return later

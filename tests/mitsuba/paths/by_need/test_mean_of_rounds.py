@@ -93,11 +93,11 @@ def test_finished_tiles_take_more_paths_after_they_are_reopened(mean):
     assert mean.variance_factor()[1, 4] == pytest.approx(1 / 32)
 
 
-def rare_share(probability, seed):
-    """Return the rare light of a rendering over the true one.
+def simulated(probability, seed):
+    """Return rounds of a simulated rendering, after the first paths.
 
-    1600 tiles of one object have a luminance of 1.2 cd/m2. Of this 0.2 comes by rare paths, the
-    rest with exponential noise. The cameras allow a noise of 0.15.
+    1600 tiles of one object have a luminance of 1.2 cd/m2. Of this 0.2 comes by paths of a
+    probability, the rest with exponential noise.
     """
     from isethdr_mitsuba.paths.by_need.mean_of_rounds import Sums
     from isethdr_mitsuba.paths.by_need.rounds import Rounds
@@ -124,9 +124,24 @@ def rare_share(probability, seed):
     paths = SimpleNamespace(lamps=lamps, wavelength_nm=np.array([550.0]), all_groups=lambda: 1)
     found = Simulated(paths, np.ones((40, 40), int), 0)
     found.pilot()
-    found.until_done(NoiseLimit({"lamps": 1.0}, np.full((3, 40, 40), 0.15)), 1.0)
-    light = sum(t.mean()[0, 1] for t in found.buffers) / 2
-    return (light.mean() - 1) / 0.2
+    return found
+
+
+def light(rounds):
+    """Return the luminance (tile,) of the mean of both buffers."""
+    return sum(t.mean()[0, 1] for t in rounds.buffers) / 2
+
+
+def limit(noise):
+    """Return a limit of all tiles, cd/m2."""
+    return NoiseLimit({"lamps": 1.0}, np.full((3, 40, 40), noise))
+
+
+def rare_share(probability, seed):
+    """Return the rare light of a rendering over the true one; cameras allow a noise of 0.15."""
+    found = simulated(probability, seed)
+    found.until_done(limit(0.15), 1.0)
+    return (light(found).mean() - 1) / 0.2
 
 
 def test_rare_light_is_kept_by_plans_that_follow_it():
@@ -135,3 +150,17 @@ def test_rare_light_is_kept_by_plans_that_follow_it():
     error = shares.std(ddof=1) / np.sqrt(len(shares))
     assert error < 0.13 / 3, "the test can tell the loss"
     assert shares.mean() == pytest.approx(1, abs=3 * error)
+
+
+def test_a_tighter_limit_reopens_finished_tiles():
+    found = simulated(1.0, 5)
+    found.until_done(limit(10.0), 1.0)
+    assert all((t.paths == 8).all() and (t.light.left == 0).all() for t in found.buffers)
+    found.until_done(limit(0.15), 1.0, reopen=True)
+    assert all((t.light.left == 0).all() for t in found.buffers)
+    # 1 / 0.15^2 = 44 paths are needed; numbers are multiples of 8, and estimates of the variance
+    # scatter
+    assert 44 < sum(t.paths for t in found.buffers).mean() < 70
+    error = light(found) - 1.2
+    assert 0.1 < np.sqrt(np.mean(error**2)) < 0.16
+    assert abs(error.mean()) < 4 * 0.15 / np.sqrt(1600)
