@@ -461,7 +461,7 @@ PAGES = {
             " `tables_s`, the tables of the scene, which are made once. `paths` are samples per"
             " tile. The tunnel has at most 512 of them, because its limit is out of reach. Three"
             " renderings miss the rarest light, which makes the ratio at 99 % too large: six"
-            " renderings of the main job at a share of 0.8 gave 0.96.",
+            " renderings of the main job at a share of 0.8 gave 0.87.",
             "`renderer_light`: `need_over_even` is the light of a group where paths follow need,"
             " over that of even passes, before rare light is moved. A few glints decide this ratio."
             " `known_need_over_even` is that of the tiles in which even passes scatter by at most"
