@@ -144,8 +144,30 @@ def rare_share(probability, seed):
     return (light(found).mean() - 1) / 0.2
 
 
+def test_no_path_influences_its_own_weight(monkeypatch):
+    """A bright path of buffer A changes the plans of buffer B and of the tiles around, but not the
+    weight of its own round. One factor for all tiles follows from both buffers; it is kept at 1.
+    """
+    from isethdr_mitsuba.paths.by_need import rounds
+
+    monkeypatch.setattr(rounds, "spread_of_buffers", lambda *_: np.ones((1, 1, 1)))
+    tile = 20 * 40 + 20
+    left = []
+    for bright in (0.0, 1e3):
+        found = simulated(1e-3, 3)
+        first = found.buffers[0]
+        first.xyz[0, :, tile] += bright
+        first.squares[0, :, tile] += bright**2 / 4
+        first.light.latest_xyz[0, :, tile] += bright
+        found.add_needed(limit(0.15), 1.0)
+        left.append(np.stack([t.light.left[0] for t in found.buffers]))
+    assert left[0][0, tile] == left[1][0, tile]
+    assert left[0][1, tile] < left[1][1, tile]
+    assert left[0][0, tile + 1] < left[1][0, tile + 1]
+
+
 def test_rare_light_is_kept_by_plans_that_follow_it():
-    """If all paths had the same weight, an eighth of the rare light would be lost."""
+    """Plans by the other buffer alone, with equal weights of all paths, would lose an eighth."""
     shares = np.array([rare_share(1e-3, seed) for seed in range(12)])
     error = shares.std(ddof=1) / np.sqrt(len(shares))
     assert error < 0.13 / 3, "the test can tell the loss"
