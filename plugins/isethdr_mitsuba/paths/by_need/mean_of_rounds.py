@@ -5,7 +5,8 @@ and through these more paths of its own. If all paths had the same weight, the b
 then weigh less than a path of a tile that found none: the mean would lose rare light. Therefore
 each round gets its share of the remaining weight before anything that depends on its paths is
 known. The weighted mean is then without bias, whatever the later numbers of paths (it is a
-martingale: Williams 1991, "Probability with Martingales", chapter 10).
+martingale: Williams 1991, "Probability with Martingales", chapter 10). Plans also contain one
+factor of the light group, which follows from all tiles; its influence falls with their number.
 """
 
 from __future__ import annotations
@@ -45,6 +46,8 @@ class MeanOfRounds:
         has been given.
     paths, latest_xyz : (group, tile) and (group, 3, tile) paths of the latest round, and their sums
         of X, Y and Z.
+    is_first : whether the latest round is the first one.
+    latest : for each group, the sums of the latest round, unless it is the first one.
     """
 
     radiance: np.ndarray
@@ -58,7 +61,7 @@ class MeanOfRounds:
 
     @classmethod
     def empty(cls, groups: int, bands: int, tiles: int) -> MeanOfRounds:
-        """Return a mean of no round.
+        """Return a mean that has no paths yet.
 
         Parameters
         ----------

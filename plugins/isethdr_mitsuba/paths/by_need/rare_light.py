@@ -22,8 +22,8 @@ from .tallies import Neighbours, Tally, path_variance
 # Least difference of the buffers, in standard deviations that the paths of the darker one suggest.
 # With normal noise one tile in 30,000 exceeds it.
 APART = 4.0
-# Ratio of the variances of the buffers from which on the difference may be smaller. The better
-# buffer got its many paths because the other one found a bright path.
+# If the variance of the darker buffer is this many times smaller, any difference is enough: the
+# darker buffer got its many paths because the other one found a bright path.
 BETTER = 4.0
 # Numbers of tiles on each side of a tile over which its light is distributed: the first with which
 # no tile receives more than LITTLE

@@ -5,8 +5,8 @@ buffer in a tile are planned from the light of the other buffer, and from that o
 the tiles around it. With one buffer, tiles that found little light by chance would stop early and
 be too dark. From the second round on, the other paths have in turn been planned from this buffer.
 The weight of a round is therefore fixed before these are used (`mean_of_rounds`). The light of a
-path then influences its own weight only through the limits of the noise, which follow from the
-light of the whole picture.
+path then influences its own weight only through the limits of the noise and one factor of its light
+group (`spread_of_buffers`), which follow from the whole picture.
 """
 
 from __future__ import annotations
@@ -252,7 +252,7 @@ class Rounds:
         share : wanted noise as a share of the limit.
         """
         weights = [limit.weights.get(group, 0.0) for group in self.paths.lamps.groups]
-        # moved light makes the buffers differ in many tiles at once
+        # computed first, because moved light makes the buffers differ in many tiles
         self.spread = spread_of_buffers(*self.buffers, self._variance_of_batches())
         noise = CameraNoise(weights, limit.xyz[1].reshape(self.instance.shape), share)
         self.moved = move_rare_light(self.buffers, self.instance, self.near, noise)

@@ -147,8 +147,7 @@ def variance_for_plan(own: Tally, other: Tally, near: Neighbours) -> np.ndarray:
     paths of the buffer `own` are planned, float32.
 
     It follows from the batches of both buffers in the tiles around a tile, and from those of
-    `other` in the tile itself. The light of a path of `own` thus does not influence the plan for
-    its tile.
+    `other` in the tile itself. The paths that `own` has in the tile do not count.
 
     Parameters
     ----------
