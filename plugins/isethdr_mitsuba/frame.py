@@ -384,7 +384,7 @@ def even_passes(paths: Paths) -> Callable[..., Any]:
     return one_pass
 
 
-def rare_light(samples: int) -> float:
+def largest_noise_factor(samples: int) -> float:
     """Return a factor: for nine of ten tiles, the true noise is at most this factor times the
     stated noise. Light that only few paths find makes the stated noise too small.
 
@@ -418,8 +418,8 @@ def state_noise(result: Estimate, groups: Sequence[str], settings: MitsubaRender
             how = "distributed by the need of the cameras"
         else:
             how = (
-                f"true noise of nine tiles in ten within {rare_light(samples):.1f} times the noise"
-                " stated of each"
+                "true noise of nine tiles in ten within"
+                f" {largest_noise_factor(samples):.1f} times the noise stated of each"
             )
         ledger.error(
             noise,

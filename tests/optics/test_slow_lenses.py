@@ -106,7 +106,8 @@ def test_frames_too_wide_for_a_fast_lens_are_refused_before_work(name, tiles, pi
     assert advised >= at_work  # a plan that is accepted is not refused at work
     accepted = build("lens", name, **fast | {"f_number": advised})
     assert accepted.held_bytes(frame, ())["point spread kernels"] > 0
-    assert process_time() - start < 1.0
+    # 0.4 s with imports; a pupil of 400,000 cells and more across would take far longer
+    assert process_time() - start < 4.0
 
 
 @pytest.mark.slow
