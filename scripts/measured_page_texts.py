@@ -456,12 +456,12 @@ PAGES = {
             "`renderer_noise`: `share` is `renderer.noise_share_allowed`. `stated_90` is the stated"
             " noise that 90 % of the tiles are below. `over_true_90` is stated over true noise at"
             " 90 % of the tiles. The stated noise is sampled for as many renderings as there are,"
-            " so that both have the scatter of few renderings. `worst_99` is that of the one"
-            " rendering that is farthest off at 99 %. `cpu_s` is that of one rendering, without"
-            " `tables_s`, the tables of the scene, which are made once. `paths` are samples per"
-            " tile. The tunnel has at most 512 of them, because its limit is out of reach. Three"
-            " renderings miss the rarest light, which makes the ratio at 99 % too large: six"
-            " renderings of the main job at a share of 0.8 gave 0.87.",
+            " so that both have the scatter of few renderings. `error_99` is the standard error of"
+            " the ratio at 99 %, from leaving out each rendering in turn. `worst_99` is the ratio"
+            " of the one rendering that is farthest off at 99 %. `cpu_s` is that of one rendering,"
+            " without `tables_s`, the tables of the scene, which are made once. `paths` are samples"
+            " per tile. The tunnel has at most 512 of them, because its limit is out of reach. Few"
+            " renderings miss the rarest light, which makes the ratio at 99 % too large.",
             "`renderer_light`: `need_over_even` is the light of a group where paths follow need,"
             " over that of even passes, before rare light is moved. A few glints decide this ratio."
             " `known_need_over_even` is that of the tiles in which even passes scatter by at most"

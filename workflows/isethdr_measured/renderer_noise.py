@@ -27,6 +27,7 @@ SCENES = {
     "country": "scene=street_country lighting=night_rural",
 }
 JUDGE_SEED = 500
+SHARES = 50, 90, 99  # percentiles over the tiles
 # largest scatter of an even pass in a tile whose light counts as well known, relative
 KNOWN = 0.05
 
@@ -46,7 +47,7 @@ class Rendering(NamedTuple):
 def renderer_noise(
     scene: str = "main",
     shares: str = "1.6,0.8,0.4",
-    renderings: int = 3,
+    renderings: int = 8,
     width: int = 48,
     overrides: str = "",
 ) -> list[dict[str, Any]]:
@@ -66,7 +67,9 @@ def renderer_noise(
     90 and 99 % quantiles of the stated noise over the tiles; and these quantiles over those of the
     true noise. For the ratio, the stated noise is replaced by the scatter of as many simulated
     renderings with normal noise of that size, because the scatter of few renderings is itself
-    uncertain. `worst_99` is the ratio at 99 % of the rendering for which it is farthest from 1.
+    uncertain. `error_99` is the standard error of the ratio at 99 %, from leaving out each
+    rendering in turn (jackknife: Efron 1982). `worst_99` is the ratio at 99 % of the rendering for
+    which it is farthest from 1.
     """
     job = _job(scene, width, overrides)
     rows = []
@@ -212,22 +215,57 @@ def evenly(job: JobPaths, seed: int, samples: int) -> Array:
 def _quantiles(found: list[Rendering]) -> dict[str, float]:
     """Return the figures of `renderer_noise` for the renderings of one share."""
     limit = np.mean([one.limit for one in found], 0)
-    seen = np.isfinite(limit)
-    shares = (50, 90, 99)
-    relative = lambda values: np.percentile(values[seen] / limit[seen], shares)
-    each = [one.stated for one in found]
-    true = relative(np.std([one.mixed for one in found], 0, ddof=1))
-    rng = np.random.default_rng(1)
-    spread = lambda stated: relative(
-        np.std([s * rng.standard_normal(limit.shape) for s in stated], 0, ddof=1)
-    )
-    ratio = spread(each) / true
-    single = [spread([one] * len(found))[-1] / true[-1] for one in each]
-    stated = np.mean([relative(one) for one in each], 0)
+    each = np.array([one.stated for one in found])
+    mixed = np.array([one.mixed for one in found])
+    true = _percentiles(mixed.std(0, ddof=1), limit)
+    ratio = _scatter(each, limit) / true
+    single = [_scatter(np.tile(one, (len(found), 1)), limit)[-1] / true[-1] for one in each]
+    stated = np.mean([_percentiles(one, limit) for one in each], 0)
     row = {
         "cpu_s": float(np.mean([one.cpu_s for one in found])),
         "paths": float(np.mean([one.paths for one in found])),
     }
-    row |= {f"stated_{s}": float(v) for s, v in zip(shares, stated, strict=True)}
-    row |= {f"over_true_{s}": float(v) for s, v in zip(shares, ratio, strict=True)}
+    row |= {f"stated_{s}": float(v) for s, v in zip(SHARES, stated, strict=True)}
+    row |= {f"over_true_{s}": float(v) for s, v in zip(SHARES, ratio, strict=True)}
+    row["error_99"] = _jackknife_error(each, mixed, limit)
     return row | {"worst_99": float(max(single, key=lambda r: abs(np.log(r))))}
+
+
+def _percentiles(noise: Array, limit: Array) -> Array:
+    """Return the percentiles `SHARES` of noise (tile,) over `limit` (tile,), in the tiles that a
+    camera sees.
+    """
+    seen = np.isfinite(limit)
+    return np.percentile(noise[seen] / limit[seen], SHARES)
+
+
+def _scatter(stated: Array, limit: Array) -> Array:
+    """Return the percentiles `SHARES` of the scatter of simulated renderings.
+
+    Parameters
+    ----------
+    stated : (rendering, tile) standard deviation of the normal noise of each rendering.
+    limit : (tile,) noise of the cameras.
+    """
+    noise = stated * np.random.default_rng(1).standard_normal(stated.shape)
+    return _percentiles(noise.std(0, ddof=1), limit)
+
+
+def _jackknife_error(stated: Array, mixed: Array, limit: Array) -> float:
+    """Return the standard error of the ratio of stated to true noise at the last of `SHARES`; NaN
+    for fewer than three renderings.
+
+    Parameters
+    ----------
+    stated, mixed : (rendering, tile) stated noise, and luminance.
+    limit : (tile,) noise of the cameras.
+    """
+    count = len(mixed)
+    if count < 3:
+        return float("nan")
+    ratios = []
+    for k in range(count):
+        others = np.arange(count) != k
+        true = _percentiles(mixed[others].std(0, ddof=1), limit)
+        ratios.append(_scatter(stated[others], limit)[-1] / true[-1])
+    return float(np.std(ratios) * np.sqrt(count - 1))
