@@ -19,7 +19,7 @@ from hydra.core.plugins import Plugins
 from hydra.errors import HydraException, MissingConfigException, OverrideParseException
 from hydra.plugins.search_path_plugin import SearchPathPlugin
 from omegaconf import MISSING as UNSET
-from omegaconf import OmegaConf, open_dict
+from omegaconf import FloatNode, IntegerNode, OmegaConf, open_dict
 from omegaconf.errors import (
     ConfigAttributeError,
     ConfigKeyError,
@@ -39,11 +39,9 @@ from .trust import check_overrides, own_folder
 if TYPE_CHECKING:
     from omegaconf import DictConfig
 
-NUMBERS = {"Float": "a number", "Integer": "a whole number"}  # by OmegaConf's name of the type
 REQUIRED = ("scene", "lighting", "lens", "isp")  # a run has one component of each of these kinds
 TABLES = {"cameras": "sensor", "flare": "flare", "metric": "metric", "versions": "lighting"}
 NOT_THERE = re.compile(r"Could not delete (?:from config\. )?'([^']+)'")
-NO_NUMBER = re.compile(r"Value '(.*)' of type '\w+' could not be converted to (Float|Integer)")
 
 
 def compose(overrides: Sequence[str] = (), config_name: str = "config") -> DictConfig:
@@ -177,12 +175,15 @@ def explain(err: BaseException) -> str:
                 f"{missing.full_key} cannot be set: the keys of {table} are numbers; expected the"
                 f" table; type for example {example}"
             )
-        if isinstance(missing, ValidationError) and (refused := NO_NUMBER.search(str(missing))):
-            value, kind = refused.groups()
-            example = f"{missing.full_key}={'1' if kind == 'Integer' else '0.5'}"
+        if isinstance(missing, ValidationError) and isinstance(
+            missing.child_node, IntegerNode | FloatNode
+        ):
+            whole = isinstance(missing.child_node, IntegerNode)
+            value = "null" if missing.value is None else str(missing.value)
             return (
-                f"{missing.full_key} is {value!r}; expected {NUMBERS[kind]}; type for example"
-                f" {example}"
+                f"{missing.full_key} is {value!r}; expected a"
+                f"{' whole' * whole} number; type for example {missing.full_key}="
+                f"{'1' if whole else '0.5'}"
             )
     text = " ".join(str(e).strip() for e in (err, err.__cause__) if e is not None)
     if absent := NOT_THERE.search(text):

@@ -135,6 +135,10 @@ def test_every_component_is_a_config_group_entry_with_its_name():
             ["sensor=rgbw", "sensor.exposure_s=long"],
             "exposure_s is 'long'; expected a number; type",
         ),
+        (
+            ["renderer.width=null"],
+            "renderer.width is 'null'; expected a whole number; type for example renderer.width=1",
+        ),
         (["renderer=null"], "type ~renderer to leave it out, or renderer=<name>"),
         (["seed=many"], "seed is 'many'; expected a whole number"),
         (
