@@ -70,6 +70,11 @@ def test_an_interrupted_step_goes_on_and_its_minutes_add_up(ran, monkeypatch):
     assert records.is_finished(TWO) and records.read(TWO).minutes > begun.minutes
 
 
+def test_commands_are_printed_as_they_are_typed(isethdr_home):
+    shown = driver.typed("study one 'a=[1, 2]' page={home}/one.md")
+    assert shown == f"isethdr study one 'a=[1, 2]' page={isethdr_home}/one.md"
+
+
 class Unwinding:
     """A command that gets Ctrl-C together with its driver, cleans up, and then ends."""
 

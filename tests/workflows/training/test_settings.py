@@ -11,6 +11,7 @@ import pytest
 import yaml
 from isethdr_workflows.training.card import card_markdown, card_yaml
 from isethdr_workflows.training.clock import Clock, Length
+from isethdr_workflows.training.detector.action import train_detector
 from isethdr_workflows.training.files import write_file
 from isethdr_workflows.training.picture.settings import Settings, parsed
 
@@ -23,6 +24,7 @@ def test_settings_are_typed_as_keys_and_other_keys_compose_the_config():
     assert settings == Settings(size="large", steps=10, rate=1e-3)
     assert overrides == ["sensor=typical_bayer"]
     assert parsed([])[0].minutes == 30, "a training without a length has one"
+    assert parsed(["~flare.dirt"])[1] == ["~flare.dirt"]
 
 
 @pytest.mark.parametrize(
@@ -55,6 +57,12 @@ def test_without_pytorch_the_command_says_what_to_install(monkeypatch, capsys):
     said = capsys.readouterr().err
     assert ended.value.code == 2 and said.count("\n") == 1, said
     assert "type pip install 'isethdr[train]'" in said
+
+
+def test_a_detector_is_not_trained_without_the_library_of_its_scores(monkeypatch):
+    monkeypatch.setitem(sys.modules, "hotcoco", None)
+    with pytest.raises(ConfigError, match=r"needs hotcoco.*type pip install 'isethdr\[detect\]'"):
+        train_detector(["dataset=streets", "steps=1"])
 
 
 def test_the_rate_rises_and_falls_and_a_restart_counts_the_time_before():

@@ -55,13 +55,13 @@ def run(
     """Run steps in their order."""
     steps = _module("steps")
     chosen = steps.steps_named(tuple(names or ()))
+    driver = _module("driver")
     if dry_run:
         for step in chosen:
             print(f"{step.name}: about {step.minutes:g} min")
             for command in step.commands:
-                print(f"  isethdr {command}")
+                print(f"  {driver.typed(command)}")
         return
-    driver = _module("driver")
     try:
         skipped = driver.run_steps(chosen)
     except KeyboardInterrupt:

@@ -57,7 +57,7 @@ def run_steps(steps: Sequence[Step], tell: Tell = print) -> list[str]:
         ended = False
         try:
             for command in step.commands:
-                tell(f"  isethdr {command}")
+                tell(f"  {typed(command)}")
                 run_command(command, LONGEST_MIN * 60 - (time.monotonic() - started))
             ended = True
         finally:
@@ -73,6 +73,16 @@ def run_steps(steps: Sequence[Step], tell: Tell = print) -> list[str]:
     return skipped
 
 
+def words_of(command: str) -> list[str]:
+    """Return the words of a command; {home} in it stands for the home folder."""
+    return [word.format(home=home()) for word in shlex.split(command)]
+
+
+def typed(command: str) -> str:
+    """Return a command as it is typed in a shell."""
+    return shlex.join(["isethdr", *words_of(command)])
+
+
 def run_command(command: str, seconds: float) -> None:
     """Run one command of isethdr in a process of its own, with the same home folder.
 
@@ -86,9 +96,8 @@ def run_command(command: str, seconds: float) -> None:
     CatalogError : the command failed.
     OutOfTime : the command took too long and was interrupted as by Ctrl-C.
     """
-    words = [word.format(home=home()) for word in shlex.split(command)]
     module = f"{__package__}.child"
-    child = subprocess.Popen([sys.executable, "-m", module, str(os.getpid()), *words])
+    child = subprocess.Popen([sys.executable, "-m", module, str(os.getpid()), *words_of(command)])
     try:
         code = child.wait(max(seconds, 0.0))
     except subprocess.TimeoutExpired:

@@ -9,6 +9,7 @@ from collections.abc import Sequence
 from importlib import import_module
 
 from isethdr_core.cli.terminal import print_path, print_table
+from isethdr_core.extras import needed
 
 from .settings import parsed
 
@@ -23,6 +24,9 @@ def train_detector(typed: Sequence[str]) -> int:
     typed : settings as typed, key=value: those of the training, and overrides of the config.
     """
     settings, overrides = parsed(typed)
+    # the scores after the training need it; it is missed before the training rather than after
+    with needed("the training of a detector", extra="detect"):
+        import_module("hotcoco")
     training = import_module(".training", __package__)  # PyTorch takes seconds to import
     export = import_module(".export", __package__)
     try:

@@ -116,7 +116,7 @@ def parsed(typed: Sequence[str]) -> tuple[Settings, list[str]]:
     overrides = []
     for text in typed:
         key, equals, value = text.partition("=")
-        if not equals:
+        if not equals and not text.startswith("~"):
             raise ConfigError(
                 f"{text!r} is no setting{did_you_mean(text, fields)}; type key=value, for example"
                 " sensor=typical_bayer minutes=20"
