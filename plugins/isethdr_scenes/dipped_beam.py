@@ -22,7 +22,7 @@ from isethdr_core.scene import IntensityTable
 # cut-off lies at 0.57
 CUT_OFF_DOWN = 0.81
 RISE = np.tan(np.radians(15.0))  # slope of the cut-off on the right
-STEP_WIDTH = 0.105  # scale of the logistic step; the sharpness G is 0.2 to 0.3
+STEP_WIDTH = 0.105  # scale of the logistic step; the sharpness G is 0.2 to 0.32
 HOT_RIGHT = 1.0  # angle of the hot spot to the right
 HOT_HALF_WIDTH = 4.2  # half width of the hot spot at 1/e
 # angles below the horizon at which hot spot and flood have half of their intensity

@@ -22,8 +22,8 @@ from .tallies import Neighbours, Tally, path_variance
 # Least difference of the buffers, in standard deviations that the paths of the darker one suggest.
 # With normal noise one tile in 30,000 exceeds it.
 APART = 4.0
-# If the variance of the darker buffer is this many times smaller, any difference is enough: the
-# darker buffer got its many paths because the other one found a bright path.
+# If the darker buffer has this many times the samples (counted by their weights), any difference is
+# enough: the darker buffer got its many paths because the other one found a bright path.
 BETTER = 4.0
 # Numbers of tiles on each side of a tile over which its light is distributed: the first with which
 # no tile receives more than LITTLE
@@ -81,8 +81,8 @@ def move_rare_light(
     """Move the light of rare bright paths between tiles, and return how much was moved.
 
     Light is moved if it changes the luminance of its tile by more than the wanted noise, and if it
-    is `APART` standard deviations above the light of the other buffer, or the variance of the other
-    buffer is `BETTER` times smaller. No tile receives more than `MOST` of the noise of the cameras.
+    is `APART` standard deviations above the light of the other buffer, or the other buffer has
+    `BETTER` times the samples. No tile receives more than `MOST` of the noise of the cameras.
 
     Parameters
     ----------
