@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+import shlex
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -28,6 +30,7 @@ HIGHEST = 30
 # factor on semi-diameters that the other program computed, so that rounding stops no ray
 CLEARANCE = 1.01
 FIELDS = (0.0, 0.7, 1.0)  # shares of the half field at which spots are computed
+WIDEST_DEG = 75.0  # widest half field in tangents, which prescriptions are traced in
 
 
 @dataclass(frozen=True)
@@ -86,11 +89,16 @@ def imported(path: Path, glass: Sequence[str] = ()) -> Imported:
         "name": data.name or path.stem,
         "source": data.source,
         "f_number": 1.0,
-        "half_field_deg": float(data.half_field_deg),
+        "half_field_deg": min(float(data.half_field_deg), WIDEST_DEG),
         "reference_nm": float(data.reference_nm),
         "surfaces": [_table_row(row, glasses_of_name, problems) for row in rows],
     }
     problems.refuse(path)
+    if data.half_field_deg > WIDEST_DEG:
+        notes.append(
+            f"the field of the file reaches {data.half_field_deg:g} degrees off the axis; here the"
+            f" design field ends at {WIDEST_DEG:g}"
+        )
     if not data.far_object:
         table["surfaces"][-1].pop("thickness_mm", None)
         notes.append("the file focuses on a near object; here the sensor is in the far focus")
@@ -146,10 +154,21 @@ def run(file: str, glass: Sequence[str], out: str) -> None:
     print(target)
     print("run:")
     print(
-        f"isethdr run lens=prescription lens.prescription={target}"
+        f"isethdr run lens=prescription {_typed('lens.prescription', target)}"
         f" lens.focal_length_mm={values.focal_length_mm:.4g}"
         f" lens.f_number={np.ceil(1e3 * values.f_number) / 1e3:g}"
     )
+
+
+def _typed(key: str, path: Path) -> str:
+    """Return a setting of a path as one word of a shell; Hydra needs quotes of its own around
+    special characters.
+    """
+    text = str(path)
+    if re.fullmatch(r"[\w./-]+", text):
+        return f"{key}={text}"
+    quoted = text.replace("\\", "\\\\").replace("'", "\\'")
+    return shlex.quote(f"{key}='{quoted}'")
 
 
 def _with_stop(rows: list[Row], problems: Problems, notes: list[str]) -> list[Row]:
@@ -213,7 +232,7 @@ def _open_stop(table: dict[str, Any], data: LensData) -> None:
     stop = next(row for row in table["surfaces"] if row.get("stop"))
     own = next(row.semi_diameter_mm for row in data.rows if row.is_stop)
     if data.f_number is not None:
-        diameter = focal / data.f_number
+        diameter = focal / data.f_number if data.f_number else np.inf
     elif data.entrance_pupil_mm is not None:
         diameter = data.entrance_pupil_mm
     elif np.isfinite(own):
@@ -222,6 +241,11 @@ def _open_stop(table: dict[str, Any], data: LensData) -> None:
         raise ConfigError(
             f"{table['name']!r} states neither an entrance pupil, nor an f-number, nor the size of"
             " its stop; expected one of them in the file"
+        )
+    if not 0 < diameter < np.inf:
+        raise ConfigError(
+            f"{table['name']!r} has an entrance pupil of {diameter:g} mm; expected a diameter above"
+            " 0 in the file"
         )
     stop["semi_diameter_mm"] = float(diameter / 2 / per_stop)
     table["f_number"] = float(focal / diameter)

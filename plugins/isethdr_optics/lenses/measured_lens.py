@@ -17,7 +17,7 @@ from isethdr_core.plugins.protocols import TransmitsPupil
 from isethdr_core.plugins.ranges import check_ranges
 
 from ..abilities import DrawsPupil
-from ..measured.spread import Share, around, kernel, shares, spread
+from ..measured.spread import Share, around, kernel, on_samples, shares, spread
 from ..measured.table import MeasuredTable, load, table_path
 from .limits import FNumber, FocalLength, Transmittance
 from .thin_lens import IdealLens
@@ -127,10 +127,11 @@ class MeasuredLens:
         sample.
         """
         waves = np.atleast_1d(np.asarray(wavelength_nm, float))
+        table = self._table()
         out = np.zeros((len(waves), size, size))
         for band, wave in enumerate(waves):
-            kernel = _kernel(self._table(), 0, 0.0, float(wave), (pitch_um, pitch_um))
-            out[band] = _cut(kernel, size)
+            on_axis = _between_waves(table, 0, float(wave))
+            out[band] = on_samples(on_axis, table.pitch_um, pitch_um, size)
         axis = 1e-6 * pitch_um * (np.arange(size) - size // 2)
         return quantities.plane(out, waves, axis, axis, "1")
 
@@ -175,6 +176,10 @@ class MeasuredLens:
         figures = self._table().figures
         if "chief_ray_deg" in figures:
             angles, chief_deg = figures["chief_ray_deg"]
+            if light.attrs.get("projection") != "equidistant":
+                with_tangent = angles < 90
+                angles = angles[with_tangent]
+                chief_deg = chief_deg[with_tangent]
             light.attrs["chief_rays"] = {
                 "radius_per_focal_length": list(self._radii(angles, light)),
                 "angle_deg": chief_deg.tolist(),
@@ -279,16 +284,12 @@ def _kernel(
     """Return the kernel of a field point and a band on tiles, interpolated between the wavelengths
     of the table.
     """
-    mixed = sum(part * table.psf[ring, k] for k, part in around(table, wavelength_nm))
-    return kernel(mixed, table.pitch_um, tile_um, azimuth_rad)
+    return kernel(_between_waves(table, ring, wavelength_nm), table.pitch_um, tile_um, azimuth_rad)
 
 
-def _cut(values: np.ndarray, size: int) -> np.ndarray:
-    """Return (size, size) samples around the middle; dark beyond."""
-    out = np.zeros((size, size))
-    half = values.shape[0] // 2
-    reach = min(half, size // 2, (size - 1) // 2)
-    middle = slice(size // 2 - reach, size // 2 + reach + 1)
-    own = slice(half - reach, half + reach + 1)
-    out[middle, middle] = values[own, own]
-    return out
+def _between_waves(table: MeasuredTable, ring: int, wavelength_nm: float) -> np.ndarray:
+    """Return the point spread (y, x) of a field angle, interpolated between the wavelengths of the
+    table.
+    """
+    parts = [part * table.psf[ring, k] for k, part in around(table, wavelength_nm)]
+    return np.sum(parts, axis=0)

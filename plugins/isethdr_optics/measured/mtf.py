@@ -4,7 +4,8 @@ An MTF contains no phase: the point spread is assumed symmetric, as on the axis.
 curve holds for detail along the radius of the field, the sagittal curve for detail across it. In
 other directions their weights are cos^2 and sin^2 of the angle to the radius. A curve ends at the
 diffraction limit of the lens, 1 / (wavelength x f-number), to which it is extended by a straight
-line.
+line. The point spread repeats after `SIZE` samples, so that light from beyond them is folded into
+them. Its share is that of a round stop without aberrations.
 """
 
 from __future__ import annotations
@@ -18,6 +19,10 @@ from isethdr_core.errors import UnitError
 COLUMNS = ("field_deg", "wavelength_nm", "frequency_per_mm", "mtf_tangential", "mtf_sagittal")
 SIZE = 129  # number of samples of a point spread along each axis
 PER_LIMIT = 4  # samples per period of the diffraction limit: twice the necessary number
+# Light of a round stop beyond a square of half width r, times r over wavelength x f-number. It is
+# 2 / pi^2 for a circle (Airy), times 0.9 for a square, rounded up.
+BEYOND = 0.183
+MOST_BEYOND = 0.9  # largest share that is stated
 
 
 def point_spread(
@@ -50,6 +55,8 @@ def point_spread(
     pitch_um = 1e-3 * waves[0] * f_number / PER_LIMIT
     psf = np.empty((len(angles), len(waves), SIZE, SIZE))
     clipped = 0.0
+    half_um = SIZE / 2 * pitch_um
+    beyond = np.minimum(BEYOND * 1e-3 * waves * f_number / half_um, MOST_BEYOND)
     for k, angle in enumerate(angles):
         for j, wave in enumerate(waves):
             rows = (columns["field_deg"] == angle) & (columns["wavelength_nm"] == wave)
@@ -62,6 +69,7 @@ def point_spread(
         "pitch_um": np.array(pitch_um),
         "field_deg": angles,
         "wavelength_nm": waves,
+        "energy": np.broadcast_to(1 - beyond, psf.shape[:2]),
         "clipped": np.array(clipped),
     }
 

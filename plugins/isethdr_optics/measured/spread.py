@@ -132,6 +132,38 @@ def _corners(
             yield (row + j) * shape[1] + column + k, part_y * part_x
 
 
+def on_samples(psf: np.ndarray, pitch_um: float, sample_um: float, size: int) -> np.ndarray:
+    """Return the share of a point's light on each sample (y, x) of a square grid.
+
+    The light of a sample of the point spread is taken as uniform over the sample's square.
+
+    Parameters
+    ----------
+    psf : point spread (y, x), its axis at index size // 2.
+    pitch_um : distance of its samples, um.
+    sample_um : distance of the samples of the grid, um.
+    size : number of samples of the grid along each axis; the axis is at index size // 2.
+    """
+    borders = sample_um * (np.arange(size + 1) - size // 2 - 0.5)
+    down, across = (_overlaps(n, pitch_um, borders) for n in psf.shape)
+    return down @ psf @ across.T
+
+
+def _overlaps(count: int, pitch_um: float, borders_um: np.ndarray) -> np.ndarray:
+    """Return the share (interval, sample) of each sample of a point spread in each interval.
+
+    Parameters
+    ----------
+    count : number of samples, their axis at index count // 2.
+    pitch_um : distance of the samples, um.
+    borders_um : (interval + 1,) borders of the intervals, um from the axis.
+    """
+    own_um = pitch_um * (np.arange(count + 1) - count // 2 - 0.5)
+    low_um = np.maximum(borders_um[:-1, None], own_um[:-1])
+    high_um = np.minimum(borders_um[1:, None], own_um[1:])
+    return np.maximum(high_um - low_um, 0.0) / pitch_um
+
+
 def spread(light: np.ndarray, places: list[tuple[Share, np.ndarray]]) -> np.ndarray:
     """Return one band's light (y, x), float64, spread by the kernels of field points.
 

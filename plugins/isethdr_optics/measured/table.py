@@ -103,7 +103,9 @@ def _load(
         data = _arrays(path)
     table = _checked(data, path)
     own = {
-        name: (table.field_deg, np.asarray(data[name], float)) for name in FIGURES if name in data
+        name: (table.field_deg, _numbers(data[name], name, path))
+        for name in FIGURES
+        if name in data
     }
     for name, (angles, values) in (own | (_figures(beside) if beside else {})).items():
         _check_figure(name, angles, values, beside or path)
@@ -159,16 +161,26 @@ def _arrays(path: Path) -> dict[str, np.ndarray]:
     return data
 
 
+def _numbers(values: np.ndarray, name: str, path: Path) -> np.ndarray:
+    """Return an array of a table as float64; UnitError if it is empty or holds no real numbers."""
+    array = np.asarray(values)
+    if array.dtype.kind not in "biuf" or not array.size:
+        raise UnitError(
+            f"{path}: {name} holds {array.size} values of type {array.dtype}; expected real numbers"
+        )
+    return array.astype(float)
+
+
 def _checked(data: dict[str, np.ndarray], path: Path) -> MeasuredTable:
-    psf = np.asarray(data["psf"], float)
-    angles = np.atleast_1d(np.asarray(data["field_deg"], float))
-    waves = np.atleast_1d(np.asarray(data["wavelength_nm"], float))
-    if psf.ndim != 4 or psf.shape[:2] != (len(angles), len(waves)) or psf.size == 0:
+    psf = _numbers(data["psf"], "psf", path)
+    angles = np.atleast_1d(_numbers(data["field_deg"], "field_deg", path))
+    waves = np.atleast_1d(_numbers(data["wavelength_nm"], "wavelength_nm", path))
+    if psf.ndim != 4 or psf.shape[:2] != (len(angles), len(waves)):
         raise UnitError(
             f"{path}: psf is {' x '.join(map(str, psf.shape))}; expected (field, wavelength, y, x),"
             f" here {len(angles)} x {len(waves)} x y x x"
         )
-    pitch = float(np.ravel(data["pitch_um"])[0])
+    pitch = float(np.ravel(_numbers(data["pitch_um"], "pitch_um", path))[0])
     if not 0 < pitch < 1e4:
         raise UnitError(f"{path}: pitch_um is {pitch:g}; expected micrometres, more than 0")
     if not np.isfinite(psf).all() or psf.min() < 0:
@@ -188,9 +200,16 @@ def _checked(data: dict[str, np.ndarray], path: Path) -> MeasuredTable:
             f" {np.array2string(waves, threshold=8)}; expected degrees that rise from 0 to below"
             " 90, and nanometres that rise"
         )
-    if waves[0] < 100:
+    if not (waves[0] >= 100 and np.isfinite(waves).all()):
         raise UnitError(f"{path}: wavelength_nm begins at {waves[0]:g}; expected nanometres")
-    energy = np.broadcast_to(np.asarray(data.get("energy", 1.0), float), total.shape)
+    energy = _numbers(data.get("energy", 1.0), "energy", path)
+    try:
+        energy = np.broadcast_to(energy, total.shape)
+    except ValueError:
+        raise UnitError(
+            f"{path}: energy is {' x '.join(map(str, energy.shape))}; expected (field, wavelength),"
+            f" here {len(angles)} x {len(waves)}"
+        ) from None
     if not np.all((energy > 0) & (energy <= 1)):
         raise UnitError(f"{path}: energy is not within 0 to 1; expected the share within samples")
     scaled = psf / total[:, :, None, None]
@@ -228,4 +247,12 @@ def _check_figure(name: str, angles: np.ndarray, values: np.ndarray, path: Path)
         raise UnitError(
             f"{path}: {name} holds {values[~((values >= low) & (values <= high))][0]:g}; expected"
             f" {low:g} to {high:g}"
+        )
+    if name == "relative_illumination" and values[0] == 0:
+        raise UnitError(f"{path}: {name} is 0 on the axis; expected light there")
+    # a cubic spline between the entries needs two of them off the axis; they become tangents
+    if name == "distortion_percent" and not (len(angles) > 2 and angles[-1] < 90):
+        raise UnitError(
+            f"{path}: {name} has {len(angles)} angles up to {angles[-1]:g} degrees; expected three"
+            " or more, below 90"
         )

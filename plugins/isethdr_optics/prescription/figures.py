@@ -303,11 +303,17 @@ def seen_sr(lens: Prescription, height_mm: float, wavelength_nm: float, grid: in
 def _inside(margin: np.ndarray) -> np.ndarray:
     """Return the part (0 to 1) of every cell of a grid of rays that passes the lens, to first order
     in the smallest margin along the ray.
+
+    It is 0 in cells around which no ray passes. Far outside the beam, margins change so much from
+    cell to cell that the first order alone would find a border there.
     """
     margin = np.where(np.isfinite(margin), margin, -1.0)
     gy, gx = np.gradient(margin)
+    passes = np.pad(margin > 0, 1)
+    near_beam = np.lib.stride_tricks.sliding_window_view(passes, (3, 3)).any((2, 3))
     with np.errstate(invalid="ignore", divide="ignore"):
-        return np.nan_to_num(np.clip(0.5 + margin / (np.abs(gx) + np.abs(gy)), 0, 1))
+        part = np.nan_to_num(np.clip(0.5 + margin / (np.abs(gx) + np.abs(gy)), 0, 1))
+    return np.where(near_beam, part, 0.0)
 
 
 def relative_illumination(

@@ -18,6 +18,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -196,6 +197,12 @@ def parse(data: dict) -> Prescription:
     _check_f_number(data.get("f_number"), name)
     rows = data["surfaces"]
     reference = _number(name, data, "reference_nm", 587.56)
+    half_field_deg = _number(name, data, "half_field_deg", 20.0)
+    if not 0 < half_field_deg < 90:
+        raise ConfigError(
+            f"prescription {name!r}: half_field_deg is {half_field_deg:g}; expected degrees above 0"
+            " and below 90"
+        )
     surfaces = []
     media = ["air"]
     coatings = []
@@ -214,7 +221,7 @@ def parse(data: dict) -> Prescription:
         (*media, media[-1]),
         (*coatings, "none"),
         _number(name, data, "f_number", 0.0),
-        _number(name, data, "half_field_deg", 20.0),
+        half_field_deg,
         reference,
     )
     if media[-1] != "air":
@@ -262,10 +269,10 @@ def _surface(where: str, row: dict[str, float | str], z: float) -> Surface:
         z,
         1 / radius,
         _number(where, row, "conic", 0.0),
-        tuple(map(float, row.get("aspheric", ()))),
+        _coefficients(where, row, "aspheric"),
         semi,
         bool(row.get("stop", False)),
-        tuple(map(float, row.get("odd_aspheric", ()))),
+        _coefficients(where, row, "odd_aspheric"),
     )
 
 
@@ -275,6 +282,21 @@ def _number(where: str, row: dict[str, float | str], key: str, default: float) -
     if not isinstance(value, (int, float)) or isinstance(value, bool) or np.isnan(value):
         raise ConfigError(f"{where}: {key} is {value!r}; expected a number")
     return float(value)
+
+
+def _coefficients(where: str, row: dict[str, Any], key: str) -> tuple[float, ...]:
+    """Return the list of finite numbers under a key of a mapping; empty without the key."""
+    values = row.get(key, ())
+    try:
+        # YAML reads 1e-5 as text, because it has no decimal point
+        coefficients = tuple(map(float, values)) if isinstance(values, list | tuple) else None
+    except (TypeError, ValueError):
+        coefficients = None
+    if coefficients is None or not np.isfinite(coefficients).all():
+        raise ConfigError(
+            f"{where}: {key} is {values!r}; expected a list of numbers, for example [1.0e-5]"
+        )
+    return coefficients
 
 
 def _thickness(where: str, row: dict[str, float | str]) -> float:

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import shlex
+
 import numpy as np
 import pytest
+from hydra.core.override_parser.overrides_parser import OverridesParser
 from isethdr_optics.lens_files.importing import figures, imported, run
 from isethdr_optics.prescription import prescription
 from isethdr_optics.prescription.figures import spot
@@ -294,3 +297,29 @@ def test_the_written_prescription_runs(tmp_path, monkeypatch, capsys):
     )
     assert lens.real().stop == 4  # behind the glass of surface 3
     assert lens.wavefront_at(0.1)
+
+
+def test_a_name_with_special_characters_is_typed_so_that_it_is_read(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "my lens (2).dat").write_text("50 5 1.5 20\n0 2 1 10\n-50 40 1 20\n")
+    run("my lens (2).dat", [], "")
+    words = shlex.split(capsys.readouterr().out.splitlines()[-1])
+    overrides = OverridesParser.create().parse_overrides(words[2:])
+    values = {override.key_or_group: override.value() for override in overrides}
+    assert values["lens.prescription"] == "my lens (2).yaml"
+    assert (tmp_path / "my lens (2).yaml").is_file()
+
+
+@pytest.mark.parametrize("aperture", ["EPD 0", "FNO 0"])
+def test_a_file_without_an_aperture_is_refused(tmp_path, aperture):
+    (tmp_path / "a.seq").write_text(SINGLET.format(glass=1.5, more="").replace("EPD 25", aperture))
+    with pytest.raises(ConfigError, match="entrance pupil of .* expected a diameter above 0"):
+        imported(tmp_path / "a.seq", ["1.5=1.5"])
+
+
+def test_a_field_wider_than_tangents_is_cut_and_said(tmp_path):
+    text = SINGLET.format(glass=1.5, more="").replace("YAN 0 5", "YAN 0 95")
+    (tmp_path / "a.seq").write_text(text)
+    found = imported(tmp_path / "a.seq", ["1.5=1.5"])
+    assert found.lens.half_field_deg == 75.0
+    assert "the field of the file reaches 95 degrees off the axis" in found.notes[0]

@@ -169,6 +169,13 @@ def test_diffraction_mtf_gives_the_picture_of_the_diffraction_lens(tmp_path):
     assert np.abs(found - wanted)[inner].sum() / wanted[inner].sum() < 0.01
     stated = {term.source.key: term.value for term in book[0].errors}
     assert stated.get("phase of the MTF", 0.0) < 1e-3
+    table = load(str(tmp_path / "a.csv"), "", 4.0)
+    found = DIFFRACTION.psf(table.wavelength_nm, table.pitch_um, table.psf.shape[-1])
+    inside = found.values.sum((1, 2))
+    # the stated light beyond the samples is not less than that of the lens, and at most 1 % more
+    assert np.all(table.energy[0] <= inside)
+    np.testing.assert_allclose(1 - table.energy[0], 1 - inside, rtol=0.01)
+    assert stated["beyond the samples"] == pytest.approx(2 * (1 - table.energy.min()))
 
 
 def test_a_flare_in_the_pupil_is_refused(tmp_path, airy):
@@ -191,6 +198,12 @@ BAD = [
     ({"energy": [[2.0] * 3] * 2}, UnitError, "energy is not within 0 to 1"),
     ({"relative_illumination": [1.0, -0.5]}, UnitError, "relative_illumination holds"),
     ({"distortion_percent": [0.0]}, UnitError, "distortion_percent has 1 values"),
+    ({"distortion_percent": [0.0, -2.0]}, UnitError, "has 2 angles up to 20 .* three or more"),
+    ({"relative_illumination": [0.0, 1.0]}, UnitError, "relative_illumination is 0 on the axis"),
+    ({"energy": [1.0, 1.0]}, UnitError, "energy is 2; expected .field, wavelength., here 2 x 3"),
+    ({"wavelength_nm": [450.0, 550.0, np.inf]}, UnitError, "expected nanometres"),
+    ({"pitch_um": []}, UnitError, "pitch_um holds 0 values"),
+    ({"psf": np.full((2, 3, 5, 5), "a")}, UnitError, "psf holds 150 values of type <U1"),
 ]
 
 
@@ -220,3 +233,31 @@ def test_negative_light_missing_files_and_curves_are_refused(tmp_path, airy):
     ):
         with pytest.raises(UnitError, match=message):
             MeasuredLens(mtf_csv(tmp_path / "b.csv", change=change))
+
+
+def test_the_point_spread_is_a_point_s_light_on_each_sample(tmp_path, airy):
+    """Compare a table of the diffraction-limited lens with the lens itself, and closed forms.
+
+    1e-6 of the peak: three samples of the table fill one of this grid, so that no sample is cut.
+    """
+    integrals = DIFFRACTION.psf([550.0], pitch_um=0.5, size=97, integrated=True).values
+    arrays = {**airy, "psf": np.stack([integrals] * 2), "wavelength_nm": [550.0], "energy": None}
+    found = MeasuredLens(saved(tmp_path / "a.npz", arrays)).psf([550.0], 1.5, 31).values[0]
+    wanted = DIFFRACTION.psf([550.0], pitch_um=1.5, size=31, integrated=True).values[0]
+    share = integrals.sum()  # the table lacks the rest, and is scaled to 1
+    np.testing.assert_allclose(share * found, wanted, atol=1e-6 * wanted.max())
+    even = MeasuredLens(saved(tmp_path / "b.npz", airy, psf=np.ones((2, 3, 41, 41)), energy=None))
+    # 41 samples of 0.5 um hold all samples of 1 um of this grid, its first row included
+    np.testing.assert_allclose(even.psf([550.0], 1.0, 8).values, (1.0 / 20.5) ** 2, rtol=1e-12)
+    one = np.zeros((2, 3, 5, 5))
+    one[:, :, 2, 2] = 1.0
+    narrow = MeasuredLens(saved(tmp_path / "c.npz", airy, psf=one, energy=None))
+    assert narrow.psf([550.0], pitch_um=1.0, size=5).values[0, 2, 2] == pytest.approx(1.0)
+
+
+def test_chief_rays_beyond_90_degrees_have_no_tangent(tmp_path, airy):
+    (tmp_path / "figures.csv").write_text("field_deg,chief_ray_deg\n0,0\n45,20\n95,40\n")
+    lens = MeasuredLens(saved(tmp_path / "a.npz", airy), str(tmp_path / "figures.csv"))
+    rays = lens(mixed(np.ones((6, 8)))).attrs["chief_rays"]
+    assert rays["angle_deg"] == [0.0, 20.0]
+    assert rays["radius_per_focal_length"] == pytest.approx([0.0, 1.0])

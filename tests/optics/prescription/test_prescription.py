@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 import yaml
 from isethdr_optics import DiffractionLimitedLens, PrescribedLens
+from isethdr_optics.prescription import figures
 from isethdr_optics.prescription.coatings import Powers, layers
 from isethdr_optics.prescription.figures import (
     chief_mm,
@@ -199,6 +200,19 @@ def test_the_lens_says_what_it_leaves_out():
     assert 1e-3 < bounds["distortion"] < 2e-2 and 1e-8 < bounds["geometric"] < 1e-5
 
 
+def test_cells_far_outside_a_beam_do_not_count():
+    """Rays that miss a surface next to rays far outside a rim are no border of a beam."""
+    inside = figures._inside
+    y, x = np.mgrid[-100:101, -100:101] * 0.02
+    beam = 1 - x**2 - y**2
+    # 2e-3: the first order in the margin
+    assert inside(beam).sum() * 0.02**2 == pytest.approx(np.pi, rel=2e-3)
+    beam[:3] = np.nan
+    beam[3:6] = -6.0
+    assert inside(beam).sum() * 0.02**2 == pytest.approx(np.pi, rel=2e-3)
+    assert not inside(beam)[:6].any()
+
+
 def broken(change):
     data = copy.deepcopy(GOOD)
     change(data)
@@ -222,6 +236,12 @@ def broken(change):
         (lambda d: d["surfaces"][1].update(role="window"), "role"),
         (lambda d: d["surfaces"].pop(), "ends in 1.5"),
         (lambda d: d.update(surfaces=[]), "at least one row"),
+        (lambda d: d["surfaces"][1].update(aspheric=1e-6), "aspheric is 1e-06; expected a list"),
+        (lambda d: d["surfaces"][1].update(odd_aspheric=["a"]), "odd_aspheric is .*list of num"),
+        (lambda d: d["surfaces"][1].update(aspheric=[np.nan]), "aspheric is .*list of numbers"),
+        (lambda d: d["surfaces"][1].update(glass="conrady:1.5,0.01@300-700"), "2 coefficients"),
+        (lambda d: d.update(half_field_deg=-5.0), "half_field_deg is -5"),
+        (lambda d: d.update(half_field_deg=95.0), "half_field_deg is 95"),
     ],
 )
 def test_bad_prescriptions_are_refused(change, said):
