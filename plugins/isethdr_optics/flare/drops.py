@@ -48,6 +48,9 @@ PATCH_MM = 10.0  # side of the squares of glass for which random drops are drawn
 # number of cells along the pupil's diameter; one cell blurs the scene in a drop
 CELLS_PER_PUPIL = 6
 CELLS = (6, 48)  # least and largest number of cells along a drop's diameter
+# Least number of cells along the pupil's diameter. A narrower pupil counts as so wide, because the
+# shares of its cells would not sum to 1. It blurs a drop by a twelfth of its diameter.
+LEAST_CELLS_PER_PUPIL = 4
 FINE = 8  # number of points along a cell that give the share of the cell within the drop
 BLOCK = 2_000_000  # number of products of tiles and cells that are computed at a time: 16 MB
 BANDS = 8  # number of bands that are computed at a time, with the same cells of a drop
@@ -238,10 +241,11 @@ class DropsFlare:
         beyond : rows and columns that `_sums` adds on each side.
         """
         middle = drop.y_mm, drop.x_mm
-        reach = drop.radius_mm + pupil_mm / 2
         wanted = np.ceil(2 * drop.radius_mm * CELLS_PER_PUPIL / pupil_mm)
         count = int(np.clip(wanted, *CELLS))
         side = 2 * drop.radius_mm / count
+        pupil_mm = max(pupil_mm, LEAST_CELLS_PER_PUPIL * side)
+        reach = drop.radius_mm + pupil_mm / 2
         borders = drop.radius_mm - side * np.arange(count + 1)  # falling: directions then rise
         cells = (borders[1:] + borders[:-1]) / 2
         fine = (np.arange(FINE * count) + 0.5) * side / FINE - drop.radius_mm

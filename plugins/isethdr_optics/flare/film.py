@@ -99,11 +99,12 @@ class FilmFlare:
         shape = values.shape[-2:]
         pitch = quantities.tile_pitch(mixed, "y"), quantities.tile_pitch(mixed, "x")
         shares = self.kernel(pitch, (shape[0] - 1, shape[1] - 1))
+        # the kernel's middle is at index n - 1; the middle tile of the field has the index n // 2
+        from_middle = tuple(slice(n - 1 - n // 2, 2 * n - 1 - n // 2) for n in shape)
         ledger.left_out(
             "light that the film scatters from the middle of the field to beyond its border",
             "no light is known beyond the tiles",
-            self.scattered
-            * (1 - float(shares[tuple(slice(n // 2, n - n // 2) for n in shape)].sum())),
+            self.scattered * (1 - float(shares[from_middle].sum())),
             "relative",
         )
         made = prepare(shares, shape)

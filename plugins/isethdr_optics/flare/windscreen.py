@@ -22,7 +22,7 @@ from typing import TYPE_CHECKING, Annotated
 import numpy as np
 
 from isethdr_core import ledger, quantities
-from isethdr_core.data.camera_geometry import relative_illumination
+from isethdr_core.data.camera_geometry import Identity, distortion_map, relative_illumination
 from isethdr_core.errors import ConfigError
 from isethdr_core.plugins.ranges import Range, check_ranges
 
@@ -99,12 +99,15 @@ class WindscreenFlare:
         tilt = np.radians(self.incidence_deg)
         cosine = (np.cos(tilt) - y * np.sin(tilt)) / np.sqrt(1 + x**2 + y**2)
         if cosine.min() < GRAZING:
+            # the cosine is cos(tilt + atan y), times a factor for the distance to the side
+            aside = np.sqrt(1 + x**2 / (1 + y**2))
+            largest = np.arccos(np.minimum(GRAZING * aside, 1.0)) - np.arctan(y)
             raise ConfigError(
                 f"flare windscreen has incidence_deg={self.incidence_deg:g}, so that the lowest"
                 " line of sight meets the pane at"
-                f" {np.degrees(np.arccos(max(float(cosine.min()), 0.0))):.0f} degrees; expected"
-                f" {np.degrees(np.arccos(GRAZING)):.0f} or less; type for example"
-                " flare.windscreen.incidence_deg=55"
+                f" {np.degrees(np.arccos(np.clip(float(cosine.min()), -1.0, 1.0))):.0f} degrees;"
+                f" expected {np.degrees(np.arccos(GRAZING)):.0f} or less; type for example"
+                f" flare.NAME.incidence_deg={np.floor(np.degrees(largest.min())):g}"
             )
         return cosine
 
@@ -122,9 +125,9 @@ class WindscreenFlare:
         pitch = (quantities.tile_pitch(mixed, "y"), quantities.tile_pitch(mixed, "x"))
         widest_rad = float(np.arctan(np.hypot(np.abs(x).max(), np.abs(y).max())))
         _check_grid(lens, mixed, widest_rad)
-        cosine = self.cosine(x[None, :], y[:, None])
         edges = np.append(y - pitch[0] / 2, y[-1] + pitch[0] / 2)
         turn = np.tan(self.separation_rad(self.cosine(x[None, :], edges[:, None])))
+        cosine = self.cosine(x[None, :], y[:, None])
         # each edge shows the second image of this direction: rotated downwards about the x axis
         source = (edges[:, None] + turn) / (1 - edges[:, None] * turn)
         sideways = np.abs(x[None, :] * edges[:, None] * turn).max() / pitch[1]
@@ -171,7 +174,7 @@ def _check_grid(lens: LensOptics, mixed: xr.DataArray, widest_rad: float) -> Non
             f"flare windscreen and a field in {projection!r} projection; expected tangents;"
             " remove this flare"
         )
-    if lens.distortion_to(widest_rad) not in ("none", None):
+    if not isinstance(distortion_map(lens.distortion_to(widest_rad)), Identity):
         raise ConfigError(
             "flare windscreen and a lens that distorts; expected lens.distortion=none; remove this"
             " flare"

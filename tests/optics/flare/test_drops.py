@@ -171,3 +171,22 @@ def test_drops_are_apart_and_belong_to_the_glass_whatever_the_field():
 def test_radii_in_the_wrong_order_are_refused():
     with pytest.raises(ConfigError, match=r"expected the lesser number first.*largest_radius_mm=2"):
         DropsFlare(least_radius_mm=2.0, largest_radius_mm=1.0)
+
+
+@pytest.mark.parametrize("f_number", [4.0, 64.0, 256.0])
+def test_all_light_from_within_a_drop_passes_it(f_number):
+    """Also a pupil that is much narrower than a cell of the drop sees the drop only.
+
+    3 %: cells of finite size at the rim of the pupil.
+    """
+    drop = Drop(0.1, -0.05, 1.5)
+    tangent = quantities.centres(64, 64 * PITCH)
+    pupil_mm = 4.0 / f_number
+    view = DropsFlare()._view(drop, (tangent, tangent), (PITCH, PITCH), pupil_mm, (1, 1))
+    glass = 60.0 * tangent
+    apart = np.hypot(
+        glass[view.rows.tiles, None] - drop.y_mm, glass[None, view.columns.tiles] - drop.x_mm
+    )
+    covered = view.covered()
+    np.testing.assert_allclose(covered[apart < 1.5 - 0.7], 1.0, atol=0.03)
+    assert covered[apart > 1.5 + 0.7].max(initial=0.0) == 0.0

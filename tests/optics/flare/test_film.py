@@ -7,6 +7,7 @@ import pytest
 from isethdr_optics import IdealLens
 from isethdr_optics.flare.film import FilmFlare
 
+from isethdr_core import ledger
 from isethdr_core.data import quantities
 
 LENS = IdealLens(focal_length_mm=4.0, f_number=4.0)
@@ -63,3 +64,16 @@ def test_no_film_leaves_the_light_and_a_film_keeps_even_light_far_from_the_borde
     flare = FilmFlare(0.1, 0.1, 90.0)
     left = 0.1 * (1 - 2 / np.pi * np.arctan(60.5e-3 / np.tan(np.radians(0.1))))
     assert flare.redirected(LENS, even).values[0, 20, 60] == pytest.approx(1 - left, rel=1e-6)
+
+
+@pytest.mark.parametrize("width", [120, 121])
+def test_the_ledger_states_what_leaves_the_field_from_its_middle(width):
+    """Closed form for a lamp in the middle tile; 1e-3 as above."""
+    flare = FilmFlare(0.2, float(np.degrees(np.arctan(10.5e-3))), 90.0)
+    mixed = lamp(nx=width)
+    with ledger.stage(ledger.Ledger(), "lens") as row:
+        light = flare.redirected(LENS, mixed).values[0]
+    [stated] = [note.bound for note in row.left_out]
+    assert stated == pytest.approx(1 - light.sum(), rel=1e-6)
+    before, after = np.arctan((np.array([width // 2, width - width // 2 - 1]) + 0.5) / 10.5)
+    assert stated == pytest.approx(0.2 * (1 - (before + after) / np.pi), rel=1e-2)

@@ -143,8 +143,14 @@ def test_even_light_stays_even_and_shifts_keep_all_of_it():
 def test_what_it_cannot_do_is_refused():
     mixed = field(101, 3, 0.01)
     lens = IdealLens(focal_length_mm=4.0)
-    with pytest.raises(ConfigError, match="meets the pane at .* flare.windscreen.incidence_deg=55"):
+    with pytest.raises(ConfigError, match="meets the pane at .* flare.NAME.incidence_deg=60"):
         WindscreenFlare(incidence_deg=75.0).irradiance(lens, mixed)
+    WindscreenFlare(incidence_deg=60.0).irradiance(lens, mixed)  # the suggested angle
+    steep = field(101, 3, 0.03)
+    with pytest.raises(ConfigError, match="incidence_deg=50, .* type .*incidence_deg=30"):
+        WindscreenFlare(incidence_deg=50.0).irradiance(lens, steep)
+    WindscreenFlare(incidence_deg=30.0).irradiance(lens, steep)
+    WindscreenFlare().irradiance(IdealLens(distortion={}), mixed)  # no distortion
     distorting = IdealLens(distortion={"model": "brown_conrady", "k1": -0.1})
     with pytest.raises(ConfigError, match="a lens that distorts"):
         WindscreenFlare().irradiance(distorting, mixed)
