@@ -54,7 +54,10 @@ def threads_for(components: Iterable[object]) -> int:
         return 1
     on_linux = sys.platform == "linux"
     processors = len(os.sched_getaffinity(0)) if on_linux else os.cpu_count() or 1
-    return max(min(processors, int(os.environ.get("OMP_NUM_THREADS") or processors)), 1)
+    # OpenMP allows a list with one number for each level of nested parallel regions
+    outer = os.environ.get("OMP_NUM_THREADS", "").partition(",")[0].strip()
+    allowed = int(outer) if outer.isdecimal() else 0
+    return max(min(processors, allowed or processors), 1)
 
 
 @contextmanager

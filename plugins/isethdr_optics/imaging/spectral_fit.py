@@ -97,6 +97,8 @@ def fit(
         else optics.electron_map.total_e.ravel()
     )
     bright, others = _tiles(rate, cube.shape[1:])
+    if not len(others):  # so few tiles that all count as bright: band by band is as fast
+        return None
     factor = np.ones(rate.size) if relative is None else relative.ravel()
     spectra, other_spectra = (_spectra(cube, factor, i) for i in (bright, others))
     sampled_spectra = spectra[:: max(1, len(spectra) // SPECTRA)]

@@ -19,7 +19,9 @@ def cpus() -> int:
     """Return the number of threads to use: OMP_NUM_THREADS if it is set, else the number of
     processors.
     """
-    return int(os.environ.get("OMP_NUM_THREADS") or os.cpu_count() or 1)
+    # OpenMP allows a list with one number for each level of nested parallel regions
+    outer = os.environ.get("OMP_NUM_THREADS", "").partition(",")[0].strip()
+    return int(outer) if outer.isdecimal() and int(outer) else os.cpu_count() or 1
 
 
 @contextmanager

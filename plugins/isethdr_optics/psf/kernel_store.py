@@ -1,9 +1,10 @@
 """Kernel store: kernels and their transforms on disk, shared by processes.
 
 The name of a file is a hash of everything the kernels depend on. The file holds, in NumPy's format:
-one array per band, facts (float64), checksums (uint32). It is written under a temporary name and
-renamed, so that any number of processes may share a folder. Each process maps the arrays into
-memory; all processes share one copy. If the folder cannot be written to, nothing is stored.
+one array per band, facts (float64), checksums (uint32) of both and of their headers. It is written
+under a temporary name and renamed, so that any number of processes may share a folder. Each process
+maps the arrays into memory; all processes share one copy. If the folder cannot be written to,
+nothing is stored.
 """
 
 from __future__ import annotations
@@ -14,7 +15,7 @@ import uuid
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, BinaryIO
 
 import numpy as np
 
@@ -84,13 +85,16 @@ def load(key: str) -> tuple[np.ndarray, np.ndarray] | None:
             np.lib.format.read_magic(file)
             shape, _, dtype = np.lib.format.read_array_header_1_0(file)
             bands = np.memmap(path, dtype, "r", file.tell(), shape)
-            file.seek(bands.nbytes, os.SEEK_CUR)
+            end_of_bands = file.tell() + bands.nbytes
+            file.seek(end_of_bands)
             facts = np.load(file)
+            headers = (0, end_of_bands - bands.nbytes), (end_of_bands, file.tell() - facts.nbytes)
             checks = np.load(file)
-        if [_check(part) for part in (facts, *bands)] != checks.tolist():
+            parts = facts, *bands, *(_bytes(file, *header) for header in headers)
+        if [_check(part) for part in parts] != checks.tolist():
             return None
         os.utime(path)
-    except (OSError, ValueError, EOFError):
+    except Exception:  # noqa: BLE001 - NumPy parses headers; errors depend on the damage
         return None
     return facts, bands
 
@@ -127,17 +131,22 @@ def save(
     temporary = folder / f".{key}.{os.getpid()}-{uuid.uuid4().hex[:6]}.tmp"
     try:
         folder.mkdir(parents=True, exist_ok=True)
-        with open(temporary, "wb") as file:
+        with open(temporary, "wb+") as file:
             np.lib.format.write_array_header_1_0(
                 file, {"descr": dtype.str, "fortran_order": False, "shape": tuple(shape)}
             )
+            start = file.tell()
             checks = []
             for band in bands:
                 band = np.ascontiguousarray(band, dtype)
                 checks.append(_check(band))
                 file.write(band)
+            end_of_bands = file.tell()
             facts_array = np.ascontiguousarray(facts(), float)
             np.save(file, facts_array)
+            headers = (0, start), (end_of_bands, file.tell() - facts_array.nbytes)
+            checks += [_check(_bytes(file, *header)) for header in headers]
+            file.seek(0, os.SEEK_END)
             np.save(file, np.array([_check(facts_array), *checks], np.uint32))
         os.replace(temporary, folder / f"{key}.npy")
         _remove_oldest(folder)
@@ -163,6 +172,12 @@ def _check(a: np.ndarray) -> int:
     A change of any single bit changes the sum. Computing it takes as long as reading the array.
     """
     return int(np.add.reduce(np.ascontiguousarray(a).reshape(-1).view(np.uint32), dtype=np.uint32))
+
+
+def _bytes(file: BinaryIO, start: int, end: int) -> np.ndarray:
+    """Return the bytes of an open file from `start` to `end`."""
+    file.seek(start)
+    return np.frombuffer(file.read(end - start), np.uint8)
 
 
 def _remove_oldest(folder: Path) -> None:

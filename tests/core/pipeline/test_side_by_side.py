@@ -296,3 +296,5 @@ def test_threads_only_call_what_allows_it(monkeypatch):
         plugin_manager().unregister(plugin)
     monkeypatch.setenv("OMP_NUM_THREADS", "2")
     assert threads_for([Broken()]) == 2
+    monkeypatch.setenv("OMP_NUM_THREADS", "2,1")  # for nested parallel regions
+    assert threads_for([Broken()]) == 2

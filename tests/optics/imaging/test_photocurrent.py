@@ -311,3 +311,13 @@ def test_same_light_whatever_the_number_of_threads(monkeypatch):
         monkeypatch.setenv("OMP_NUM_THREADS", str(cpus))
         seen.append(LENS.photocurrent(night(), FLARES, response(sensor)).values)
     np.testing.assert_array_equal(*seen)
+
+
+def test_a_field_of_few_tiles_is_imaged_band_by_band():
+    """All tiles count as bright, so that none is left for the fit of the spectrum."""
+    mixed = night().isel(y=slice(0, 6), x=slice(0, 8))
+    sensor = build("sensor", "bayer", pitch_um=3.0)
+    lens = IdealLens(focal_length_mm=6.0)
+    blurred = planning.complete_plan(LENS, (), mixed, response(sensor)).image(mixed)
+    assert blurred.attrs["units"] == quantities.IRRADIANCE
+    assert float(blurred.sum()) < float(lens(mixed).sum())

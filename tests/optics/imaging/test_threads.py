@@ -2,12 +2,13 @@
 and linear algebra uses one thread meanwhile.
 """
 
+import os
 import threading
 import time
 from concurrent.futures import ThreadPoolExecutor
 
 import pytest
-from isethdr_optics.imaging.threads import threads
+from isethdr_optics.imaging.threads import cpus, threads
 from threadpoolctl import threadpool_info
 
 
@@ -65,3 +66,9 @@ def test_linear_algebra_has_one_thread_meanwhile():
     with threads():
         assert set(counts()) == {1}
     assert counts() == before
+
+
+@pytest.mark.parametrize("text, count", [("3", 3), ("2,1", 2), ("0", None), ("", None)])
+def test_the_number_of_threads_is_the_outermost_that_openmp_reads(monkeypatch, text, count):
+    monkeypatch.setenv("OMP_NUM_THREADS", text)
+    assert cpus() == (count or os.cpu_count())

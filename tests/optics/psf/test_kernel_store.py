@@ -201,3 +201,24 @@ def test_least_recently_used_files_are_removed_first(isethdr_home, monkeypatch):
     monkeypatch.setattr(kernel_store, "LIMIT_BYTES", 25000)  # two of 10 kB
     save("d")
     assert [p.stem for p in files(isethdr_home)] == ["a", "d"]
+
+
+@pytest.mark.parametrize(
+    "old, new",
+    [
+        (b"'<f4'", b"'>f4'"),  # other numbers from the same bytes
+        (b"'<f8'", b"'>f8'"),
+        (b"(2, 3, 3)", b"(2, 3, 3 "),  # NumPy raises an error of the tokenizer
+        (b"'descr'", b"'descr "),
+    ],
+)
+def test_a_file_with_a_damaged_header_counts_as_absent(isethdr_home, old, new):
+    bands = [np.ones((3, 3), np.float32), np.zeros((3, 3), np.float32)]
+    kernel_store.save("some", (2, 3, 3), "<f4", bands, lambda: np.ones((4, 2)))
+    facts, stored = kernel_store.load("some")
+    np.testing.assert_array_equal(stored, bands)
+    np.testing.assert_array_equal(facts, 1.0)
+    del stored  # the file stays mapped as long as the array exists
+    path = isethdr_home / "kernels" / "some.npy"
+    path.write_bytes(path.read_bytes().replace(old, new, 1))
+    assert kernel_store.load("some") is None
