@@ -241,7 +241,7 @@ def _started(process: int) -> str | None:
     """
     try:
         text = Path(f"/proc/{process}/stat").read_text()
-    except FileNotFoundError:
+    except (FileNotFoundError, ProcessLookupError):  # it may end while the file is read
         return "unknown" if not Path("/proc/self/stat").exists() and _answers(process) else None
     state, *fields = text.rpartition(")")[2].split()
     return None if state in "ZX" else fields[18]

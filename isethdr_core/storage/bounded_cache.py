@@ -67,7 +67,8 @@ class BoundedCache:
         except OSError:
             return None
         if not (whole and _is_intact(content, name)):
-            path.unlink(missing_ok=True)
+            with suppress(OSError):  # the folder is read-only
+                path.unlink(missing_ok=True)
             return None
         with suppress(OSError):  # the folder is read-only, or was just removed
             os.utime(path)

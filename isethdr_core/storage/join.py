@@ -16,6 +16,7 @@ import xarray as xr
 from xarray.backends import BackendArray
 from xarray.core import indexing
 
+from ..errors import ConfigError
 from ..runs.sample_accumulation import pooled, pooled_noise
 
 if TYPE_CHECKING:
@@ -41,6 +42,10 @@ def join_scenes(scenes: list[xr.Dataset], groups_asked: Sequence[str] | None = N
     Dataset : lazy if the inputs are. Its bands, nm, are those stored for all of `groups_asked`. Its
         groups are all groups that have these bands. The attributes `groups`, `noise` and, if paths
         are stated, `paths` describe them.
+
+    Raises
+    ------
+    ConfigError : no scene holds any of `groups_asked`.
     """
     base = scenes[0]
     scenes = [
@@ -53,9 +58,13 @@ def join_scenes(scenes: list[xr.Dataset], groups_asked: Sequence[str] | None = N
         groups_asked = [
             g for g in planes_held if set(base.wavelength.values) <= planes_held[g].keys()
         ]
-    bands = sorted(
-        set.intersection(*(set(planes_held[g]) for g in groups_asked if g in planes_held))
-    )
+    lit = [g for g in groups_asked if g in planes_held]
+    if not lit:
+        raise ConfigError(
+            f"the stored scene has no light of the groups {', '.join(groups_asked) or 'asked for'};"
+            f" expected a lighting with a weight for some of {', '.join(planes_held)}"
+        )
+    bands = sorted(set.intersection(*(set(planes_held[g]) for g in lit)))
     groups = [g for g in planes_held if set(bands) <= planes_held[g].keys()]
     combinations = {g: _ways(planes_held[g], bands) for g in groups}
     paths = {

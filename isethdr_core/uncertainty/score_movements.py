@@ -104,7 +104,7 @@ def beside_white(movement: Movement, slope: float, white: Movement) -> Movement:
     slope : change of the score per change of the white.
     white : movement of the white. Few tiles decide it, so it is independent of `movement`.
     """
-    if not (slope and white.rms):
+    if not (slope and white.rms and movement.freedom):  # a single change has no known scatter
         return movement
     by_white = abs(slope) * white.scatter
     variances = movement.scatter**2, by_white**2

@@ -131,8 +131,17 @@ def _formula(glass: str, wave: np.ndarray) -> float | np.ndarray:
         raise ValueError(f"glass {glass!r}; expected <formula>:<coefficients>@<nm>-<nm>") from None
     if kind not in FORMULAS:
         raise ValueError(f"glass {glass!r}: expected one of the formulas {', '.join(FORMULAS)}")
+    if len(values) not in COUNTS[kind]:
+        raise ValueError(
+            f"glass {glass!r} has {len(values)} coefficients; expected {EXPECTED[kind]}"
+        )
     _check_range(glass, wave, (low, high))
-    return FORMULAS[kind](values, wave * 1e-3)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        indices = FORMULAS[kind](values, wave * 1e-3)
+    wrong = np.ravel(indices)[~((np.ravel(indices) >= 1) & (np.ravel(indices) < 5))]
+    if wrong.size:
+        raise ValueError(f"glass {glass!r} has the refractive index {wrong[0]:g}; expected 1 to 5")
+    return indices
 
 
 def _sellmeier(values: list[float], um: float | np.ndarray) -> float | np.ndarray:
@@ -153,6 +162,9 @@ def _conrady(values: list[float], um: float | np.ndarray) -> float | np.ndarray:
 
 
 FORMULAS = {"sellmeier": _sellmeier, "schott": _schott, "conrady": _conrady}
+# numbers of coefficients that each formula takes, and how a message states them
+COUNTS = {"sellmeier": range(2, 100, 2), "schott": range(2, 100), "conrady": range(3, 4)}
+EXPECTED = {"sellmeier": "pairs of B and C", "schott": "at least a0 and a1", "conrady": "n0, a, b"}
 
 
 def _number(glass: str) -> float | None:
@@ -178,13 +190,9 @@ def _cauchy(glass: str, wave: np.ndarray) -> float | np.ndarray:
 
 def _check_range(glass: str, wave: np.ndarray, limits: tuple[int, int]) -> None:
     low, high = limits
-    outside = (
-        wave[(wave < low) | (wave > high)]
-        if wave.ndim
-        else wave[None][[(wave < low) | (wave > high)]]
-    )
-    if outside.size or not np.isfinite(wave).all():
+    waves = np.ravel(wave)
+    outside = waves[~((waves >= low) & (waves <= high))]  # also NaN
+    if outside.size:
         raise ValueError(
-            f"glass {glass} is undefined at {np.ravel(outside)[:1]} nm; expected {low:g} to"
-            f" {high:g} nm"
+            f"glass {glass} is undefined at {outside[:1]} nm; expected {low:g} to {high:g} nm"
         )

@@ -11,6 +11,11 @@ from typing import Any
 
 import numpy as np
 
+# Largest absorption of one layer, nepers. A thicker layer has the same reflectance, and transmits
+# less than 1e-260; its characteristic matrix would overflow.
+OPAQUE = 300.0
+LARGE = 1e100  # fields above this value are divided by their own size, against overflow
+
 
 def reflect(
     n_in: float | np.ndarray,
@@ -53,7 +58,9 @@ def reflect(
     transverse = n_in * np.sqrt(1 - cos_in**2)
     behind = _normal_part(n_out, transverse)
     inside = [(index, _normal_part(index, transverse), thickness) for index, thickness in layers]
-    phases = [2 * np.pi / wavelength_nm * normal * thickness for _, normal, thickness in inside]
+    phases = [
+        _bounded(2 * np.pi / wavelength_nm * normal * thickness) for _, normal, thickness in inside
+    ]
     r_s, t_s = _assembly(
         n_in * cos_in,
         [(normal, phase) for (_, normal, _), phase in zip(inside, phases)],
@@ -113,6 +120,11 @@ def _normal_part(index: float | np.ndarray, transverse: float | np.ndarray) -> n
     return np.where(part == 0, 1e-12, part)
 
 
+def _bounded(phase: np.ndarray) -> np.ndarray:
+    """Return the phase thickness of a layer, rad, with an absorption of at most `OPAQUE`."""
+    return np.real(phase) + 1j * np.maximum(np.imag(phase), -OPAQUE)
+
+
 def _admittance_p(index: float | np.ndarray, normal: np.ndarray) -> complex | np.ndarray:
     """Return the admittance of light polarised in the plane of incidence (p). For the other
     polarisation (s), it is `normal` itself.
@@ -132,6 +144,7 @@ def _assembly(
     """
     electric = np.ones_like(last)
     magnetic = last
+    passed = 1.0  # transmitted field, in the unit of `electric`
     for own, phase in reversed(layers):
         cosine = np.cos(phase)
         sine = 1j * np.sin(phase)
@@ -139,8 +152,13 @@ def _assembly(
             cosine * electric + sine / own * magnetic,
             sine * own * electric + cosine * magnetic,
         )
+        size = np.maximum(np.abs(electric), np.abs(magnetic))
+        unit = np.where(size > LARGE, size, 1.0)
+        electric = electric / unit
+        magnetic = magnetic / unit
+        passed = passed / unit
     total = first * electric + magnetic
     return (
         np.abs((first * electric - magnetic) / total) ** 2,
-        4 * first * last.real / np.abs(total) ** 2,
+        4 * first * last.real / np.abs(total) ** 2 * passed**2,
     )

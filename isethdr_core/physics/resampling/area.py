@@ -134,11 +134,14 @@ def detail_error(  # noqa: PLR0913 - plugins call it with these arguments
     tiles add up. With the fractions g and h along both axes, f = g h and f (1 - f) <=
     g h ((1 - g) + (1 - h)).
     """
+    # these calls come first: they refuse a single tile, whose width is not known
+    along_x = overlaps(x_in, x_out, width_out, "x")
+    along_y = overlaps(y_in, y_out, height_out, "y")
     tile_x, tile_y = (
         float(c[-1] - c[0]) / (len(c) - 1) for c in (np.asarray(x_in), np.asarray(y_in))
     )
-    whole_x, divided_x = _fractions(overlaps(x_in, x_out, width_out, "x"), tile_x)
-    whole_y, divided_y = _fractions(overlaps(y_in, y_out, height_out, "y"), tile_y)
+    whole_x, divided_x = _fractions(along_x, tile_x)
+    whole_y, divided_y = _fractions(along_y, tile_y)
     variance = np.asarray(deviation, float) ** 2
     squares = (divided_x @ (whole_y @ variance).T).T + (whole_x @ (divided_y @ variance).T).T
     return np.sqrt(squares) * (tile_x * tile_y / (width_out * height_out))

@@ -214,3 +214,13 @@ def test_a_claim_that_was_released_while_it_was_judged_dead_is_not_taken_over(
     monkeypatch.setattr(claims_module._Watch, "is_dead", dead)
     with claimed(tmp_path, "scene", print, QUICK):
         assert claims(tmp_path) == [".scene.claim-0"]
+
+
+def test_a_process_that_ends_while_its_state_is_read_has_ended(monkeypatch):
+    """Between opening and reading, /proc answers that there is no such process."""
+
+    def gone(path):
+        raise ProcessLookupError(3, "No such process")
+
+    monkeypatch.setattr(Path, "read_text", gone)
+    assert claims_module._started(os.getpid()) is None

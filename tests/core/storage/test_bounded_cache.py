@@ -108,3 +108,16 @@ def test_processes_share_a_folder_that_is_too_small_for_all(tmp_path):
     assert [worker.exitcode for worker in workers] == [0, 0, 0]
     assert not list(tmp_path.glob(".*.tmp"))
     assert 0 < len(names(tmp_path)) < 7
+
+
+def test_a_damaged_file_in_a_folder_that_is_read_only_counts_as_absent(tmp_path, monkeypatch):
+    cache = BoundedCache(tmp_path, MB)
+    cache.put(NAME, 1.0)
+    path = tmp_path / f"{NAME}.result"
+    path.write_bytes(path.read_bytes()[:-1])
+
+    def refused(path, missing_ok=False):
+        raise PermissionError(13, "read-only")
+
+    monkeypatch.setattr(Path, "unlink", refused)
+    assert cache.get(NAME) is None

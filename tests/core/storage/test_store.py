@@ -16,7 +16,7 @@ import xarray as xr
 import zarr
 
 from isethdr_core.data import quantities as q
-from isethdr_core.errors import CatalogError
+from isethdr_core.errors import CatalogError, ConfigError
 from isethdr_core.storage import store
 from isethdr_core.storage.encoding import KEEPBITS, jsonable, keep_mantissa_bits, restored, tiling
 from isethdr_core.storage.join import join_scenes
@@ -407,3 +407,9 @@ def test_plain_xarray_opens_a_store_without_a_warning(tmp_path):
     tree = xr.open_datatree(path, engine="zarr")
     assert set(tree.groups) == {"/", "/picture", "/picture/a", "/truth", "/truth/a"}
     assert float(tree["truth/a/xyz"][0, 0]) == 3.0
+
+
+def test_a_scene_without_any_wanted_group_is_one_clear_error(tmp_path):
+    stored = stored_scenes(tmp_path, a=scene(("sky",)))
+    with pytest.raises(ConfigError, match="no light of the groups street; .* some of sky"):
+        join_scenes(stored, ("street",))

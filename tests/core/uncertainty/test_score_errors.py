@@ -592,3 +592,9 @@ def test_an_unknown_variance_stays_one_number_in_memory():
     other = np.broadcast_to(np.nan, unknown.shape)
     assert changed_scenes._same(unknown, other)
     assert not changed_scenes._same(unknown, np.broadcast_to(1.0, unknown.shape))
+
+
+def test_a_single_change_of_a_score_has_no_known_scatter_beside_the_white():
+    moved = score_movements.movement_of_parts(np.array([0.1]))
+    white = score_movements.Movement(1.0, 5.0, 0.1, 1.0, 5, "")
+    assert score_movements.beside_white(moved, 0.5, white) == moved

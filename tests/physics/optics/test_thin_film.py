@@ -80,6 +80,9 @@ def test_absorbing_layers_lose_and_never_gain():
     assert bulk == pytest.approx(abs((1 - (2 - 0.5j)) / (1 + (2 - 0.5j))) ** 2, rel=1e-12)
     thick = reflect(1.0, 1.52, [(2.0 - 0.5j, 5000.0)], 1.0, 550.0)
     assert thick[0] == pytest.approx(bulk, rel=1e-10) and thick[2] < 1e-20
+    for count in (1, 4):  # the matrix of one layer would overflow, and the product of several
+        opaque = reflect(1.0, 1.52, [(2.0 - 0.5j, 1e6)] * count, 1.0, 550.0)
+        assert opaque[0] == pytest.approx(bulk, rel=1e-10) and 0 <= opaque[2] < 1e-200
 
 
 def test_a_coating_shifts_to_the_blue_with_angle():

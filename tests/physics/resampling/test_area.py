@@ -125,6 +125,11 @@ def test_detail_within_tiles_moves_a_rectangle_s_mean_by_no_more_than_stated():
     np.testing.assert_array_equal(aligned, 0.0)
 
 
+def test_detail_within_a_single_tile_is_refused():
+    with pytest.raises(ValueError, match="one tile along y has no known width"):
+        detail_error(np.ones((1, 4)), grid(4, 1.0), [0.0], [0.0], [0.0], 1.0, 1.0)
+
+
 def test_one_tile_for_each_rectangle_has_the_bits_of_the_matrix_product():
     rng = np.random.default_rng(5)
     values = rng.random((2, 9, 12))
