@@ -136,11 +136,21 @@ def test_own_curves(tmp_path, flat):
         RgbwSensor(qe_csv=str(path)).expected(flat(1e-3))
 
 
+def test_a_changed_file_of_curves_is_read_again(tmp_path):
+    path = tmp_path / "qe.csv"
+    for value in (0.5, 0.1):
+        path.write_text(f"wavelength_nm,R\n400,{value}\n700,{value}\n")
+        sensor = IdealSensor(cfa="R", qe_csv=str(path), infrared_cut=False)
+        assert_allclose(spectral_curve(sensor.model(), [500.0]), value)
+
+
 @pytest.mark.parametrize(
     "text, message",
     [
         ("R,G\n1,2\n", "expected wavelength_nm"),
         ("wavelength_nm,R\n400,0.1\n300,0.1\n", "increasing"),
+        ("wavelength_nm,R\n400,0.1\nnan,0.2\n600,0.1\n", "finite, increasing"),
+        ("wavelength_nm,R\n400,0.1\ninf,0.1\n", "finite, increasing"),
         ("wavelength_nm,R\n400,0.1\n500,60\n", "within 0..1"),
         ("wavelength_nm,R\n400,x\n", "no table"),
         (None, "cannot be read"),

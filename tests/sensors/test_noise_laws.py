@@ -5,8 +5,10 @@ persistence from shot to shot, and limits.
 import numpy as np
 import pytest
 from isethdr_sensors import BayerSensor, IdealSensor, RgbwSensor, SplitPixelSensor
+from isethdr_sensors.readout.converter import check_black_level
 from isethdr_sensors.readout.shot import readings
 from numpy.testing import assert_allclose, assert_array_equal
+from scipy.special import erfc
 
 from isethdr_core.ledger import Ledger, stage
 from isethdr_core.seeds import generator
@@ -87,6 +89,28 @@ def test_too_low_a_black_level_is_stated_with_its_bias(flat):
     read = captures.raw.values / float(captures.gain_dn_per_e[0])
     # 0.15 e: 5 standard errors of 9.1 e / sqrt(9e4); 1 %: rounding in steps of 6.2 e adds less
     assert_allclose(read.mean(), note.bound, rtol=0.01, atol=0.15)
+
+
+@pytest.mark.parametrize(
+    "fields",
+    [
+        {"read_noise_e": 12.0},
+        {"row_noise_e": 12.0},
+        {"row_e": 12.0},
+        {"telegraph_e": 12.0, "telegraph_percent": 100.0},
+    ],
+)
+def test_every_noise_of_a_reading_counts_for_the_black_level(fields):
+    ledger = Ledger()
+    reading = (
+        BayerSensor(black_dn=1.0, **{**CLEAN, "read_noise_e": 0.0, **fields}).model().readings[0]
+    )
+    with stage(ledger, "sensor"):
+        check_black_level(reading)
+    black_e = 1.0 / reading.gain_dn_per_e
+    t = black_e / 12.0
+    want = 12.0 * (np.exp(-t * t / 2) / np.sqrt(2 * np.pi) - t * erfc(t / np.sqrt(2)) / 2)
+    assert_allclose(ledger[0].left_out[0].bound, want, rtol=1e-9)
 
 
 def test_full_well_and_top_code():

@@ -119,7 +119,8 @@ def test_efficiency_of_the_captures_includes_crosstalk(make_light):
     # in uniform light, the stated quantum efficiency gives the mean electrons of each channel
     w = np.arange(400.0, 701, 10)
     light = make_light(np.random.default_rng(0).random((31, 1, 1)) * np.ones((1, 40, 40)), 3.75, w)
-    for cfa in ("RGGB", "RG/WB", "RCCC", "RRGG/RRGG/GGBB/GGBB"):
+    period_of_6 = "GBGGRG/RGRBGB/GBGGRG/GRGGBG/BGBRGR/GRGGBG"
+    for cfa in ("RGGB", "RG/WB", "RCCC", "RRGG/RRGG/GGBB/GGBB", "RGB/RGB", period_of_6):
         clean, mixed = (
             BayerSensor(
                 cfa=cfa,

@@ -20,7 +20,7 @@ import numpy as np
 from isethdr_core.errors import ConfigError
 
 from ..sensor_model import SensorModel
-from ..spectral.colour_filter_array import channels, filter_map
+from ..spectral.colour_filter_array import cell, channels, filter_map
 
 # shares of stray light by neighbour; light passes through side walls to the 4 nearest neighbours
 OPTICAL = np.array([[0, 1, 0], [1, 0, 1], [0, 1, 0]]) / 4
@@ -30,6 +30,7 @@ LARGEST_SHARE = 0.8
 # shares of diffusing electrons by neighbour; corners get less because they are sqrt(2) pixels away
 # (assumption)
 ELECTRICAL = np.array([[1, 4, 1], [4, 0, 4], [1, 4, 1]]) / 20
+WRAPPED = 40  # smallest number of rows and columns over which neighbours are counted
 
 
 def kernel(optical_percent: float, electrical_percent: float) -> np.ndarray:
@@ -119,9 +120,10 @@ def mixed_efficiency(qe: np.ndarray, model: SensorModel, wavelength_nm: np.ndarr
     """
     if not model.optical_crosstalk_percent and not model.electrical_crosstalk_percent:
         return qe
-    # 40 pixels are whole periods of arrays of 1, 2, 4, 5, 8 or 10 pixels, so that `roll` wraps
-    # around correctly
-    filters = filter_map(model.cfa, 40, 40)
+    # whole periods of the array, so that `roll` wraps around correctly
+    pattern = cell(model.cfa)
+    rows, columns = (-(-WRAPPED // side) * side for side in (len(pattern), len(pattern[0])))
+    filters = filter_map(model.cfa, rows, columns)
     out = np.zeros(np.shape(qe))
     for part, around in zip(parts(qe, model, wavelength_nm), _kernels(model)):
         share = np.zeros((len(channels(model.cfa)),) * 2)  # [channel, neighbour's channel]

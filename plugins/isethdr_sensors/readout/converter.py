@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from math import erfc, exp, inf, isfinite, pi, sqrt
+from math import erfc, exp, hypot, inf, isfinite, pi, sqrt
 
 import numpy as np
 
 from isethdr_core import ledger
 from isethdr_core.errors import ConfigError
 
+from ..noise import telegraph_noise
 from ..sensor_model import Photodiode, Reading
 from . import companding
 
@@ -171,7 +172,14 @@ def check_black_level(reading: Reading) -> None:
     """State in the ledger the largest bias of the mean of a dark pixel that clipping at code 0
     causes.
     """
-    rms = sqrt(reading.read_noise_e**2 + reading.dsnu_e**2 + reading.column_e**2)
+    rms = hypot(
+        reading.read_noise_e,
+        reading.row_noise_e,
+        telegraph_noise.rms_e(reading.telegraph_e, reading.telegraph_percent),
+        reading.dsnu_e,
+        reading.column_e,
+        reading.row_e,
+    )
     if not reading.bits or rms == 0 or not isfinite(reading.swing_e):
         return
     black_e = reading.black_dn / reading.gain_dn_per_e

@@ -11,6 +11,7 @@ public IMX363 curves are the same RGB shapes times 0.62.
 from __future__ import annotations
 
 import csv
+import io
 from collections.abc import Sequence
 from functools import lru_cache
 
@@ -105,21 +106,18 @@ def infrared_cut(wavelength_nm: np.ndarray) -> np.ndarray:
     return 0.98 * edge(414.16, -2.88) * edge(645.85, 31.16) * edge(685.37, 4.22)
 
 
-@lru_cache(maxsize=8)
 def read_csv(path: str) -> dict[str, np.ndarray]:
     """Return the columns of a quantum efficiency table: `wavelength_nm` and one per filter,
-    electrons per photon.
+    electrons per photon. They are those of the file as it is now.
 
     Raises
     ------
     ConfigError : the file cannot be read, is no table of numbers, has no column wavelength_nm with
-        increasing values, or has a value outside 0..1.
+        finite, increasing values, or has a value outside 0..1.
     """
     try:
         with open(path, newline="") as file:
-            header, *lines = [[cell.strip() for cell in line] for line in csv.reader(file) if line]
-        table = np.array(lines, float)
-        columns = dict(zip(header, table.T, strict=True))
+            columns = _columns(file.read())
     except OSError as problem:
         raise ConfigError(
             f"sensor.qe_csv={path!r} cannot be read ({problem.strerror}); expected a CSV file"
@@ -130,17 +128,30 @@ def read_csv(path: str) -> dict[str, np.ndarray]:
         ) from problem
     if "wavelength_nm" not in columns or len(columns) < 2:
         raise ConfigError(
-            f"sensor.qe_csv={path!r} has columns {header}; expected wavelength_nm and one per"
-            " filter, e.g. R,G,B"
+            f"sensor.qe_csv={path!r} has columns {list(columns)}; expected wavelength_nm and one"
+            " per filter, e.g. R,G,B"
         )
-    if len(table) < 2 or np.any(np.diff(columns["wavelength_nm"]) <= 0):
+    nm = columns["wavelength_nm"]
+    if len(nm) < 2 or not np.all(np.isfinite(nm)) or np.any(np.diff(nm) <= 0):
         raise ConfigError(
-            f"sensor.qe_csv={path!r}: wavelength_nm must hold at least two increasing values"
+            f"sensor.qe_csv={path!r}: wavelength_nm must hold at least two finite, increasing"
+            " values"
         )
-    values = table[:, [k for k, name in enumerate(header) if name != "wavelength_nm"]]
+    values = np.stack([column for name, column in columns.items() if name != "wavelength_nm"])
     if not np.all((values >= 0) & (values <= 1)):
         raise ConfigError(
             f"sensor.qe_csv={path!r} holds values {values.min():g}..{values.max():g}; "
             "expected electrons per photon within 0..1"
         )
     return columns
+
+
+@lru_cache(maxsize=8)
+def _columns(text: str) -> dict[str, np.ndarray]:
+    """Return the columns of a table of numbers under one header line, by name. The result is cached
+    and must not be changed.
+    """
+    # as in a file, no end of line is translated
+    lines = csv.reader(io.StringIO(text, newline=""))
+    header, *rows = [[cell.strip() for cell in line] for line in lines if line]
+    return dict(zip(header, np.array(rows, float).T, strict=True))

@@ -136,9 +136,11 @@ def one_by_one(sensor: StaggeredSensor, light: xr.DataArray) -> Automatic:
     light : irradiance or photocurrent on the sensor plane.
     """
     first = settle(replace(sensor, exposure_each=False), light)
+    # the gain may reduce the full scale, by its factor or less
+    amplified = sensor.with_gain(first.gain) if first.gain > 1 else sensor
     last_s, more = solve(
         replace(
-            sensor,
+            amplified,
             exposure_each=False,
             exposure_rule="highlights",
             exposure_ratios=(1.0,),
@@ -148,7 +150,6 @@ def one_by_one(sensor: StaggeredSensor, light: xr.DataArray) -> Automatic:
         ),
         light,
     )
-    last_s /= first.gain  # the gain reduces the full scale by this factor
     count = len(sensor.exposure_ratios)
     ratios = sensor.exposure_ratios
     if count > 1 and last_s < first.exposure_s:

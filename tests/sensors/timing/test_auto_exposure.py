@@ -163,6 +163,25 @@ def test_each_exposure_is_solved_on_its_own(make_light):
     assert brightest / full_e == pytest.approx(0.5, rel=1e-3)
 
 
+@pytest.mark.parametrize("full_well_e", [3000.0, 25455.0])
+def test_the_last_exposure_meets_its_target_at_the_gain_of_the_first(make_light, full_well_e):
+    """A gain of 16 reduces the full scale from the full well, or from the swing, to 1590 e."""
+    light = light_of(make_light)
+    camera = sensor(
+        "staggered",
+        exposure_each=True,
+        exposure_rule="histogram",
+        exposure_max_s=1e-3,
+        auto_gain_max=16.0,
+        full_well_e=full_well_e,
+    )
+    chosen = camera.automatic(light).exposure
+    settled = camera.at_exposure(chosen)
+    last_e = settled.expected(light).values[-1].max()
+    assert chosen.gain == 16.0
+    assert last_e / settled.full_scale_e()[-1] == pytest.approx(0.5, rel=1e-3)
+
+
 def test_dim_light_keeps_the_bracket_as_it_is(make_light):
     camera = sensor("staggered", exposure_each=True, exposure_max_s=1e-3, noise=False)
     shot = camera(make_light(np.full((31, 8, 8), 1e-9), pitch_um=3.75), hdr.generator(1))
