@@ -29,7 +29,8 @@ def hdr_white(
 
     Raises
     ------
-    ConfigError : `start` is not a share below 1, or the shapes do not match.
+    ConfigError : `start` is not a share below 1, `blur_px` is not above 0, or the shapes do not
+        match.
 
     Notes
     -----
@@ -44,6 +45,10 @@ def hdr_white(
         raise ConfigError(
             f"start is {start!r}; expected a share of the full scale, 0 or more and below 1; type"
             " start=0.95"
+        )
+    if not blur_px > 0:
+        raise ConfigError(
+            f"blur_px is {blur_px!r}; expected a standard deviation above 0 pixels; type blur_px=1"
         )
     if displayed.shape != (*filled.shape, 3):
         raise ConfigError(

@@ -53,6 +53,8 @@ class IdealIsp:
             return develop(mosaics[0], reads[:1], captures, how, how.balance)
         response = np.stack([r.response[filters[0, 0]] for r in reads])
         level = falloff(captures)
+        lit = level > 0  # other pixels get no light through the lens, and are not valid
+        level = np.where(lit, level, 1.0)
         matrix = solve_matrix(response, wavelength_nm, how.balance, how.design_snr)
         # captures of one photodiode would share its fixed pattern; an ideal sensor has none, so
         # captures count as independent
@@ -62,7 +64,7 @@ class IdealIsp:
             *(np.tensordot(matrix**2, values / level**2, axes=1) for values in (temporal, fixed))
         )
         planes = np.stack([m.signal_e for m in mosaics]) / level
-        valid = np.all([m.valid for m in mosaics], axis=0)
+        valid = np.all([m.valid for m in mosaics], axis=0) & lit
         return finish(
             matrix,
             planes,

@@ -125,7 +125,9 @@ def tags(capture: xr.Dataset, names: list[str], mono: bool) -> list[tuple]:
         )
         knees = knees[:, np.isfinite(knees).all(0)]
         linear = np.interp(np.arange(int(knees[0, -1]) + 1), *knees)
-        entries.append((50712, "H", len(linear), tuple(np.rint(linear).astype(int).tolist())))
+        # the last knee may lie beyond the top, where no sample is
+        table = np.minimum(np.rint(linear), LARGEST).astype(int)
+        entries.append((50712, "H", len(table), tuple(table.tolist())))
     if not mono:
         cell = _cell(capture)
         order = planes_in_order(capture)
@@ -250,9 +252,13 @@ def _check_array(capture: xr.Dataset, names: list[str]) -> None:
 
 def _ratio(value: float) -> tuple[int, int]:
     """Return the numerator and denominator of a fraction near `value`; the denominator is at most
-    10^6 below 1000, and at most 1000 above.
+    10^9 below 0.001, at most 10^6 below 1000, and at most 1000 above.
     """
-    fraction = Fraction(value).limit_denominator(10**6 if abs(value) < 1000 else 1000)
+    largest = 10**6 if abs(value) < 1000 else 1000
+    # short exposures; with 10^6 the shortest would become 0
+    if abs(value) < 1e-3:
+        largest = 10**9
+    fraction = Fraction(value).limit_denominator(largest)
     return fraction.numerator, fraction.denominator
 
 

@@ -49,3 +49,36 @@ def test_dark_and_full_pictures_are_finite(name, level, exposure):
     assert captures.saturated.values.all() == (level > 0) and picture.valid.values.all() == (
         level == 0
     )
+
+
+@pytest.mark.parametrize(
+    ("name", "fields", "isp"),
+    [
+        ("bayer", {}, "linear"),
+        ("interleaved", {"cfa": "RGrg/GBgb"}, "merge"),
+        ("ideal", {"cfa": "W", "curves": "unit"}, "ideal"),
+    ],
+)
+def test_pixels_without_light_through_the_lens_are_finite_and_not_valid(name, fields, isp):
+    place = centres(40, 40 * 3e-6)
+    values = np.broadcast_to(1e-3 * white("daylight", W)[:, None, None], (len(W), 40, 40)).copy()
+    light = plane(
+        values,
+        W,
+        place,
+        place,
+        IRRADIANCE,
+        f_number=4.0,
+        focal_length_mm=4.0,
+        throughput_sr=1.0,
+        falloff="table",
+        # the corner of the sensor is 1.2 degrees off the axis
+        falloff_table={"angle_deg": [0.0, 0.7, 0.9, 2.0], "relative": [1.0, 1.0, 0.0, 0.0]},
+        field_width=40 * 3e-6,
+        field_height=40 * 3e-6,
+    )
+    sensor = hdr.build("sensor", name, pitch_um=3.0, **fields)
+    picture = hdr.build("isp", isp)(sensor(light, hdr.generator(seed=1)))
+    corner, centre = (picture["valid"].values[part, part] for part in (slice(2), slice(18, 22)))
+    assert not corner.any() and centre.all()
+    assert np.isfinite(picture.xyz.values).all() and np.isfinite(picture.variance.values).all()

@@ -28,7 +28,11 @@ def test_one_full_pixel_blends_with_the_smoothed_weight():
 
 @pytest.mark.parametrize(
     ("arguments", "message"),
-    [({"start": 1.0}, "start is 1.0"), ({"filled": np.zeros((4, 5))}, "one mosaic")],
+    [
+        ({"start": 1.0}, "start is 1.0"),
+        ({"blur_px": 0.0}, "blur_px is 0.0"),
+        ({"filled": np.zeros((4, 5))}, "one mosaic"),
+    ],
 )
 def test_bad_input(arguments, message):
     with pytest.raises(ConfigError, match=message):

@@ -171,6 +171,21 @@ def test_companding_becomes_the_linearisation_table(tmp_path):
     assert len(table) == 4096 and np.all(np.diff(table) > 0)
 
 
+def test_a_knee_beyond_the_top_is_cut_at_the_largest_sample(tmp_path):
+    captures = shot(companding=((1024, 1024), (100_000, 1500)))
+    table = np.array(tiff(write_dng(captures, tmp_path / "a.dng"))[0][50712])
+    assert len(table) == 1501 and table[-1] == 65535
+    step = (100_000 - 1024) / (1500 - 1024)
+    np.testing.assert_allclose(table[1024:1100], 1024 + step * np.arange(76), atol=0.5)
+
+
+@pytest.mark.parametrize("exposure_s", [1e-9, 4e-8, 3e-7, 1.5e-4])
+def test_short_exposures_do_not_become_0(tmp_path, exposure_s):
+    found = tiff(write_dng(shot(exposure_s=exposure_s), tmp_path / "a.dng"))[0]
+    # the shortest exposure of any sensor, 1 ns, is the step of the fraction
+    assert found[33434][0] == pytest.approx(exposure_s, rel=1e-6)
+
+
 def test_one_capture_of_many_and_one_channel(tmp_path):
     captures = shot("split_pixel", cfa="W")
     for name in ("LPHG", "SPLG"):

@@ -111,6 +111,8 @@ def grid_of(cut: Cut, tile_px: int) -> Grid:
         largest = int(min(size) * MOST_OVERLAP)
         wanted = cut.reach_px if cut.reach_px <= largest else USUAL_OVERLAP_PX
         overlap = -(-int(min(wanted, largest)) // multiple) * multiple
+        # between its overlaps a tile keeps at least one multiple
+        overlap = min(overlap, (min(size) - multiple) // (2 * multiple) * multiple)
         if cut.reach_px > overlap:
             ledger.left_out(
                 "inputs beyond a tile",

@@ -44,7 +44,7 @@ def with_black_level(captures: xr.Dataset, source: str) -> xr.Dataset:
     gain = captures["gain_dn_per_e"].values
     linear = np.array([linear_dn(captures, i, codes)[0] for i, codes in enumerate(raw)])
     pixels = linear[0].size
-    error_e = linear.std(axis=(1, 2)) / np.sqrt(pixels) / gain
+    error_e = np.array([standard_error(values) for values in linear]) / gain
     ledger.error(
         float(error_e.max()),
         "electrons",
@@ -56,5 +56,50 @@ def with_black_level(captures: xr.Dataset, source: str) -> xr.Dataset:
     corrected = captures.assign(black_dn=captures["black_dn"].copy(data=black))
     if "response_dn" in captures:
         table = captures["response_dn"]
-        corrected = corrected.assign(response_dn=table.copy(data=table.values + moved[:, None]))
+        corrected = corrected.assign(response_dn=table.copy(data=_moved(table.values, moved)))
     return corrected
+
+
+def standard_error(values: np.ndarray) -> float:
+    """Return the standard error of the mean of black pixels, in the unit of the values.
+
+    Parameters
+    ----------
+    values : (black_row, x), any unit.
+
+    Notes
+    -----
+    All pixels of a row share its offset, and all pixels of a column share theirs. The variance of
+    the mean therefore follows from the mean squares of rows, columns and residuals (two-way
+    analysis of variance): (rows + columns - residuals) / pixels. The mean squares of rows and
+    columns count at least as those of the residuals. The offset of a single row or column cannot be
+    told from the black level, and is not included.
+    """
+    rows, columns = values.shape
+    if min(rows, columns) < 2:
+        return float(values.std() / np.sqrt(values.size))
+    mean = values.mean()
+    of_row = values.mean(axis=1, keepdims=True) - mean
+    of_column = values.mean(axis=0, keepdims=True) - mean
+    freedom = (rows - 1) * (columns - 1)
+    residual = np.sum((values - mean - of_row - of_column) ** 2) / freedom
+    by_row = max(columns * np.sum(of_row**2) / (rows - 1), residual)
+    by_column = max(rows * np.sum(of_column**2) / (columns - 1), residual)
+    return float(np.sqrt((by_row + by_column - residual) / values.size))
+
+
+def _moved(dn: np.ndarray, moved_dn: np.ndarray) -> np.ndarray:
+    """Return response tables moved with the black level, linear DN (capture, entry).
+
+    A table ends at its former last entry at most. Saturated pixels have this code or a larger one
+    wherever the black level is. Further entries become NaN, as those that pad a table.
+
+    Parameters
+    ----------
+    dn : linear DN of the tables (capture, entry), increasing.
+    moved_dn : new black level minus the former one (capture,), DN.
+    """
+    end = np.fmax.reduce(dn, axis=1)[:, None]
+    moved = dn + moved_dn[:, None]
+    behind_end = np.cumsum(moved >= end, axis=1) > 1
+    return np.where(behind_end, np.nan, np.minimum(moved, end))

@@ -9,6 +9,7 @@ from dataclasses import replace
 import numpy as np
 
 from .combine import Merged
+from .noise_propagation import NoisePart, SampleNoise
 
 MAP = "defect"  # variable of the captures, (y, x) bool
 
@@ -24,7 +25,7 @@ def corrected(merged: Merged, defect: np.ndarray, cell_shape: tuple[int, int]) -
 
     Parameters
     ----------
-    merged : electrons and variance (y, x).
+    merged : electrons and variances (y, x).
     defect : (y, x) bool, the map of defects.
     cell_shape : rows and columns of the filter array's period.
     """
@@ -54,4 +55,37 @@ def corrected(merged: Merged, defect: np.ndarray, cell_shape: tuple[int, int]) -
     signal[y[some], x[some]] = ((value * use).sum(1) / count)[some]
     spread[y[some], x[some]] = ((variance * use).sum(1) / count**2)[some]
     valid[y, x] = some
-    return replace(merged, signal_e=signal, variance_e2=spread, valid=valid)
+    places = [(int(step[0]), int(step[1])) for step in steps]
+    parts = []
+    for part in merged.fixed.parts:
+        of_mean = _variance_of_mean(part, part.variance_e2[at_y, at_x], use, places)
+        mended = np.array(part.variance_e2)
+        mended[y[some], x[some]] = of_mean[some]
+        parts.append(part._replace(variance_e2=mended))
+    return replace(
+        merged,
+        signal_e=signal,
+        variance_e2=spread,
+        valid=valid,
+        fixed=SampleNoise(tuple(parts)),
+    )
+
+
+def _variance_of_mean(
+    part: NoisePart, variance_e2: np.ndarray, use: np.ndarray, places: list[tuple[int, int]]
+) -> np.ndarray:
+    """Return the variance (defect,) of the mean of neighbours by one cause of the fixed pattern.
+
+    Parameters
+    ----------
+    part : the cause, which states the samples that share a deviation.
+    variance_e2 : variance by this cause of each neighbour (defect, neighbour), e^2.
+    use : (defect, neighbour) bool, the neighbours in the mean.
+    places : rows and columns from a defect to each neighbour.
+    """
+    count = np.maximum(use.sum(1), 1)
+    if part.alone():  # an estimate that may be below 0
+        return (variance_e2 * use).sum(1) / count**2
+    deviation_e = np.sqrt(variance_e2) * use
+    groups = part.groups(places)
+    return sum(deviation_e[:, group].sum(1) ** 2 for group in groups) / count**2

@@ -89,6 +89,8 @@ def merge_interleaved(
             " compared; expected a quantum efficiency above 0 somewhere in the bands"
         )
     level = shading(captures, shading_csv)
+    lit = level > 0  # other pixels get no light through the lens, and are not valid
+    level = np.where(lit, level, 1.0)
     ratio_of = np.ones(len(names))
     for long, short in pairs.items():
         ratio_of[long] = ratio_of[short] = read.sensitivity[short] / read.sensitivity[long]
@@ -112,7 +114,7 @@ def merge_interleaved(
     single_fixed = pattern.total_e2() + np.zeros(filters.shape)
 
     alone, alone_var, invalid = demosaic(
-        single, filters, len(names), single_var, ~charge.good & ~long_here
+        single, filters, len(names), single_var, (~charge.good & ~long_here) | ~lit
     )
     alone_fixed = demosaic(single, filters, len(names), single_fixed)[1]
     short_there = np.zeros(filters.shape)

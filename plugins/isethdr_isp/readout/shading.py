@@ -156,12 +156,15 @@ def read_shading(path: str | Path) -> tuple[np.ndarray, np.ndarray]:
         ) from None
     if (
         tuple(header) != COLUMNS
+        or table.shape[1:] != (len(COLUMNS),)
         or len(table) < 2
+        or not np.all(np.isfinite(table))
         or np.any(np.diff(table[:, 0]) <= 0)
         or not np.all(table[:, 1] > 0)
     ):
         raise ConfigError(
             f"isp.shading_csv={str(path)!r} holds {', '.join(header)}; expected the columns"
-            f" {', '.join(COLUMNS)} with rising radii and values above 0"
+            f" {', '.join(COLUMNS)} with two or more rows of finite numbers, rising radii and"
+            " values above 0"
         )
     return table[:, 0], table[:, 1]

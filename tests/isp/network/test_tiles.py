@@ -12,6 +12,7 @@ from isethdr_isp.network.running import Cut, grid_of
 from isethdr_isp.network.tiles import Grid, even_tile, padding, tiled, windows
 
 import isethdr_core as hdr
+from isethdr_core.ledger import Ledger, stage
 from isethdr_core.onnx_session import open_session
 
 FLOAT32 = 1e-6  # share of the largest value; the order of sums may depend on the size of the tile
@@ -98,6 +99,22 @@ def test_tiles_are_enlarged_where_the_reach_asks_for_it():
     assert grid.overlap == 104 and grid.tile[0] % 8 == 0
     # at least a quarter of each side is kept
     assert grid.tile[0] - 2 * grid.overlap >= grid.tile[0] / 4
+
+
+@pytest.mark.parametrize(
+    "side, multiple, reach, overlap",
+    [(64, 32, 20, 0), (96, 32, 35, 32), (64, 32, np.inf, 0), (64, 8, 20, 24)],
+)
+def test_tiles_of_fixed_size_keep_a_part_of_each_tile(side, multiple, reach, overlap):
+    """The overlap is rounded up to the multiple, unless nothing of a tile would remain."""
+    rows = Ledger()
+    with stage(rows, "isp network"):
+        grid = grid_of(Cut((2, 2), multiple, reach, (side, side)), 1024)
+    assert grid.overlap == overlap
+    raw = np.random.default_rng(0).normal(size=(1, 200, 150)).astype(np.float32)
+    assert np.array_equal(tiled(lambda planes: planes, {"raw": raw}, (1, 0), grid)["raw"], raw)
+    seams = [note for note in rows[0].left_out if note.key == "seams"]
+    assert bool(seams) == (reach > overlap), "seams are possible"
 
 
 def test_a_model_of_fixed_size_sees_only_that_size():

@@ -75,6 +75,9 @@ def test_tables_come_back_and_bad_ones_are_named(bench, tmp_path):
         "radius_mm,relative_illumination\n0,1\n1,-2\n",
         "x,y\n0,1\n1,1\n",
         "radius_mm,relative_illumination\n0,one\n",
+        "radius_mm,relative_illumination\n0\n1\n",
+        "radius_mm,relative_illumination\n0,1\nnan,0.9\n2,0.8\n",
+        "radius_mm,relative_illumination\n0,1\n1,inf\n",
         "",
     ):
         path.write_text(text)
