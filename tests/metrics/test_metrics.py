@@ -321,6 +321,8 @@ def test_profile_runs_through_the_brightest_lamp():
     assert (line["log10_low"] < line["log10_picture"]).all() and (
         line["log10_high"] > line["log10_picture"]
     ).all()
+    unknown = metric.profile(picture(y, np.nan), picture(y))
+    assert np.isnan([unknown["log10_low"], unknown["log10_high"]]).all()
     assert metric(picture(y * 10), picture(y))[0].value == pytest.approx(1)
     assert LineProfile(row=3).profile(picture(y), picture(y))["row"] == 3
     with pytest.raises(ConfigError, match="has row=99"):

@@ -49,7 +49,7 @@ class LineProfile:
         """Return the dict of row, x_m, log10_picture, log10_truth, log10_low, log10_high and valid.
 
         The profiles are log10 of cd/m2; log10_low and log10_high are the limits of 95 % of the
-        noise.
+        noise, NaN if the picture states no variance.
         """
         y, true, valid = luminances(picture, truth)
         if not -1 <= self.row < len(y):
@@ -64,12 +64,16 @@ class LineProfile:
         def log(values: np.ndarray) -> np.ndarray:
             return np.log10(np.fmax(values, self.floor_cd_m2))
 
+        # unlike the maximum in `log`, this one keeps the NaN of an unknown variance
+        low, high = (
+            np.log10(np.maximum(y[row] + side * spread, self.floor_cd_m2)) for side in (-1, 1)
+        )
         return {
             "row": row,
             "x_m": picture.x.values,
             "log10_picture": log(y[row]),
             "log10_truth": log(true[row]),
-            "log10_low": log(y[row] - spread),
-            "log10_high": log(y[row] + spread),
+            "log10_low": low,
+            "log10_high": high,
             "valid": valid[row],
         }
