@@ -39,7 +39,8 @@ PRODUCTS = {
     "valid": Product("picture", "valid", np.bool_),  # (y, x)
     "display": Product("picture", "display", np.uint8),  # (y, x, 3), sRGB
     "truth": Product("truth", "xyz", np.float32),  # (y, x, 3), XYZ in cd/m2
-    "raw": Product("captures", "raw", np.int32),  # (capture, y, x), DN
+    # (capture, y, x), DN; float32 if sensor.bits=0 switches the converter off
+    "raw": Product("captures", "raw", np.int32),
     "instance": Product("truth", "instance", np.int32),  # (y, x), 0 without an object
     "category": Product("truth", "category", np.int32),  # (y, x), isethdr_core.data.categories
     "distance": Product("truth", "distance", np.float32),  # (y, x), m along the ray
@@ -152,6 +153,8 @@ def array_of(shot: StoredShot, product: str) -> np.ndarray:
             f" {', '.join(map(str, data.data_vars))} in {wanted.group}; labels are stored where a"
             " metric reads them"
         )
+    if product == "raw" and np.issubdtype(values.dtype, np.floating):
+        return np.ascontiguousarray(values, np.float32)  # electrons have fractions
     return np.ascontiguousarray(values, wanted.dtype)
 
 
@@ -165,11 +168,12 @@ def _category(truth: xr.Dataset) -> np.ndarray | None:
     """Return the map of categories: the stored one, or that of the objects."""
     if "category" in truth:
         return truth["category"].values
-    if "instance" not in truth or not truth.attrs.get("objects"):
+    rows = truth.attrs.get("objects")
+    if "instance" not in truth or rows is None:
         return None
     instance = truth["instance"].values
     numbers = np.zeros(int(instance.max()) + 1, np.int32)
-    for row in truth.attrs["objects"]:
+    for row in rows:
         if row["instance"] < len(numbers):
             numbers[row["instance"]] = CATEGORIES[row["category"]]
     return numbers[instance]

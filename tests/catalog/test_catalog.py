@@ -189,6 +189,8 @@ def test_scores_stand_beside_their_share_of_valid_pixels(folder, monkeypatch, ca
         ({"scene.seed__in": "1,3"}, {"near", "empty"}),
         ({"kind": "scene", "scene__seed__ne": 1}, {"far", "empty"}),
         ({"created__ge": "2026-01-03"}, {"run2"}),
+        ({"created__ge": 2026}, {"run0", "run1", "run2"}),
+        ({"created__lt": "2026"}, set()),
     ],
 )
 def test_operators(same_folder, conditions, expected):
@@ -256,6 +258,8 @@ def test_a_new_store_is_found_without_asking_for_a_refresh(folder):
 
 def test_an_empty_folder_holds_nothing(tmp_path):
     assert find(tmp_path, kind="scene") == []
+    with pytest.raises(CatalogError, match="limit is -1; expected a whole number of rows"):
+        find(tmp_path, limit=-1)
     assert sql(tmp_path, "SELECT count(*) FROM scores")[1] == [(0,)]
 
 

@@ -132,6 +132,24 @@ def test_the_viewer_holds_what_the_store_says_of_each_pixel(result):
         )
 
 
+def test_the_viewer_holds_raw_electrons_without_a_converter():
+    raw = np.array([[[-3.25, 0.5], [7.0, 1e6]]], np.float32)
+    captures = xr.Dataset(
+        {
+            "raw": (("capture", "y", "x"), raw),
+            "saturated": (("capture", "y", "x"), np.zeros(raw.shape, bool)),
+            "filter": (("y", "x"), np.zeros((2, 2), np.uint8)),
+        },
+        coords={"capture": ["single"], "channel": ["W"]},
+    )
+    found = viewer._raw(captures)
+    assert found["raw_is_float"]
+    np.testing.assert_array_equal(unpacked(found["raw"][0], 4).view("<f4"), raw.ravel())
+    whole = viewer._raw(captures.assign(raw=captures["raw"].clip(0).astype(np.uint32)))
+    assert not whole["raw_is_float"]
+    np.testing.assert_array_equal(unpacked(whole["raw"][0], 4), [0, 0, 7, 1_000_000])
+
+
 def test_a_page_of_very_many_pixels_leaves_their_numbers_out(result, monkeypatch):
     monkeypatch.setattr(viewer, "MOST_PIXELS", 100)
     monkeypatch.setattr(plots, "_svg", lambda *_, **__: Markup())  # no plots are needed

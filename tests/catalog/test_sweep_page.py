@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import json
 import re
+import shlex
+from dataclasses import replace
 
 from isethdr_catalog import space
 from isethdr_catalog.query import find
 from isethdr_catalog.report import write_sweep_page
-from isethdr_catalog.report.sweep_page import sweep_page
+from isethdr_catalog.report.sweep_page import _command, sweep_page
 
 from isethdr_core.runs.labels import Labels, add_labels, path_of
 from isethdr_core.sweeps.table import sweep_table
@@ -37,6 +39,15 @@ def test_names_of_others_add_no_markup(isethdr_home):
         row.scores[strange] = row.scores["vividness"]
         row.parameters["sensor"] = strange
     assert "<script>alert" not in sweep_page(table)
+
+
+def test_the_command_of_a_sweep_runs_in_a_shell(isethdr_home):
+    table = sweep_table(stored_sweep(isethdr_home))
+    typed = ("sensor.exposure_s=range(0.001,0.01,0.003)", "lighting.weights={sky: 1}", "name_=it's")
+    table = replace(table, sweep=replace(table.sweep, overrides=typed))
+    words = shlex.split(_command(table).replace("\\\n", " "))
+    assert words == ["isethdr", "run", "-m", "name=exposures", "tags=wet", *typed]
+    assert "\n    'sensor.exposure_s=range(0.001,0.01,0.003)' \\\n" in _command(table)
 
 
 def test_runs_are_found_by_sweep_tag_and_name(isethdr_home):

@@ -11,6 +11,7 @@ from ..joined_index import home_column
 from .connection import HOME, PLAIN
 
 OPERATORS = {"ge": ">=", "le": "<=", "gt": ">", "lt": "<"}
+DATE = "created"  # property with dates such as 2026-01-31T12:00:00, of which a year is a beginning
 
 
 class Column(NamedTuple):
@@ -80,7 +81,7 @@ def condition_sql(column: Column, operator: str, value: Any) -> tuple[str, list[
     value : value of the condition; for `in` several.
     """
     if operator in OPERATORS:
-        number = _number(value)
+        number = None if column.text == DATE else _number(value)
         if number is None:  # dates and other text are compared as text
             return f"CAST({column.text} AS VARCHAR) {OPERATORS[operator]} ?", [str(value)]
         as_number = f"try_cast({column.text} AS DOUBLE)"

@@ -52,8 +52,12 @@ def find(
 
     Raises
     ------
-    CatalogError : no record has a property.
+    CatalogError : no record has a property, or `limit` is below 0.
     """
+    if int(limit) < 0:
+        raise CatalogError(
+            f"limit is {limit}; expected a whole number of rows; type for example limit=50"
+        )
     tests = [(*property_and_operator(key), value) for key, value in conditions.items()]
     ordered = (order_by or "").removeprefix("-").replace("__", ".")
     places = homes_of(homes)

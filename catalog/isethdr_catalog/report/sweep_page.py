@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 import os
+import shlex
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -47,9 +48,10 @@ def sweep_page(table: SweepTable) -> Markup:
 
 
 def _command(table: SweepTable) -> str:
-    tags = f" tags={','.join(table.tags)}" if table.tags else ""
-    words = [f"isethdr run -m name={table.sweep.name}{tags}", *table.sweep.overrides]
-    return " \\\n    ".join(words)
+    """Return the command that repeats the sweep, quoted for a shell, one override a line."""
+    tags = [f"tags={','.join(table.tags)}"] if table.tags else []
+    first = shlex.join(["isethdr", "run", "-m", f"name={table.sweep.name}", *tags])
+    return " \\\n    ".join([first, *map(shlex.quote, table.sweep.overrides)])
 
 
 def _best_table(table: SweepTable) -> Markup:

@@ -164,10 +164,18 @@ def _snr_name(picture: xr.Dataset) -> str:
 
 
 def _raw(captures: xr.Dataset) -> dict[str, Any]:
-    """Return the raw values of every capture in DN, the saturated pixels, and the filters."""
+    """Return the raw values of every capture in DN, the saturated pixels, and the filters.
+
+    Without a converter, raw values have fractions and may be negative. They are packed as the bits
+    of float32.
+    """
+    raw = captures["raw"].values
+    is_float = bool(np.issubdtype(raw.dtype, np.floating))
+    whole = raw.astype("<f4").view("<u4") if is_float else raw.astype("<u4")
     return {
         "captures": [str(name) for name in captures["capture"].values],
-        "raw": [packed(plane.astype("<u4")) for plane in captures["raw"].values],
+        "raw": [packed(plane) for plane in whole],
+        "raw_is_float": is_float,
         "saturated": [packed(plane.astype(np.uint8)) for plane in captures["saturated"].values],
         "filters": [str(name) for name in captures["channel"].values],
         "filter": packed(captures["filter"].values.astype(np.uint8)),

@@ -43,6 +43,7 @@
     if (entry.snr) entry.snrs = await unpacked(entry.snr, 1);
     if (!entry.raw) return;
     entry.raws = await Promise.all(entry.raw.map((plane) => unpacked(plane, 4)));
+    if (entry.raw_is_float) entry.raws = entry.raws.map((bits) => new Float32Array(bits.buffer));
     entry.saturations = await Promise.all(entry.saturated.map((plane) => unpacked(plane, 1)));
     entry.mosaic = await unpacked(entry.filter, 1);
   }
@@ -141,7 +142,8 @@
     if (entry.raws) {
       const values = entry.raws.map((plane, k) => {
         const name = entry.captures.length > 1 ? `${entry.captures[k]} ` : "";
-        return `${name}${plane[i]}${entry.saturations[k][i] ? " saturated" : ""}`;
+        const value = Number(plane[i].toPrecision(8)); // whole DN have 8 digits at most
+        return `${name}${value}${entry.saturations[k][i] ? " saturated" : ""}`;
       });
       parts.push(`DN ${values.join(", ")}`, `filter ${entry.filters[entry.mosaic[i]] ?? "none"}`);
     }
