@@ -84,6 +84,17 @@ def test_a_quarter_of_a_file_stands_for_all_of_it(tmp_path):
     assert [at(-45, 0), at(45, 0), at(0, 45), at(0, -45)] == pytest.approx([50, 50, 40, 40])
 
 
+def test_planes_from_90_to_270_stand_for_both_halves(tmp_path):
+    path = tmp_path / "lamp.ies"
+    rows = [[100, v, 0] for v in (40, 35, 30, 25, 20)]
+    path.write_text(ies(1, [0, 45, 90], [90, 135, 180, 225, 270], rows, 1.0))
+    lamp = read_ies(path)
+    at = lambda left, up: lamp.intensity_cd * float(lamp.table.at(left, up))
+    # C90 is up, C270 down, and the plane of both is the plane of symmetry
+    assert [at(0, 45), at(0, -45), at(45, 0), at(-45, 0)] == pytest.approx([40, 20, 30, 30])
+    assert at(-30, 30) == pytest.approx(at(30, 30)) and at(30, 30) > at(30, -30) > 0
+
+
 @pytest.mark.parametrize("kind", [2, 3])
 def test_a_file_of_lm_63_in_level_angles(tmp_path, kind):
     path = tmp_path / "lamp.ies"
@@ -115,7 +126,7 @@ def ldt(symmetry, planes, candela, angles=(0, 45, 90)):
         (0, [50, 40, 30, 20], [50, 40, 30, 20]),
         (1, [50], [50, 50, 50, 50]),
         (2, [50, 40, 30], [50, 40, 30, 40]),
-        (3, [40, 30, 20], [30, 40, 30, 20]),
+        (3, [40, 30, 20], [30, 20, 30, 40]),  # C270 over C0 to C90
         (4, [50, 40], [50, 40, 50, 40]),
     ],
 )
@@ -136,7 +147,10 @@ def test_a_file_of_eulumdat(tmp_path, symmetry, given, expected):
         ("a.ies", "IESNA\nTILT=NONE\n1 2 3\n", "ends early"),
         ("a.ies", ies(1, [0, 90], [0], [[0, 0]]), "none at all"),
         ("a.ies", ies(1, [0, 90, 45], [0], [[1, 1, 1]]), "do not rise"),
+        ("a.ies", ies(1, [0, 90], [0, 120], [[1, 1]] * 2), "C planes from 0 to 120 degrees"),
+        ("a.ies", ies(1, [0, 90], [0], [[1, 1]]).replace(" 2 1 1 ", " 2 1e999 1 "), "ends early"),
         ("a.ldt", "maker\n1\n", "ends early"),
+        ("a.ldt", ldt(1, 4, [[1, 1, 1]]).replace("\n4\n90.0", "\ninf\n90.0"), "ends early"),
         ("a.txt", "", "a file ends in .ies or .ldt"),
     ],
 )

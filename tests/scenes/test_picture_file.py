@@ -264,6 +264,7 @@ BAD = [
     ({"path": "two.npz", "unit": "cd/m2"}, UnitError, "holds the arrays a, b; expected one"),
     ({"path": "rgb.npy", "unit": "cd/m2", "step_nm": 60.0}, ConfigError, "cannot hold the colours"),
     ({"path": "empty.npy", "unit": "cd/m2"}, UnitError, "is empty"),
+    ({"path": "words.npz"}, UnitError, "holds wavelength_nm as <U1 values; expected real numbers"),
 ]
 
 
@@ -282,6 +283,7 @@ def test_bad_files_are_refused_in_one_line(tmp_path, monkeypatch, fields, error,
     np.savez("said.npz", **cube, unit="W m-2 sr-1 nm-1")
     np.savez("odd.npz", **cube, unit="photons")
     np.savez("two.npz", a=ones, b=ones)
+    np.savez("words.npz", cube=np.ones((1, 3, 4)), wavelength_nm=["a"], unit="W/m2/sr/nm")
     for name in ("p.png", "cut.exr"):
         (tmp_path / name).write_bytes(b"abc")
     write_exr(tmp_path / "named.exr", {c: np.ones((3, 4), np.float32) for c in "RGA"})

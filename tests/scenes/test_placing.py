@@ -9,11 +9,18 @@ import pytest
 from isethdr_scenes.placing import rules
 from isethdr_scenes.placing.boxes import Solid, overlapping, rows, solids
 from isethdr_scenes.placing.camera import Mounting, check_eye, eye
+from isethdr_scenes.placing.living import _riding
 from isethdr_scenes.placing.plan import Densities, Layout, plan
+from isethdr_scenes.placing.road_signs import _along
 from isethdr_scenes.placing.site import Site
 from isethdr_scenes.placing.street_lights import signals
 from isethdr_scenes.roads.kinds import kind, names
+from isethdr_scenes.roads.lane_path import LanePath
+from isethdr_scenes.roads.profile import Profile
+from isethdr_scenes.roads.reference_line import ReferenceLine, Stretch
+from isethdr_scenes.roads.road import Lane, LaneSection, Road
 from isethdr_scenes.street import Street
+from isethdr_scenes.things import draw
 from isethdr_scenes.things.furniture import street_lamps, traffic_lights
 
 from isethdr_core.errors import ConfigError
@@ -200,6 +207,34 @@ def test_a_camera_in_the_wall_of_a_tunnel_is_one_error():
     place = eye(base.pose(), Mounting())
     with pytest.raises(ConfigError, match="inside the wall of a tunnel"):
         check_eye(layout, type(place)(middle[:3, 3] + [0, 0, 1.3], place.direction))
+
+
+def test_signs_warn_both_directions_of_their_own_curve():
+    """A road that curves to the left for one direction curves to the right for the other one."""
+    base = kind("country_straight", 1)
+    lane = Lane(-1, "driving", Profile.constant(3.5))
+    section = LaneSection(0.0, (replace(lane, number=1),), (lane,))
+    line = ReferenceLine.of(0.0, 0.0, 0.0, [Stretch(400.0, 1 / 90)])
+    road = Road("curve", line, (section,), "rural")
+    site = Site(base, 1)
+    told = {
+        side: {foot.thing.family for foot in _along(site, road, side, site.rng("signs"))}
+        for side in (-1, 1)
+    }
+    assert "curve_left" in told[-1] and "curve_right" not in told[-1]
+    assert "curve_right" in told[1] and "curve_left" not in told[1]
+
+
+@pytest.mark.parametrize("right_hand", [True, False])
+def test_bicycles_ride_at_the_outer_edge_of_a_lane(right_hand):
+    lane = Lane(-1, "driving", Profile.constant(3.5))
+    line = ReferenceLine.of(0.0, 0.0, 0.0, [Stretch(100.0)])
+    road = Road("r", line, (LaneSection(0.0, (), (lane,)),), right_hand=right_hand)
+    rng = np.random.default_rng(0)
+    bicycle = draw("bicycle", rng)
+    foot = _riding("bicycle", bicycle, [LanePath(road, 0, lane)], 1.0, rng)
+    # the lane lies right of the reference line, from y = 0 to -3.5 m
+    assert foot.y_m == pytest.approx(-2.75, abs=0.11)
 
 
 def test_signals_of_crossing_roads_never_show_green_together():

@@ -6,6 +6,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from importlib import metadata
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -19,6 +20,7 @@ from isethdr_scenes.street import Street
 from isethdr_scenes.traffic.sumo.choice import check_traffic
 from isethdr_scenes.traffic.sumo.net import read
 from isethdr_scenes.traffic.sumo.overlaps import fewest, swept, touching
+from isethdr_scenes.traffic.sumo.own_files import check_own
 from isethdr_scenes.traffic.sumo.program import call
 from isethdr_scenes.traffic.sumo.trace import STEP_S, Signal
 from isethdr_scenes.traffic.sumo.traffic import check_shortage
@@ -300,3 +302,8 @@ def test_a_sweep_covers_each_place_once_with_the_largest_box():
     found = swept(np.array([box(0, 0), large, box(0, 0, np.pi / 2), box(5, 0)]))
     assert len(found) == 3
     assert large in found.tolist()
+
+
+def test_traffic_without_a_vehicle_for_the_camera_is_one_error():
+    with pytest.raises(ConfigError, match=r"trams.sumocfg has no car, .* at second 12 that could"):
+        check_own("", Path("trams.sumocfg"), {}, 12.0)

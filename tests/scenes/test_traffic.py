@@ -9,7 +9,7 @@ import pytest
 from isethdr_scenes.placing import rules
 from isethdr_scenes.placing.plan import Layout
 from isethdr_scenes.placing.site import Foot
-from isethdr_scenes.roads.kinds import names
+from isethdr_scenes.roads.kinds import kind, names
 from isethdr_scenes.street import Street
 from isethdr_scenes.things import draw
 from isethdr_scenes.things.people import families, gait
@@ -33,8 +33,8 @@ from isethdr_scenes.traffic.following import (
     acceleration_m_s2,
     speed_that_stops_m_s,
 )
-from isethdr_scenes.traffic.later_layout import BLINKS_PER_S, lit
-from isethdr_scenes.traffic.simulation import OWN
+from isethdr_scenes.traffic.later_layout import BLINKS_PER_S, lit, moment
+from isethdr_scenes.traffic.simulation import OWN, Simulation
 
 from isethdr_core.errors import ConfigError
 
@@ -147,6 +147,16 @@ def test_the_end_of_the_road_is_an_error_before_anything_is_built():
         street.plan()
     with pytest.raises(ConfigError, match="time_s is 60, .* at 60.5 s"):  # of a next frame
         street.moment(60.5)
+
+
+def test_the_cameras_car_keeps_its_offset_on_its_lane():
+    """A scenario may place it beside the middle of its lane, and it does not jump there later."""
+    base = replace(kind("country_straight", 1), aside_m=0.3)
+    layout = Layout(base, (), ())
+    later = moment(layout, Simulation(layout, 0.0), 0.1)
+    way = later.own_pose[:3, 3] - base.pose()[:3, 3]
+    assert way @ base.pose()[:3, 1] == pytest.approx(0.0, abs=0.01)
+    assert way @ base.pose()[:3, 0] > 0.5
 
 
 def test_indicators_blink_as_the_rule_says():

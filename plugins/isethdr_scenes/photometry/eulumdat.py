@@ -43,7 +43,7 @@ def read_ldt(path: Path) -> MeasuredLamp:
             4: planes // 4 + 1,
         }
         stored = stored_planes[symmetry]
-    except (ValueError, IndexError, KeyError):
+    except (ValueError, IndexError, KeyError, OverflowError):  # the last one: an infinite count
         raise ConfigError(
             f"{path.name} ends early or holds other lines than EULUMDAT has; expected its 26 lines,"
             " the lamp sets, ratios, angles and candela per 1000 lm"
@@ -65,8 +65,8 @@ def _whole_turn(
 
     Parameters
     ----------
-    symmetry : 0: none; 1: the file holds one plane for all; 2: it holds C0 to C180; 3: C90 to C270;
-        4: C0 to C90.
+    symmetry : 0: none; 1: the file holds one plane for all; 2: it holds C0 to C180; 3: C270 over C0
+        to C90; 4: C0 to C90.
     c_deg : (planes,) angles of all planes, degrees.
     candela : (stored planes, angles) intensities.
     """
@@ -75,8 +75,8 @@ def _whole_turn(
         return np.array([0.0, 360.0]), np.repeat(candela, 2, 0)
     turn = np.mod(all_planes, 360)
     if symmetry == 3:
-        half_turn = c_deg[(c_deg >= 90) & (c_deg <= 270)]
-        turn = np.where(turn < 90, 180 - turn, np.where(turn > 270, 540 - turn, turn))
+        half_turn = np.r_[c_deg[c_deg >= 270] - 360, c_deg[c_deg <= 90]]
+        turn = np.where(turn >= 270, turn - 360, np.where(turn > 90, 180 - turn, turn))
     else:
         half_turn = c_deg[: len(candela)]
         if symmetry in (2, 4):

@@ -39,7 +39,7 @@ def read_ies(path: Path) -> MeasuredLamp:
         count, across, photometry = (int(head_numbers[k]) for k in (3, 4, 5))
         factor = head_numbers[2] * head_numbers[10]
         vertical, level, candela = np.split(np.array(numbers), [count, count + across])
-    except (ValueError, IndexError):
+    except (ValueError, IndexError, OverflowError):  # the last one: an infinite count
         raise ConfigError(
             f"{path.name} ends early or holds no numbers after TILT={kind.strip()}; expected 13"
             " numbers, the angles and the candela of LM-63"
@@ -69,13 +69,18 @@ def read_ies(path: Path) -> MeasuredLamp:
 
 
 def whole_turn(planes: np.ndarray, candela: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return C planes from 0 to 360 degrees and their intensities (planes, angles).
+    """Return C planes that cover 0 to 360 degrees, and their intensities (planes, angles).
 
     They are completed by symmetry. The angle of the last plane states it: 0 for a round pattern,
-    90 for four equal quarters, 180 for two equal halves.
+    90 for four equal quarters, 180 for two equal halves. Planes from 90 to 270 are one of two equal
+    halves as well.
     """
     if len(planes) == 1:
         return np.array([0.0, 360.0]), np.repeat(candela, 2, 0)
+    if planes[0] == 90:
+        planes = np.r_[planes, 540 - planes[-2::-1]]
+        candela = np.concatenate([candela, candela[-2::-1]])
+        return np.r_[planes - 360, planes[1:]], np.concatenate([candela, candela[1:]])
     if planes[-1] == 90:
         planes = np.r_[planes, 180 - planes[-2::-1]]
         candela = np.concatenate([candela, candela[-2::-1]])
@@ -97,3 +102,13 @@ def _check(
             f"{path.name} has photometric type {photometry}, and angles that"
             f" {'rise' if rising else 'do not rise'}; expected type 1, 2 or 3 and rising angles"
         )
+    if TYPES[photometry] == "C" and len(level) > 1 and not _is_turn(level[0], level[-1]):
+        raise ConfigError(
+            f"{path.name} has C planes from {level[0]:g} to {level[-1]:g} degrees; expected planes"
+            " from 0 to 90, to 180 or farther up to 360, or from 90 to 270"
+        )
+
+
+def _is_turn(first: float, last: float) -> bool:
+    """Return whether C planes between two angles, degrees, stand for a whole turn."""
+    return (first, last) == (90, 270) or first == 0 and (last == 90 or 180 <= last <= 360)

@@ -24,7 +24,8 @@ def read(path: Path, selection: Wanted) -> Content:
     Raises
     ------
     CatalogError : the file cannot be read.
-    UnitError : it holds several arrays and none is named, or an array of another form.
+    UnitError : it holds several arrays and none is named, or an array of another form, or
+        wavelengths that are no numbers.
     """
     try:
         loaded = np.load(path, allow_pickle=False)
@@ -39,7 +40,12 @@ def read(path: Path, selection: Wanted) -> Content:
             f" scene.variable={names[0] if names else 'radiance'}"
         )
     if "wavelength_nm" in arrays and not selection.wavelength_nm:
-        bands = tuple(np.asarray(arrays["wavelength_nm"], float).ravel().tolist())
+        if arrays["wavelength_nm"].dtype.kind not in "fiu":
+            raise UnitError(
+                f"{path} holds wavelength_nm as {arrays['wavelength_nm'].dtype} values; expected"
+                " real numbers, nm"
+            )
+        bands = tuple(arrays["wavelength_nm"].astype(float).ravel().tolist())
         selection = replace(selection, wavelength_nm=bands)
     content = plain_array(arrays[name], selection, path)
     unit = str(arrays["unit"]) if "unit" in arrays else None

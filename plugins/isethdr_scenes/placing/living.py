@@ -158,7 +158,7 @@ def _crossing(site: Site, rng: np.random.Generator, wanted: int) -> list[list[Fo
 
 
 def place_riders(site: Site, riders_per_km: float) -> Shortage:
-    """Place bicycles with riders, on cycle lanes or else at the right edge of outermost lanes.
+    """Place bicycles with riders, on cycle lanes or else at the outer edge of outermost lanes.
 
     Parameters
     ----------
@@ -189,11 +189,14 @@ def place_riders(site: Site, riders_per_km: float) -> Shortage:
 def _riding(
     name: str, thing: Thing, paths: list[LanePath], beside: float, rng: np.random.Generator
 ) -> Foot:
-    """Return a bicycle on one of the lanes, in its middle (`beside` 0) or at its right edge (1)."""
+    """Return a bicycle on one of the lanes, in its middle (`beside` 0) or at its outer edge (1): the
+    right one, or the left one in left-hand traffic.
+    """
     path = paths[int(rng.integers(len(paths)))]
     s = float(rng.uniform(2.0, path.length_m - 2.0))
     room = float(path.width_m(s)) / 2 - CYCLE_LANE_M[0]
-    aside = -beside * max(room, 0.0) + float(rng.uniform(-0.1, 0.1))
+    outwards = -1.0 if path.road.right_hand else 1.0
+    aside = outwards * beside * max(room, 0.0) + float(rng.uniform(-0.1, 0.1))
     pose = path.at(s, aside)
     return Foot(
         name,

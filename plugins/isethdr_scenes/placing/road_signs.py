@@ -57,8 +57,7 @@ def _along(site: Site, road: Road, side: int, rng: np.random.Generator) -> list[
         feet.append(_sign(site, limit, (road, side, where(at)), rng))
     turn = _turn(road, where(at + CURVE_AHEAD_M[0]), where(at + CURVE_AHEAD_M[1]))
     if not site.base.urban and abs(turn) > CURVE_RAD:
-        left = (turn > 0) == forward
-        name = "curve_left" if left else "curve_right"
+        name = "curve_left" if turn > 0 else "curve_right"
         feet.append(_sign(site, name, (road, side, where(at + 12)), rng))
     usual = [n for n in usual if not n.startswith("curve_")]
     at += float(rng.uniform(*STEP_M))
@@ -70,7 +69,10 @@ def _along(site: Site, road: Road, side: int, rng: np.random.Generator) -> list[
 
 
 def _turn(road: Road, first_m: float, last_m: float) -> float:
-    """Return the turn of a road to the left between two places, radians."""
+    """Return the turn to the left of who drives along a road from one place to another, radians.
+
+    From a place to one before it, that is the turn of the traffic against the reference line.
+    """
     ends = road.line.at(np.clip([first_m, last_m], 0, road.length_m)).heading_rad
     return float(ends[1] - ends[0])
 

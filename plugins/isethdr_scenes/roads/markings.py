@@ -78,15 +78,18 @@ def _spans(border: _Border, broken: bool) -> list[Floats]:
     road = border.road
     mark = border.mark
     start, last = road.span(border.section)
-    first = start + mark.offset_m
+    begun = start + mark.offset_m
+    # in a section that was cut, a mark may begin before its start; then only its dashes count there
+    first = max(begun, start)
     last = min(last, start + border.end_m)
     if last - first < 0.05:
         return []
     if not broken:
         return [_fine(stations(road, first, last))]
     period = mark.dash_m + mark.gap_m
-    starts = np.arange(first + mark.gap_m / 2, last - 0.2, period)
-    return [_fine(stations(road, s, min(s + mark.dash_m, last))) for s in starts]
+    starts = np.arange(begun + mark.gap_m / 2, last - 0.2, period)
+    starts = starts[starts + mark.dash_m > first + 0.2]
+    return [_fine(stations(road, max(s, first), min(s + mark.dash_m, last))) for s in starts]
 
 
 def _fine(s: Floats) -> Floats:

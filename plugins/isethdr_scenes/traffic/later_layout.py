@@ -65,7 +65,7 @@ def moment(layout: Layout, simulation: Simulation, time_s: float) -> Moment:
         for foot, pose in zip(feet, poses(network, feet), strict=True)
     )
     own = state.drivers[OWN]
-    own_pose = network.lane(own.lane.key).at(own.lane.s_m)
+    own_pose = network.lane(own.lane.key).at(own.lane.s_m, own.lane.aside_m)
     return Moment(replace(layout, standing=standing), own_pose, own.gone)
 
 

@@ -106,7 +106,7 @@ class Simulation:
         thing = Thing("own", 0, "own vehicle", (*EGO_M, OWN_HEIGHT_M), "car")
         pose = self.base.pose()
         heading = float(np.arctan2(pose[1, 0], pose[0, 0]))
-        lane = OnLane(self.base.start, self.base.start_m, 0.0)
+        lane = OnLane(self.base.start, self.base.start_m, self.base.aside_m)
         return Foot(OWN, thing, float(pose[0, 3]), float(pose[1, 3]), heading, "driving", lane=lane)
 
     def _start(self) -> None:

@@ -13,6 +13,7 @@ from isethdr_scenes.roads.checks import problems
 from isethdr_scenes.roads.cubic_record import CubicRecord
 from isethdr_scenes.roads.kinds import kind, names
 from isethdr_scenes.roads.lateral_shape import LateralShape, ShapeRow
+from isethdr_scenes.roads.markings import patches
 from isethdr_scenes.roads.opendrive.file_road import Choices, file_of, file_road
 from isethdr_scenes.roads.opendrive.heights import SHAPE_M
 from isethdr_scenes.roads.opendrive.lanes import _known
@@ -347,6 +348,62 @@ def test_the_part_of_a_network_about_a_place_keeps_its_poses(tmp_path):
     names_kept = {road.name for road in part.roads}
     for junction in part.junctions:
         assert all({c.incoming, c.connecting} <= names_kept for c in junction.connections)
+
+
+@pytest.mark.parametrize("start_m", [349.0, -1.0])
+def test_a_road_with_one_near_place_keeps_a_stretch(tmp_path, start_m):
+    """A place is sampled every 2 m, so the circle may hold the first or the last place alone."""
+    length = 300 if start_m > 0 else 350.5
+    line = f'<geometry s="0" x="{start_m}" y="0" hdg="0" length="{length}"><line/></geometry>'
+    network = read(written(tmp_path, plan=line, length=length)).network
+    at = np.array([0.0 if start_m > 0 else 698.0, 0.0])
+    (cut,) = window(network, at, 350.0).roads
+    assert 0 < cut.length_m < 5
+    assert min(np.linalg.norm(cut.line.points([0.0, cut.length_m]) - at, axis=1)) < 350
+
+
+def test_marks_of_a_cut_road_end_at_the_cut(tmp_path):
+    """The first 651 m are cut off. A line is painted from the cut on, and dashes keep their places
+    on the road.
+    """
+    line = '<geometry s="0" x="-1000" y="0" hdg="0" length="2000"><line/></geometry>'
+    solid = '<roadMark sOffset="0" type="solid" color="white"/>'
+    gone = '<roadMark sOffset="0" type="none"/><roadMark sOffset="10" type="solid"/>'
+    lanes = LANE.replace("</lane>", f"{solid}</lane>")
+    lanes += LANE.replace("-1", "-2").replace("</lane>", f"{gone}</lane>")
+    network = read(written(tmp_path, plan=line, length=2000, right=lanes)).network
+    (cut,) = window(network, np.zeros(2), 350.0).roads
+    whole = [p.st_m[..., 0] for p in patches(network.roads[0])]
+    first = float(network.roads[0].line.beside(cut.line.points([0.0]))[0][0])
+    parts = [p.st_m[..., 0] for p in patches(cut)]
+    assert min(s.min() for s in parts) == 0.0 and max(s.max() for s in parts) <= cut.length_m
+    starts = {round(float(s.min()), 6) for s in whole if s.max() - s.min() < 10}
+    dashes = {round(float(s.min() + first), 6) for s in parts if s.max() - s.min() == 3.0}
+    assert len(dashes) > 70 and dashes <= starts
+
+
+def test_a_side_that_a_section_lacks_goes_on_from_the_section_before(tmp_path):
+    """A section may describe one side alone (singleSide); the lanes of the other one continue."""
+    taper = '<width sOffset="0" a="3.5" b="0.01" c="0" d="0"/>'
+    left = f'<left><lane id="1" type="driving">{taper}</lane></left>'
+    path = written(tmp_path)
+    text = path.read_text().replace("<right>", f"{left}<right>")
+    one_side = f'<laneSection s="{{}}" singleSide="true"><right>{LANE}</right></laneSection>'
+    path.write_text(text.replace("</lanes>", one_side.format(15) + "</lanes>"))
+    road = read(path).network.roads[0]
+    assert [[lane.number for lane in s.lanes] for s in road.sections] == [[1, -1], [1, -1]]
+    assert road.borders(1, 20.0)[1][1] == pytest.approx(3.5 + 0.01 * 20)
+    first, second = (section.left[0] for section in road.sections)
+    assert (first.successor, second.predecessor) == (1, 1)
+    # both sides may start at the same place, each in a section of its own
+    path.write_text(
+        text.replace("<right>", "<nothing>")
+        .replace("</right>", "</nothing>")
+        .replace('<laneSection s="0">', '<laneSection s="0" singleSide="true">')
+        .replace("</lanes>", one_side.format(0) + "</lanes>")
+    )
+    (section,) = read(path).network.roads[0].sections
+    assert [lane.number for lane in section.lanes] == [1, -1]
 
 
 def test_a_road_high_over_another_gets_a_bridge_that_the_file_does_not_state():

@@ -26,6 +26,8 @@ LEAST_SECTION_M = 1e-3  # shorter sections are dropped
 def read_sections(road: Node, length: float) -> tuple[LaneSection, ...]:
     """Return the lane sections of a road.
 
+    In a section for a single side, the lanes of the other side go on from the section before.
+
     Raises
     ------
     CatalogError : the road has no section; lanes are not numbered in order; a type is unknown; a
@@ -35,15 +37,52 @@ def read_sections(road: Node, length: float) -> tuple[LaneSection, ...]:
     if not nodes:
         raise road.error("it has no <laneSection>; expected one or more")
     starts = [node.number("s") for node in nodes]
-    kept = []
+    kept: list[LaneSection] = []
     for node, (start, end) in zip(nodes, pairwise([*starts, length])):
-        if end - start < LEAST_SECTION_M and len(nodes) > 1:
+        single = node.text("singleSide", "false") == "true"
+        if end - start < LEAST_SECTION_M and len(nodes) > 1 and not single:
             road.note("a lane section without length is left out")
             continue
-        kept.append(_section(node, start, end))
+        section = _section(node, start, end)
+        if single and kept:
+            kept[-1:] = _with_both_sides(kept[-1], section)
+        else:
+            kept.append(section)
     if not kept:
         raise road.error(f"no <laneSection> starts before its end at {length:g} m")
     return (replace(kept[0], start_m=0.0), *kept[1:])
+
+
+def _with_both_sides(before: LaneSection, after: LaneSection) -> list[LaneSection]:
+    """Return two sections that follow each other; a side that the second one lacks goes on from the
+    first one. If both start at the same place, they are one section.
+    """
+    skip = after.start_m - before.start_m
+    if skip < LEAST_SECTION_M:
+        left = after.left or before.left
+        right = after.right or before.right
+        return [replace(after, left=left, right=right, centre=after.centre or before.centre)]
+    lefts = (before.left, after.left) if after.left else _continued(before.left, skip)
+    rights = (before.right, after.right) if after.right else _continued(before.right, skip)
+    return [
+        replace(before, left=lefts[0], right=rights[0]),
+        replace(after, left=lefts[1], right=rights[1]),
+    ]
+
+
+def _continued(lanes: tuple[Lane, ...], skip: float) -> tuple[tuple[Lane, ...], tuple[Lane, ...]]:
+    """Return the lanes of one side before and after the first `skip` metres of their section."""
+    before = tuple(replace(lane, successor=lane.number) for lane in lanes)
+    after = tuple(
+        replace(
+            lane,
+            predecessor=lane.number,
+            width=lane.width.between(skip, np.inf),
+            marks=tuple(m._replace(offset_m=m.offset_m - skip) for m in lane.marks),
+        )
+        for lane in lanes
+    )
+    return before, after
 
 
 def _section(node: Node, start: float, end: float) -> LaneSection:

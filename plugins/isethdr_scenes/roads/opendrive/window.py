@@ -74,6 +74,9 @@ def _cut(road: Road, first: float, last: float) -> Road:
     """Return a stretch of a road; ends shorter than `LEAST_CUT_M` are not cut off."""
     first = 0.0 if first < LEAST_CUT_M else first
     last = road.length_m if road.length_m - last < LEAST_CUT_M else last
+    if first == last:  # a single sampled place is near; a road needs a length
+        first = max(first - STEP_M, 0.0)
+        last = min(last + STEP_M, road.length_m)
     # curves other than lines, arcs and spirals are not cut
     for record in road.line.records:
         if not isinstance(record, Record):

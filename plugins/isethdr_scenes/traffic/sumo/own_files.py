@@ -308,6 +308,12 @@ def check_own(own: str, path: Path, journeys: Mapping[str, Journey], second_s: f
     here = [name for name, one in journeys.items() if one.present(second_s)]
     if own in here:
         return
+    if not here:
+        raise ConfigError(
+            f"{path} has no car, truck, bus, motorcycle or bicycle on the road at second"
+            f" {second_s:g} that could carry the camera; expected one; type another"
+            " scene.traffic_start_s"
+        )
     raise ConfigError(
         f"scene.traffic_ego is {own!r}, but {path} has no such vehicle on the road at second"
         f" {second_s:g}{did_you_mean(own, here)}; there are {len(here)}, for example"
