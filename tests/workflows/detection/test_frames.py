@@ -9,6 +9,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+import xarray as xr
 from isethdr_workflows.detection.frame import (
     Frame,
     Layout,
@@ -19,6 +20,7 @@ from isethdr_workflows.detection.frame import (
     owners_of,
     pairs,
 )
+from isethdr_workflows.detection.imaging import near_lamps
 from isethdr_workflows.detection.observer import clutter, counting, difference, observing
 from isethdr_workflows.detection.observer.hotelling import detectability
 from scipy.special import ndtr
@@ -105,6 +107,65 @@ def test_a_noisier_frame_has_twice_the_variance_of_the_renderer():
     assert worse.joined(1).var() == pytest.approx(2, rel=0.06)  # not the sums of the frame before
     still = framed(0, halves.mean(0), owners)
     assert noisier(still) is still
+
+
+@pytest.mark.parametrize("with_bare", [False, True])
+def test_an_object_in_the_last_odd_row_has_no_window(with_bare):
+    """Cells are joined because the object is 40 cells wide, which leaves out the last of 65 rows."""
+    owners = np.zeros((65, 96), np.int32)
+    owners[64, 10:50] = 1
+    one = thing((64, 10, 1, 40))
+    shown = framed(0, np.zeros((1, 65, 96)), owners, (one,))
+    search = clutter.searches([shown], 1, 4)["night"]
+    size = clutter.size_of(one.box)
+    assert size.level == 1
+    bare = shown if with_bare else None
+    assert difference.seen(shown, one, size, search.shape(size), bare) is None
+
+
+def test_a_lamp_beside_the_middle_of_a_wide_object_is_near():
+    """The object spans 40 degrees. The mean of unit vectors over it is 2 % shorter than one, as is
+    the cosine of 11 degrees.
+    """
+    x = np.tan(np.radians(np.linspace(-30, 30, 121)))
+    y = np.tan(np.radians(np.linspace(-5, 5, 21)))
+    instance = np.zeros((21, 121), np.uint32)
+    instance[8:13, 20:101] = 1
+    luminance = np.ones(instance.shape)
+    near = []
+    for column in (62, 70):  # 1 and 5 degrees beside the middle
+        labels = instance.copy()
+        labels[10, column] = 2
+        bright = luminance.copy()
+        bright[10, column] = 1e5
+        rows = [{"instance": 1, "name": "car 1", "category": "car"}]
+        scene = xr.Dataset(
+            {"instance": (("y", "x"), labels)},
+            coords={"y": y, "x": x},
+            attrs={"objects": rows, "lamps": [{"instance": 2}]},
+        )
+        near.append(near_lamps(scene, bright))
+    assert near == [frozenset({1}), frozenset()]
+
+
+def test_a_lamp_of_an_equidistant_scene_is_near_by_its_angle():
+    """The coordinates are radians. Tangents of the same values would be 2.3 degrees apart."""
+    x = np.radians(np.arange(55.0, 71.0))
+    instance = np.zeros((3, 16), np.uint32)
+    instance[1, 5] = 1  # 60 degrees
+    instance[1, 10] = 2  # 65 degrees
+    luminance = np.where(instance == 2, 1e5, 1.0)
+    scene = xr.Dataset(
+        {"instance": (("y", "x"), instance)},
+        coords={"y": np.radians([-1.0, 0.0, 1.0]), "x": x},
+        attrs={
+            "objects": [{"instance": 1, "name": "car 1", "category": "car"}],
+            "lamps": [{"instance": 2}],
+        },
+    )
+    tangents = near_lamps(scene, luminance)
+    scene.attrs["projection"] = "equidistant"
+    assert (tangents, near_lamps(scene, luminance)) == (frozenset({1}), frozenset())
 
 
 def test_a_bicycle_belongs_to_its_rider_and_trees_to_nobody():

@@ -108,6 +108,43 @@ def test_every_object_is_in_one_row_of_each_table():
     assert set(counts.values()) == {4}
 
 
+def test_a_group_that_one_camera_does_not_show_keeps_the_columns_of_all():
+    """Pixels of one camera are larger, so the same person is in another class of height."""
+    cells = [found(1, "a", 0.9, height_px=20.0), found(1, "b", 0.3, height_px=14.0)]
+    tables = {(line.table, line.name): line for line in lines(cells)}
+    small = tables["height", "below 16 px"]
+    large = tables["height", "16 to 32 px"]
+    assert math.isnan(small.means[0].value) and small.means[1].value == 0.3
+    assert large.means[0].value == 0.9 and math.isnan(large.means[1].value)
+    assert len(small.differences) == len(large.differences) == 1
+    only_a = results(cells[:1])
+    assert len(lines(only_a.rows, only_a.cameras)[0].means) == 2
+    sheet = csv.DictReader(means_csv(results(cells), list(tables.values())).splitlines())
+    assert {r["camera"]: r["found"] for r in sheet if r["row"] == "below 16 px"} == {
+        "a": "",
+        "b": "0.3",
+    }
+
+
+def test_a_level_without_any_value_is_no_side_of_a_crossing():
+    levels = [0.01, 0.1, 1.0]
+    roads = [f"road {k}" for k in range(9)]
+    assert math.isnan(crossing(levels, np.array([[math.nan, 0.9, 1.0]] * 9), roads, 0.5).level)
+    assert math.isnan(crossing(levels, np.array([[-0.2, -0.1, math.nan]] * 9), roads, 0.0).level)
+
+
+def test_the_interval_of_a_crossing_is_as_wide_with_few_roads():
+    """Four roads whose means cross at different places: the standard error of their mean has the
+    divisor 3. Percentiles of four roads are lumpy, so 25 % are allowed.
+    """
+    levels = [1e-3, 10.0]
+    shifts = np.array([-0.3, -0.1, 0.1, 0.3])
+    values = np.array([0.5 + 0.25 * (np.log10(levels) + 1 + s) for s in shifts])
+    found_at = crossing(levels, values, list("abcd"), 0.5)
+    width = np.log10(found_at.high / found_at.low)
+    assert width == pytest.approx(2 * 1.96 * shifts.std(ddof=1) / 2, rel=0.1)
+
+
 def test_a_crossing_is_where_the_mean_crosses_and_its_interval_holds_it():
     """The share of objects found is a ramp over the logarithm of the illuminance. It crosses 0.5
     near 0.1 lux, at a different place on each road.

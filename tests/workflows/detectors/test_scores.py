@@ -9,12 +9,13 @@ import sys
 
 import numpy as np
 import pytest
+import xarray as xr
 from isethdr_workflows.detectors import bootstrap
 from isethdr_workflows.detectors.boxes import Detections
 from isethdr_workflows.detectors.classes import CLASSES
 from isethdr_workflows.detectors.groups import EVERYTHING, groups
 from isethdr_workflows.detectors.matching import Picture, matches_of
-from isethdr_workflows.detectors.objects import TruthObject
+from isethdr_workflows.detectors.objects import TruthObject, nearest_lamp_deg
 from isethdr_workflows.detectors.precision import scores_of
 from isethdr_workflows.detectors.rows import object_rows, threshold
 from isethdr_workflows.detectors.tables import ALL, Answers, Compared, rows_of
@@ -289,6 +290,29 @@ def test_one_road_gives_no_interval():
     assert found.value == 0.5 and math.isnan(found.low)
 
 
+def test_objects_on_one_of_many_roads_give_no_interval(few_draws):
+    """Draws of ten roads give the single animal always the same recall, which shows nothing."""
+    found = detections([[0, 0, 20, 20, 0.9, "car"]])
+    deer = an_object((40, 0, 60, 20), "animal", 2)
+    pictures = [
+        Picture(k, f"road {k}", "one", [an_object((0, 0, 20, 20)), *[deer][k:]], found)
+        for k in range(10)
+    ]
+    other = [Picture(p.scene, p.road, "two", p.objects, p.found) for p in pictures]
+    compared = Compared(
+        {"one": [Answers("one", pictures)], "two": [Answers("two", other)]}, CLASSES
+    )
+    rows = {
+        (r["table"], r["row"], r["class"], r["camera"], r["score"]): r
+        for r in rows_of(compared, 0.1)
+    }
+    for camera in ("one", "two - one"):
+        row = rows["all", "all", "animal", camera, "AR"]
+        assert row["value"] == 0 and math.isnan(row["low"]) and math.isnan(row["high"])
+        assert row["objects"] == 1
+    assert rows["all", "all", "car", "one", "AR"]["low"] == 1.0
+
+
 def test_the_interval_of_a_share_ends_at_0_and_1_and_that_of_a_difference_does_not():
     """The interval of two roads is widened by sqrt(2), so it would end at -0.21 and 1.21."""
     drawn = np.array([0.5, 0.0, 1.0, 0.5] * 10)
@@ -307,3 +331,17 @@ def test_without_hotcoco_the_error_says_what_to_install(monkeypatch):
     monkeypatch.setitem(sys.modules, "hotcoco", None)
     with pytest.raises(ConfigError, match=r"isethdr\[detect\]"):
         matches_of(drawn_pictures(0, 3))
+
+
+def test_the_angle_to_a_lamp_follows_the_projection_of_the_picture():
+    """A focal length of 10 mm; a lamp at 65 degrees beside a box that ends at 60 degrees."""
+    truth = xr.Dataset(
+        coords={"y": [0.0], "x": 1e-2 * np.radians([59.0, 60.0, 65.0])},
+        attrs={"focal_length_mm": 10.0, "projection": "equidistant"},
+    )
+    lamps = np.array([[0, 2]])
+    assert nearest_lamp_deg(truth, lamps, (0, 0, 2, 1)) == pytest.approx(5, abs=1e-6)
+    del truth.attrs["projection"]
+    tangents = np.degrees(np.arctan(np.radians([60.0, 65.0])))
+    apart = tangents[1] - tangents[0]
+    assert nearest_lamp_deg(truth, lamps, (0, 0, 2, 1)) == pytest.approx(apart, abs=1e-6)

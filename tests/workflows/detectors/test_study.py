@@ -198,6 +198,7 @@ def test_each_camera_may_have_detectors_of_its_own(world, tmp_path, detector):
         ({"cameras": "rde"}, "no camera 'rde'; did you mean 'red'"),
         ({"part": "tset"}, "no part 'tset'; did you mean 'test'"),
         ({"tell": 0.0}, "tell above 0"),
+        ({"false_alarms": math.nan}, "false_alarms from 0 up"),
         ({"detector": "none.yaml"}, "the detector is none.yaml; expected a YAML file"),
     ],
 )

@@ -23,9 +23,11 @@ from isethdr_scenes.sky.state import sky_state
 
 from isethdr_core import generator
 from isethdr_core.config.composition import compose
+from isethdr_core.data.camera_geometry import projection_of
 from isethdr_core.data.derived_once import values_only
 from isethdr_core.data.quantities import tristimulus
 from isethdr_core.errors import ConfigError, did_you_mean
+from isethdr_core.physics.optics.projection import direction
 from isethdr_core.pipeline.chain import Chain, chain, imaging, plan, stage
 from isethdr_core.pipeline.imaging_plan import labelled
 from isethdr_core.pipeline.shot import CameraShot, LightNames, Shot, developed
@@ -239,8 +241,7 @@ def near_lamps(scene: xr.Dataset, luminance: np.ndarray) -> frozenset[int]:
     lamps = {int(lamp["instance"]) for lamp in scene.attrs.get("lamps", [])}
     shines = (luminance >= LAMP_CD_M2) & np.isin(instance, list(lamps))
     y, x = np.meshgrid(scene.y.values, scene.x.values, indexing="ij")
-    rays = np.stack([x, y, np.ones_like(x)], -1)
-    rays /= np.linalg.norm(rays, axis=-1, keepdims=True)
+    rays = np.moveaxis(direction(x, y, projection_of(scene)), 0, -1)
     bright = rays[shines]
     of = instance[shines]
     near = set()
@@ -248,7 +249,8 @@ def near_lamps(scene: xr.Dataset, luminance: np.ndarray) -> frozenset[int]:
         number = int(row["instance"])
         own = instance == number
         if kind_of(row) and own.any() and len(bright):
-            cosines = bright[of != number] @ rays[own].mean(0)
+            middle = rays[own].mean(0)
+            cosines = bright[of != number] @ (middle / np.linalg.norm(middle))
             if cosines.size and cosines.max() >= np.cos(np.radians(LAMP_DEG)):
                 near.add(number)
     return frozenset(near)

@@ -82,7 +82,7 @@ def estimate(values: np.ndarray, roads: int, limits: tuple[float, float] = ANY) 
     ----------
     values : (1 + draws,) scores; the first one is the data itself. Draws without any object are
         NaN.
-    roads : number R of roads from which was drawn.
+    roads : number R of roads that were drawn and hold an object.
     limits : smallest and largest possible score, at which the widened interval is cut.
     """
     value = float(values[0])

@@ -10,8 +10,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from isethdr_core.data.camera_geometry import projection_of
 from isethdr_core.display.display_view import lamp_mask, luminance
 from isethdr_core.errors import CatalogError
+from isethdr_core.physics.optics.projection import direction
 
 from ..dataset.summary import illuminance
 from ..export.labels.masks import visible_objects
@@ -129,7 +131,6 @@ def _directions(truth: xr.Dataset, pixels: np.ndarray) -> np.ndarray:
     focal_m = 1e-3 * float(truth.attrs["focal_length_mm"])
     rows = np.asarray(pixels[:, 0], int)
     columns = np.asarray(pixels[:, 1], int)
-    vectors = np.stack(
-        [truth["x"].values[columns], truth["y"].values[rows], np.full(len(rows), focal_m)], 1
-    )
-    return vectors / np.linalg.norm(vectors, axis=1, keepdims=True)
+    x = truth["x"].values[columns] / focal_m
+    y = truth["y"].values[rows] / focal_m
+    return direction(x, y, projection_of(truth)).T

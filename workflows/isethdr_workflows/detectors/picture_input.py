@@ -22,14 +22,17 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class View:
-    """The white and the tone curve with which the pictures of all cameras of a run are shown."""
+    """The white and the tone curve with which a detector sees the pictures of all cameras of a
+    run.
+    """
 
     white_cd_m2: float
     compression: float
 
     @classmethod
     def of(cls, reference: xr.Dataset) -> View:
-        """Return the view of a run, as used by `isethdr export --to png`.
+        """Return the view of a run, as used by `isethdr export --to png`, except that flare in the
+        pictures does not raise the white. So the view is the same for all lenses and flares.
 
         Parameters
         ----------

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -68,7 +69,7 @@ def detector_scores(
     """
     if not detector or not dataset:
         raise ConfigError(f"a detector and a dataset are needed; type for example {EXAMPLE}")
-    if not tell > 0 or false_alarms < 0:
+    if not tell > 0 or not 0 <= false_alarms < math.inf:
         raise ConfigError(
             f"tell={tell:g} false_alarms={false_alarms:g}; expected tell above 0 and false_alarms"
             " from 0 up; type for example tell=0.02 false_alarms=0.1"

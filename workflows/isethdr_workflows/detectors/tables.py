@@ -112,11 +112,25 @@ class Compared:
         name : class of the objects; `ALL` for all classes.
         group : group of objects.
         """
-        return sum(
-            one.counted and group.member(one) and one.class_name in (name, *self._all_of(name))
+        return len(self._roads_of_objects(camera, name, group))
+
+    def roads_with(self, camera: str, name: str, group: Group) -> int:
+        """Return the number of roads with a counted object of a class in a group.
+
+        Parameters
+        ----------
+        camera, name, group : as in `objects`.
+        """
+        return len(set(self._roads_of_objects(camera, name, group)))
+
+    def _roads_of_objects(self, camera: str, name: str, group: Group) -> list[str]:
+        """Return the road of each counted object."""
+        return [
+            picture.road
             for picture in self.answers[camera][0].pictures
             for one in picture.objects
-        )
+            if one.counted and group.member(one) and one.class_name in (name, *self._all_of(name))
+        ]
 
     def _all_of(self, name: str) -> Sequence[str]:
         return self.classes if name == ALL else ()
@@ -159,6 +173,8 @@ def _of_score(
     compared: Compared, group: Group, name: str, score: str, values: Mapping[str, np.ndarray]
 ) -> list[dict[str, Any]]:
     first = next(iter(values))
+    # roads without an object in the group do not show how its scores vary
+    holding = {camera: compared.roads_with(camera, name, group) for camera in values}
     rows = []
     for camera, drawn in values.items():
         objects = compared.objects(camera, name, group)
@@ -166,10 +182,10 @@ def _of_score(
             continue
         base = {"table": group.table, "row": group.row, "class": name, "score": score}
         counts = {"objects": objects, "roads": len(compared.road_names)}
-        of_camera = estimate(drawn, len(compared.road_names), SHARE)
+        of_camera = estimate(drawn, holding[camera], SHARE)
         rows.append({**base, "camera": camera, **_numbers(of_camera), **counts})
         if camera != first:
-            difference = estimate(drawn - values[first], len(compared.road_names))
+            difference = estimate(drawn - values[first], min(holding[first], holding[camera]))
             title = f"{camera} - {first}"
             rows.append({**base, "camera": title, **_numbers(difference), **counts})
     return rows
@@ -195,8 +211,9 @@ def _to_tell(
     for camera in others:
         if not compared.objects(camera, name, EVERYTHING):
             continue
-        paired = estimate(values[camera] - values[first], roads).error
-        alone = np.hypot(*(estimate(values[c], roads).error for c in (first, camera)))
+        holding = {c: compared.roads_with(c, name, EVERYTHING) for c in (first, camera)}
+        paired = estimate(values[camera] - values[first], min(holding.values())).error
+        alone = np.hypot(*(estimate(values[c], holding[c]).error for c in (first, camera)))
         for row, error in (("the same roads", paired), ("other roads", float(alone))):
             rows.append(
                 {

@@ -29,7 +29,8 @@ class Seen(NamedTuple):
 
 
 def seen(frame: Frame, thing: Thing, size: Size, shape: Shape, bare: Frame | None) -> Seen | None:
-    """Return an object's window; None if the ring around it has too few cells to fill it from.
+    """Return an object's window; None if the ring around it has too few cells to fill it from, or
+    if the object lies beyond the last whole joined cells.
 
     Parameters
     ----------
@@ -48,6 +49,8 @@ def seen(frame: Frame, thing: Thing, size: Size, shape: Shape, bare: Frame | Non
     outline = outline_of(frame.layout, thing, size.level)
     part = outline.part
     grown = outline.grown
+    if not grown.any():
+        return None
     picture = whole[:, *part]
     if bare is not None:
         change = np.where(grown, picture - bare.joined(size.level)[:, *part], 0.0)
@@ -94,7 +97,8 @@ def outline_of(layout: Layout, thing: Thing, level: int) -> Outline:
     if key not in layout.outlines:
         part = around(layout.size(level), thing, level)
         grown = binary_dilation(layout.mask(level, thing.instance, part))
-        ring = ring_of(grown, layout.mask(level, 0, part))
+        # whole joined cells leave out the last rows or columns of a frame, and an object in them
+        ring = ring_of(grown, layout.mask(level, 0, part)) if grown.any() else None
         layout.outlines[key] = Outline(part, grown, ring)
     return layout.outlines[key]
 

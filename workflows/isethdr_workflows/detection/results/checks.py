@@ -28,4 +28,5 @@ def counted_lines(results: Results) -> list[Line]:
     """Return the tables of pairs told apart by counting; none if the study has curves."""
     if results.curve:
         return []
-    return [line for line in lines(counted(results.rows)) if line.table in COUNTED_TABLES]
+    tables = lines(counted(results.rows), results.cameras)
+    return [line for line in tables if line.table in COUNTED_TABLES]

@@ -21,7 +21,7 @@ def write_files(results: Results) -> list[tuple[str, Path]]:
     stem = "detection" + (f"_{results.question}" if results.question else "")
     folder = folder_of(results.dataset)
     folder.mkdir(parents=True, exist_ok=True)
-    tables = [] if results.curve else lines(results.rows)
+    tables = [] if results.curve else lines(results.rows, results.cameras)
     if results.curve and find_spec("matplotlib") is not None:
         draw_curves(results, folder / f"{stem}.png")
     texts = {

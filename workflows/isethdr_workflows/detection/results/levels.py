@@ -48,8 +48,10 @@ def crossing(
     -----
     Between two levels the mean is interpolated linearly in the logarithm of the level. The interval
     holds the middle 95 % of 1000 samples of the roads, drawn with replacement (Efron and Tibshirani
-    1993). All cameras see the same roads, so they are paired. There is no interval with fewer than
-    three roads, or if fewer than 95 % of the samples cross the limit.
+    1993). Its ends are moved away from the whole by sqrt(R / (R - 1)), because samples of R roads
+    vary by the standard deviation with divisor R, not R - 1. All cameras see the same roads, so
+    they are paired. There is no interval with fewer than three roads, or if fewer than 95 % of the
+    samples cross the limit.
     """
     names = sorted(set(roads))
     places = [np.flatnonzero([road == name for road in roads]) for name in names]
@@ -69,13 +71,17 @@ def crossing(
     share = len(crossed) / RESAMPLES
     if share < 0.95 or not math.isfinite(whole):
         return Crossing(_exp(whole), math.nan, math.nan, share)
-    low, high = np.exp(np.quantile(crossed, (0.025, 0.975)))
+    wider = math.sqrt(len(names) / (len(names) - 1))
+    low, high = np.exp(whole + wider * (np.quantile(crossed, (0.025, 0.975)) - whole))
     return Crossing(_exp(whole), float(low), float(high), share)
 
 
 def _mean(values: np.ndarray) -> np.ndarray:
+    """Return the means (level,) over objects; NaN at levels without a known value."""
     known = np.isfinite(values)
-    return np.where(known, values, 0.0).sum(0) / np.maximum(known.sum(0), 1)
+    count = known.sum(0)
+    total = np.where(known, values, 0.0).sum(0)
+    return np.where(count > 0, total / np.maximum(count, 1), np.nan)
 
 
 def _exp(value: float) -> float:

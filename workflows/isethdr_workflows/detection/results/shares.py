@@ -94,10 +94,16 @@ def counted(rows: Sequence[Found]) -> list[Found]:
     return [replace(row, found=row.told_apart) for row in rows]
 
 
-def lines(rows: Sequence[Found]) -> list[Line]:
+def lines(rows: Sequence[Found], cameras: Sequence[str] = ()) -> list[Line]:
     """Return the rows of all tables of a study at one level of light. Rows without any object that
     has a value are left out.
+
+    Parameters
+    ----------
+    rows : objects through all cameras.
+    cameras : names of the cameras; (): those of the rows.
     """
+    names = cameras or cameras_of(rows)
     ways: dict[str, Callable[[Found], str]] = {
         "all": lambda row: "all objects",
         "class": lambda row: row.kind,
@@ -115,7 +121,7 @@ def lines(rows: Sequence[Found]) -> list[Line]:
         groups: dict[str, list[Found]] = {}
         for row in rows:
             groups.setdefault(name_of(row), []).append(row)
-        made = [line(table, name, groups[name]) for name in sorted(groups, key=_order)]
+        made = [line(table, name, groups[name], names) for name in sorted(groups, key=_order)]
         found += [one for one in made if one.objects]
     return found
 
@@ -133,7 +139,7 @@ def _class(value: float, limits: Sequence[float], unit: str) -> str:
     return bounds(limits, unit)[int(np.searchsorted(limits, value, side="right"))]
 
 
-def line(table: str, name: str, rows: Sequence[Found]) -> Line:
+def line(table: str, name: str, rows: Sequence[Found], cameras: Sequence[str]) -> Line:
     """Return one row of a table from the objects that belong to it.
 
     Parameters
@@ -141,8 +147,9 @@ def line(table: str, name: str, rows: Sequence[Found]) -> Line:
     table : title of the table.
     name : title of the row.
     rows : objects of the row, from all cameras.
+    cameras : names of all cameras. One that shows no object of the row has NaN, for example if its
+        pixels are too large for objects of this height.
     """
-    cameras = cameras_of(rows)
     by_camera = {
         camera: {(row.scene, row.instance): row for row in rows if row.camera == camera}
         for camera in cameras

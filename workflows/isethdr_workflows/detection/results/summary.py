@@ -40,9 +40,10 @@ def summary(results: Results) -> list[dict]:
     """
     if results.asked.levels:
         return _curve_rows(results)
-    told_apart = {(line.table, line.name): line for line in lines(counted(results.rows))}
+    counted_tables = lines(counted(results.rows), results.cameras)
+    told_apart = {(line.table, line.name): line for line in counted_tables}
     rows = []
-    for line in lines(results.rows):
+    for line in lines(results.rows, results.cameras):
         if line.table not in PRINTED:
             continue
         pairs = told_apart.get((line.table, line.name))

@@ -222,8 +222,9 @@ def held_out_rows(detector: Detector, pictures: Sequence[LabelledPicture]) -> li
     rows = []
     for name in (ALL, *CLASSES):
         row: dict[str, Any] = {"class": name, "objects": compared.objects("all", name, EVERYTHING)}
+        holding = compared.roads_with("all", name, EVERYTHING)
         for score in NAMES:
-            found = estimate(drawn[name][score], len(compared.road_names), SHARE)
+            found = estimate(drawn[name][score], holding, SHARE)
             row[score] = f"{found.value:.3f} ({found.low:.3f} to {found.high:.3f})"
         rows.append(row)
     return rows
