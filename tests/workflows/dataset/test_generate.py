@@ -5,6 +5,7 @@ from __future__ import annotations
 import errno
 import json
 import os
+import shlex
 import signal
 from pathlib import Path
 
@@ -16,7 +17,7 @@ from isethdr_workflows.dataset.actions import OF_WORKERS, divided, workers_of
 from isethdr_workflows.dataset.card import card
 from isethdr_workflows.dataset.generate import Request, begun, generate, generated
 from isethdr_workflows.dataset.page import write_page
-from isethdr_workflows.dataset.record import folder_of, read_dataset, read_scenes
+from isethdr_workflows.dataset.record import Definition, folder_of, read_dataset, read_scenes
 from isethdr_workflows.dataset.runtime_estimate import runtime_estimate
 from isethdr_workflows.dataset.splits import splits
 from isethdr_workflows.dataset.study import cameras
@@ -210,11 +211,21 @@ def test_a_stored_dataset_is_not_tried_again(recipe, monkeypatch):
     assert tried == ["plain", "bright", "bright"]
 
 
+def test_the_command_of_a_dataset_can_be_typed_into_a_shell():
+    overrides = ("lighting.weights={sky: 1, headlights: 2}", "~flare.dirt")
+    definition = Definition("mine", 3, 2, "my recipe.yaml", RECIPE, overrides, {}, "")
+    own = ["recipe=my recipe.yaml", "count=2", "seed=3"]
+    words = ["isethdr", "dataset", "generate", "mine", *own, *overrides]
+    assert shlex.split(definition.command) == words
+
+
 @pytest.mark.parametrize(
     ("changes", "said"),
     [
         ({"name": "a/b"}, "expected at most 100 letters"),
         ({"count": 0}, "expected a count of 1 or more"),
+        ({"seed": -1}, "a seed of 0 or more"),
+        ({"sample": 0}, "sample is 0; expected 1 or more"),
         ({"overrides": ("scene.intensity=3",)}, "the config has no key 'scene.intensity'"),
         ({"overrides": ("~renderer",)}, "there is nothing to render"),
     ],

@@ -294,6 +294,9 @@ def test_mistakes_in_settings_are_named(settings, message):
 def test_a_name_that_is_not_there(isethdr_home):
     with pytest.raises(CatalogError, match="no dataset or scene is named 'nigth'"):
         sources(PairRequest("nigth"))
+    path = isethdr_home / "scenes" / "night"
+    with pytest.raises(CatalogError, match="no dataset or scene is named"):
+        sources(PairRequest(str(path)))
     folder = folder_of("empty")
     folder.mkdir(parents=True)
     definition = {"name": "empty", "seed": 0, "count": 1, "recipe_name": "roads"}

@@ -33,6 +33,18 @@ def test_shares_sum_to_one_and_a_family_without_one_has_weight_one():
     assert recipe.splits == {"train": 0.7, "validation": 0.15, "test": 0.15}
 
 
+def test_a_value_that_a_list_names_twice_has_twice_the_share():
+    recipe = parsed("families: {a: {draw: {k: {choice: [dry, dry, damp, null]}}}}", "mine")
+    assert recipe.families[0].draw["k"] == Choice(("dry", "damp", "null"), (0.5, 0.25, 0.25))
+
+
+def test_a_recipe_in_another_encoding_is_one_error(tmp_path):
+    path = tmp_path / "mine.yaml"
+    path.write_bytes("about: Straße".encode("latin-1"))
+    with pytest.raises(ConfigError, match="no text in UTF-8"):
+        read_recipe(str(path))
+
+
 @pytest.mark.parametrize(
     ("text", "said"),
     [
@@ -49,6 +61,9 @@ def test_shares_sum_to_one_and_a_family_without_one_has_weight_one():
         ("families: {a: {share: 1, draw: {k: {log_uniform: [0, 1]}}}}", "least above 0"),
         ("families: {a: {share: 1, draw: {k: {choice: {b: -1}}}}}", "expected a positive number"),
         ("families: {a: {share: 1, draw: {k: {choice: []}}}}", "expected {choice"),
+        ("families: {a: {share: 1, draw: {k: {choice: 5}}}}", "expected {choice"),
+        ("families: {a: {share: 1, draw: {k: {choice: night}}}}", "expected {choice"),
+        ("families: {a: {share: 1, draw: {k: {choice: [[0, 1], [1, 0]]}}}}", "expected {choice"),
     ],
 )
 def test_a_mistake_is_one_error_that_names_its_place(text, said):

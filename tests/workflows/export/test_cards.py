@@ -8,7 +8,9 @@ import json
 import re
 
 import pytest
+from isethdr_workflows.export.cards.stac import _assets
 from isethdr_workflows.export.exporting import exported
+from isethdr_workflows.export.job import Written
 
 from isethdr_core.results.stored import open_run
 
@@ -56,6 +58,21 @@ def test_a_stac_collection_has_the_required_fields(folder):
         assert item["assets"].keys() == {"png", "exr", "exr_reference", *names}
         assert all((path.parent / asset["href"]).is_file() for asset in item["assets"].values())
         assert (item["properties"]["width"], item["properties"]["height"]) == (COLUMNS, ROWS)
+
+
+def test_files_of_several_pictures_have_assets_of_their_own():
+    paths = {
+        "animation": ["animation/bayer.png", "animation/rgbw.png"],
+        "coco": ["coco.json"],
+        "radiance": ["radiance/0123.exr"],
+    }
+    files = [Written(path, name, "") for name, of in paths.items() for path in of]
+    assert {name: asset["href"] for name, asset in _assets(files, "../").items()} == {
+        "animation_bayer": "../animation/bayer.png",
+        "animation_rgbw": "../animation/rgbw.png",
+        "coco": "../coco.json",
+        "radiance_0123": "../radiance/0123.exr",
+    }
 
 
 def test_croissant_has_the_required_fields(folder):

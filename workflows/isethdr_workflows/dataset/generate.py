@@ -54,6 +54,18 @@ class Request:
     sample: int | None = None  # number of first scenes to make; None: all
     workers: Workers = field(default_factory=Workers)
 
+    def __post_init__(self) -> None:
+        if self.count < 1 or self.seed < 0:
+            raise ConfigError(
+                f"count is {self.count} and seed is {self.seed}; expected a count of 1 or more and"
+                " a seed of 0 or more; type for example count=60 seed=0"
+            )
+        if self.sample is not None and self.sample < 1:
+            raise ConfigError(
+                f"sample is {self.sample}; expected 1 or more of the first scenes; type for example"
+                " sample=6"
+            )
+
 
 @dataclass(frozen=True)
 class Generated:
@@ -108,11 +120,6 @@ def begun(request: Request) -> Definition:
     ConfigError, CatalogError : as `generate`.
     """
     name = checked("name", request.name)
-    if request.count < 1 or request.seed < 0:
-        raise ConfigError(
-            f"count is {request.count} and seed is {request.seed}; expected a count of 1 or more"
-            " and a seed of 0 or more; type for example count=60 seed=0"
-        )
     recipe = read_recipe(request.recipe)
     # trying a case lays out a street, which takes half a second; a dataset that is stored with the
     # same recipe and overrides was tried before

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -108,7 +109,11 @@ def read_recipe(name: str) -> Recipe:
             f"there is no recipe {name!r}{did_you_mean(name, bundled)}; expected a bundled recipe"
             " or a file that ends in .yaml; type for example recipe=roads"
         )
-    return parsed(path.read_text(encoding="utf-8"), name)
+    try:
+        text = path.read_text(encoding="utf-8")
+    except UnicodeDecodeError as err:
+        raise ConfigError(f"recipe {name}: no text in UTF-8: {err}") from None
+    return parsed(text, name)
 
 
 def parsed(text: str, name: str) -> Recipe:
@@ -175,8 +180,8 @@ def _family(
 def _distribution(value: Any, where: str) -> Distribution:
     if isinstance(value, dict) and len(value) == 1:
         ((kind, argument),) = value.items()
-        if kind == "choice" and argument:
-            weights = argument if isinstance(argument, dict) else dict.fromkeys(argument, 1)
+        weights = _weights(argument)
+        if kind == "choice" and weights:
             shares = _shares(weights, where)
             return Choice(tuple(map(_typed, weights)), tuple(shares.values()))
         limits = _limits(argument)
@@ -189,6 +194,19 @@ def _distribution(value: Any, where: str) -> Distribution:
         " or {log_uniform: [least, most]} with least above 0; type for example"
         " {uniform: [1.1, 1.6]}"
     )
+
+
+def _weights(argument: Any) -> dict[Any, Any]:
+    """Return {value: weight} of a table, or of a list of numbers, words and switches, in which each
+    entry weighs the same; empty for anything else.
+    """
+    if isinstance(argument, dict):
+        return argument
+    if isinstance(argument, list) and all(
+        value is None or isinstance(value, str | int | float) for value in argument
+    ):
+        return dict(Counter(argument))
+    return {}
 
 
 def _limits(argument: Any) -> tuple[float, float] | None:

@@ -9,6 +9,7 @@ incomplete record. The radiance itself is in `scenes/` of the home folder, where
 from __future__ import annotations
 
 import json
+import shlex
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
@@ -46,12 +47,8 @@ class Definition:
     @property
     def command(self) -> str:
         """The command that makes the dataset."""
-        words = [
-            f"isethdr dataset generate {self.name} recipe={self.recipe_name}",
-            f"count={self.count} seed={self.seed}",
-            *self.overrides,
-        ]
-        return " ".join(words)
+        own = [f"recipe={self.recipe_name}", f"count={self.count}", f"seed={self.seed}"]
+        return shlex.join(["isethdr", "dataset", "generate", self.name, *own, *self.overrides])
 
     def scenes(self) -> list[DrawnScene]:
         """Return all scenes as drawn, with the overrides of the dataset after their own."""

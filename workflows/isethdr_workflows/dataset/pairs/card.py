@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from typing import Any
 
 from isethdr_core.cli.terminal import number_of
@@ -27,7 +28,7 @@ def card(request: PairRequest, first: dict[str, Any], scenes: int) -> str:
         f"shots={request.shots}",
         f"blur={str(request.blur).lower()}",
     ]
-    command = " ".join(["isethdr dataset pairs", request.name, *own, *request.overrides])
+    command = shlex.join(["isethdr", "dataset", "pairs", request.name, *own, *request.overrides])
     used = ", ".join(f"{name} {number}" for name, number in sorted(versions().items()))
     terms = first["terms"]
     members = first["members"]

@@ -65,7 +65,8 @@ def _stored(name: str) -> str:
     ------
     CatalogError : there is no such scene, or there are several.
     """
-    found = sorted(path.stem for path in (home() / "scenes").glob(f"{name}*.zarr"))
+    stored = (path.stem for path in (home() / "scenes").glob("*.zarr"))
+    found = sorted(stem for stem in stored if stem.startswith(name))
     recipes = {path.partition("-")[0] for path in found}
     if len(recipes) == 1:
         return found[0]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import shlex
 import textwrap
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
@@ -32,9 +33,10 @@ def markdown_page(
     """
     name = dataset.definition.name
     roads = len({shot.road for shot in imaged.shots})
+    scored = shlex.join(["isethdr", "dataset", "score", name, *overrides])
     about = (
         f"{len(imaged.shots)} scenes of {roads} roads, made by `{dataset.definition.command}`"
-        f" and scored by `{' '.join(['isethdr dataset score', name, *overrides])}`. In brackets:"
+        f" and scored by `{scored}`. In brackets:"
         " the 95 % interval of the mean for new roads of the same recipe; scenes of one road count"
         " together. Each scene has one noise realisation unless the command says otherwise. The"
         " detection probability of an object, 0 to 1, is how likely the measured contrast between"

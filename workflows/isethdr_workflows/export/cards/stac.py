@@ -93,9 +93,9 @@ def _assets(files: Iterable[Written], up: str) -> dict[str, Any]:
     for written in files:
         stem = written.path.rpartition("/")[2].rpartition(".")[0]
         part = stem.removeprefix(f"{written.run}_{written.camera}").strip("_")
-        name = f"{written.format}_{part}" if part and written.run else written.format
-        if not written.run and written.format == "radiance":
-            name = f"radiance_{stem}"
+        # a file that no single picture owns is in the folder of its format, or alone at the top
+        told = part if written.run or "/" in written.path else ""
+        name = f"{written.format}_{told}" if told else written.format
         assets[name] = {
             "href": up + quote(written.path),
             "type": written.media_type,
