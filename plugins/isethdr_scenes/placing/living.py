@@ -189,8 +189,8 @@ def place_riders(site: Site, riders_per_km: float) -> Shortage:
 def _riding(
     name: str, thing: Thing, paths: list[LanePath], beside: float, rng: np.random.Generator
 ) -> Foot:
-    """Return a bicycle on one of the lanes, in its middle (`beside` 0) or at its outer edge (1): the
-    right one, or the left one in left-hand traffic.
+    """Return a bicycle on one of the lanes, in its middle (`beside` 0) or at its outer edge (1),
+    which is the right one, or the left one in left-hand traffic.
     """
     path = paths[int(rng.integers(len(paths)))]
     s = float(rng.uniform(2.0, path.length_m - 2.0))

@@ -111,7 +111,7 @@ def test_a_noisier_frame_has_twice_the_variance_of_the_renderer():
 
 @pytest.mark.parametrize("with_bare", [False, True])
 def test_an_object_in_the_last_odd_row_has_no_window(with_bare):
-    """Cells are joined because the object is 40 cells wide, which leaves out the last of 65 rows."""
+    """Cells are joined because the object is 40 cells wide. This leaves out the last of 65 rows."""
     owners = np.zeros((65, 96), np.int32)
     owners[64, 10:50] = 1
     one = thing((64, 10, 1, 40))
