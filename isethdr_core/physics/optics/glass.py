@@ -194,5 +194,5 @@ def _check_range(glass: str, wave: np.ndarray, limits: tuple[int, int]) -> None:
     outside = waves[~((waves >= low) & (waves <= high))]  # also NaN
     if outside.size:
         raise ValueError(
-            f"glass {glass} is undefined at {outside[:1]} nm; expected {low:g} to {high:g} nm"
+            f"glass {glass} is undefined at {outside[0]:g} nm; expected {low:g} to {high:g} nm"
         )
