@@ -146,9 +146,9 @@ STEPS = (
             " detector={home}/training/detectors/all_cameras/detector.yaml",
         ),
         ("training/detectors/all_cameras/detector.onnx", f"datasets/{DATASET}/detector_scores.csv"),
-        16.0,
-        "estimate: 33 runs and 7 runs to score, 6 min on two cores, and the training; measured with"
-        " 12 min of training: 34 min on a busy machine, the best step after 4.5 min",
+        20.0,
+        "measured: 14.4 min, most of it for training and scores; about 6 min more for pictures that"
+        " no run has stored",
         ("torch", "train"),
     ),
     Step(
