@@ -217,9 +217,9 @@ def _quantiles(found: list[Rendering]) -> dict[str, float]:
     limit = np.mean([one.limit for one in found], 0)
     each = np.array([one.stated for one in found])
     mixed = np.array([one.mixed for one in found])
-    true = _percentiles(mixed.std(0, ddof=1), limit)
-    ratio = _scatter(each, limit) / true
-    single = [_scatter(np.tile(one, (len(found), 1)), limit)[-1] / true[-1] for one in each]
+    normal = np.random.default_rng(1).standard_normal(each.shape)
+    ratio, error_99 = stated_over_true(each * normal, mixed, limit)
+    single = [stated_over_true(one * normal, mixed, limit)[0][-1] for one in each]
     stated = np.mean([_percentiles(one, limit) for one in each], 0)
     row = {
         "cpu_s": float(np.mean([one.cpu_s for one in found])),
@@ -227,8 +227,34 @@ def _quantiles(found: list[Rendering]) -> dict[str, float]:
     }
     row |= {f"stated_{s}": float(v) for s, v in zip(SHARES, stated, strict=True)}
     row |= {f"over_true_{s}": float(v) for s, v in zip(SHARES, ratio, strict=True)}
-    row["error_99"] = _jackknife_error(each, mixed, limit)
+    row["error_99"] = error_99
     return row | {"worst_99": float(max(single, key=lambda r: abs(np.log(r))))}
+
+
+def stated_over_true(simulated: Array, mixed: Array, limit: Array) -> tuple[Array, float]:
+    """Return the ratio of stated to true noise at the percentiles `SHARES` of the tiles, and the
+    standard error of the last one by the jackknife (Efron 1982), NaN for fewer than three
+    renderings.
+
+    Parameters
+    ----------
+    simulated : (rendering, tile) normal noise of the stated size.
+    mixed : (rendering, tile) luminance; its scatter is the true noise.
+    limit : (tile,) noise of the least noisy camera; infinite where no camera sees the tile.
+    """
+
+    def ratio(chosen: npt.NDArray[np.bool_]) -> Array:
+        stated, true = (
+            _percentiles(values[chosen].std(0, ddof=1), limit) for values in (simulated, mixed)
+        )
+        return stated / true
+
+    count = len(mixed)
+    every = ratio(np.ones(count, bool))
+    if count < 3:
+        return every, float("nan")
+    without_one = [ratio(np.arange(count) != k)[-1] for k in range(count)]
+    return every, float(np.std(without_one) * np.sqrt(count - 1))
 
 
 def _percentiles(noise: Array, limit: Array) -> Array:
@@ -237,35 +263,3 @@ def _percentiles(noise: Array, limit: Array) -> Array:
     """
     seen = np.isfinite(limit)
     return np.percentile(noise[seen] / limit[seen], SHARES)
-
-
-def _scatter(stated: Array, limit: Array) -> Array:
-    """Return the percentiles `SHARES` of the scatter of simulated renderings.
-
-    Parameters
-    ----------
-    stated : (rendering, tile) standard deviation of the normal noise of each rendering.
-    limit : (tile,) noise of the cameras.
-    """
-    noise = stated * np.random.default_rng(1).standard_normal(stated.shape)
-    return _percentiles(noise.std(0, ddof=1), limit)
-
-
-def _jackknife_error(stated: Array, mixed: Array, limit: Array) -> float:
-    """Return the standard error of the ratio of stated to true noise at the last of `SHARES`; NaN
-    for fewer than three renderings.
-
-    Parameters
-    ----------
-    stated, mixed : (rendering, tile) stated noise, and luminance.
-    limit : (tile,) noise of the cameras.
-    """
-    count = len(mixed)
-    if count < 3:
-        return float("nan")
-    ratios = []
-    for k in range(count):
-        others = np.arange(count) != k
-        true = _percentiles(mixed[others].std(0, ddof=1), limit)
-        ratios.append(_scatter(stated[others], limit)[-1] / true[-1])
-    return float(np.std(ratios) * np.sqrt(count - 1))
