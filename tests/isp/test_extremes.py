@@ -25,13 +25,12 @@ def pairs_with_slow_ones():
     ]
 
 
-@pytest.mark.parametrize("level", [0.0, 1e18])
-@pytest.mark.parametrize(("name", "exposure"), pairs_with_slow_ones())
-def test_dark_and_full_pictures_are_finite(name, level, exposure):
-    place = centres(24, 24 * 6e-6)
-    values = np.broadcast_to(level * white("daylight", W)[:, None, None], (len(W), 24, 24)).copy()
-    light = plane(
-        values,
+def light_on(pixels: int, pitch_m: float, level: float, **falloff):
+    """Return uniform daylight on a square of pixels behind a lens of f/4 and 4 mm."""
+    place = centres(pixels, pixels * pitch_m)
+    spectrum = level * white("daylight", W)[:, None, None]
+    return plane(
+        np.broadcast_to(spectrum, (len(W), pixels, pixels)).copy(),
         W,
         place,
         place,
@@ -39,10 +38,16 @@ def test_dark_and_full_pictures_are_finite(name, level, exposure):
         f_number=4.0,
         focal_length_mm=4.0,
         throughput_sr=1.0,
-        falloff="none",
-        field_width=24 * 6e-6,
-        field_height=24 * 6e-6,
+        field_width=pixels * pitch_m,
+        field_height=pixels * pitch_m,
+        **falloff,
     )
+
+
+@pytest.mark.parametrize("level", [0.0, 1e18])
+@pytest.mark.parametrize(("name", "exposure"), pairs_with_slow_ones())
+def test_dark_and_full_pictures_are_finite(name, level, exposure):
+    light = light_on(24, 6e-6, level, falloff="none")
     captures = hdr.build("sensor", name, exposure_rule=exposure)(light, hdr.generator(seed=1))
     picture = hdr.build("isp", "merge")(captures)
     assert np.isfinite(picture.xyz.values).all() and np.isfinite(picture.variance.values).all()
@@ -60,23 +65,9 @@ def test_dark_and_full_pictures_are_finite(name, level, exposure):
     ],
 )
 def test_pixels_without_light_through_the_lens_are_finite_and_not_valid(name, fields, isp):
-    place = centres(40, 40 * 3e-6)
-    values = np.broadcast_to(1e-3 * white("daylight", W)[:, None, None], (len(W), 40, 40)).copy()
-    light = plane(
-        values,
-        W,
-        place,
-        place,
-        IRRADIANCE,
-        f_number=4.0,
-        focal_length_mm=4.0,
-        throughput_sr=1.0,
-        falloff="table",
-        # the corner of the sensor is 1.2 degrees off the axis
-        falloff_table={"angle_deg": [0.0, 0.7, 0.9, 2.0], "relative": [1.0, 1.0, 0.0, 0.0]},
-        field_width=40 * 3e-6,
-        field_height=40 * 3e-6,
-    )
+    # the corner of the sensor is 1.2 degrees off the axis
+    table = {"angle_deg": [0.0, 0.7, 0.9, 2.0], "relative": [1.0, 1.0, 0.0, 0.0]}
+    light = light_on(40, 3e-6, 1e-3, falloff="table", falloff_table=table)
     sensor = hdr.build("sensor", name, pitch_um=3.0, **fields)
     picture = hdr.build("isp", isp)(sensor(light, hdr.generator(seed=1)))
     corner, centre = (picture["valid"].values[part, part] for part in (slice(2), slice(18, 22)))

@@ -54,7 +54,8 @@ def threads_for(components: Iterable[object]) -> int:
         return 1
     on_linux = sys.platform == "linux"
     processors = len(os.sched_getaffinity(0)) if on_linux else os.cpu_count() or 1
-    # OpenMP allows a list with one number for each level of nested parallel regions
+    # the variable may hold a list such as 2,1: one number for each level of parallel regions in
+    # each other, of which the first counts here
     outer = os.environ.get("OMP_NUM_THREADS", "").partition(",")[0].strip()
     allowed = int(outer) if outer.isdecimal() else 0
     return max(min(processors, allowed or processors), 1)

@@ -19,7 +19,8 @@ def cpus() -> int:
     """Return the number of threads to use: OMP_NUM_THREADS if it is set, else the number of
     processors.
     """
-    # OpenMP allows a list with one number for each level of nested parallel regions
+    # the variable may hold a list such as 2,1: one number for each level of parallel regions in
+    # each other, of which the first counts here
     outer = os.environ.get("OMP_NUM_THREADS", "").partition(",")[0].strip()
     return int(outer) if outer.isdecimal() and int(outer) else os.cpu_count() or 1
 

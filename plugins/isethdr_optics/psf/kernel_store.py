@@ -94,7 +94,7 @@ def load(key: str) -> tuple[np.ndarray, np.ndarray] | None:
         if [_check(part) for part in parts] != checks.tolist():
             return None
         os.utime(path)
-    except Exception:  # noqa: BLE001 - NumPy parses headers; errors depend on the damage
+    except Exception:  # noqa: BLE001 - a damaged header may raise anything in NumPy
         return None
     return facts, bands
 

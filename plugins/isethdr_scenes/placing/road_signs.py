@@ -69,9 +69,9 @@ def _along(site: Site, road: Road, side: int, rng: np.random.Generator) -> list[
 
 
 def _turn(road: Road, first_m: float, last_m: float) -> float:
-    """Return the turn to the left of who drives along a road from one place to another, radians.
+    """Return the angle by which a driver turns left between two places on a road, radians.
 
-    From a place to one before it, that is the turn of the traffic against the reference line.
+    If the second place lies before the first, the driver goes against the reference line.
     """
     ends = road.line.at(np.clip([first_m, last_m], 0, road.length_m)).heading_rad
     return float(ends[1] - ends[0])

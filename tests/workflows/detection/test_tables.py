@@ -135,7 +135,7 @@ def test_a_level_without_any_value_is_no_side_of_a_crossing():
 
 def test_the_interval_of_a_crossing_is_as_wide_with_few_roads():
     """Four roads whose means cross at different places: the standard error of their mean has the
-    divisor 3. Percentiles of four roads are lumpy, so 25 % are allowed.
+    divisor 3. Four roads give few different samples, so 10 % are allowed.
     """
     levels = [1e-3, 10.0]
     shifts = np.array([-0.3, -0.1, 0.1, 0.3])

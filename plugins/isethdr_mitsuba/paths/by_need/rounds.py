@@ -252,7 +252,8 @@ class Rounds:
         share : wanted noise as a share of the limit.
         """
         weights = [limit.weights.get(group, 0.0) for group in self.paths.lamps.groups]
-        # computed first, because moved light makes the buffers differ in many tiles
+        # Before the light is moved: moved light lies in one buffer alone, and would be taken for
+        # noise in many tiles.
         self.spread = spread_of_buffers(*self.buffers, self._variance_of_batches())
         noise = CameraNoise(weights, limit.xyz[1].reshape(self.instance.shape), share)
         self.moved = move_rare_light(self.buffers, self.instance, self.near, noise)

@@ -138,7 +138,9 @@ def limit(noise):
 
 
 def rare_share(probability, seed):
-    """Return the rare light of a rendering over the true one; cameras allow a noise of 0.15."""
+    """Return the ratio of the rare light of a rendering to the true one. The cameras allow a noise
+    of 0.15.
+    """
     found = simulated(probability, seed)
     found.until_done(limit(0.15), 1.0)
     return (light(found).mean() - 1) / 0.2

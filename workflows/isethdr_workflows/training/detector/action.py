@@ -24,7 +24,7 @@ def train_detector(typed: Sequence[str]) -> int:
     typed : settings as typed, key=value: those of the training, and overrides of the config.
     """
     settings, overrides = parsed(typed)
-    # the scores after the training need it; it is missed before the training rather than after
+    # needed for the scores after the training; a user should not learn this only then
     with needed("the training of a detector", extra="detect"):
         import_module("hotcoco")
     training = import_module(".training", __package__)  # PyTorch takes seconds to import
