@@ -18,7 +18,8 @@ from isethdr_workflows.detection.results.levels import at_levels, crossing
 from isethdr_workflows.detection.results.markdown import markdown
 from isethdr_workflows.detection.results.number_text import d_text, roads_text, share_text
 from isethdr_workflows.detection.results.page import page
-from isethdr_workflows.detection.results.recall import recalls
+from isethdr_workflows.detection.results.recall import Recognised, recalls
+from isethdr_workflows.detection.results.recall_picture import bins_of, draw_recalls
 from isethdr_workflows.detection.results.shares import (
     Found,
     compared_with,
@@ -269,6 +270,23 @@ def test_detectors_are_compared_for_the_objects_that_both_know(tmp_path):
     assert whole.rank == pytest.approx(1.0)
 
 
+def test_recall_is_drawn_in_bins_of_equally_many_objects(tmp_path):
+    """Objects in any order: the bins are of increasing d', and their recall is the mean in each."""
+    shares = [0.9, 0.1, 0.5, 0.2, 0.8, 0.6]
+    members = [
+        Recognised("small", "a", found(k, "a", share, d=10 * share), float(share > 0.55), share)
+        for k, share in enumerate(shares)
+    ]
+    bins = bins_of(members, 2)
+    assert [one.objects for one in bins] == [3, 3]
+    assert [one.observer.value for one in bins] == pytest.approx([0.8 / 3, 2.3 / 3])
+    assert [one.detector.value for one in bins] == [0.0, 1.0]
+    assert [one.objects for one in bins_of(members[:2])] == [1, 1]
+    path = tmp_path / "recall.png"
+    draw_recalls(members, path)
+    assert path.read_bytes().startswith(b"\x89PNG")
+
+
 def test_detectors_stand_in_the_table_of_the_objects(tmp_path, monkeypatch):
     """The recall of camera a is 2/3; its interval over three roads is Student's, cut to 0..1."""
     monkeypatch.setenv("ISETHDR_HOME", str(tmp_path))
@@ -279,7 +297,7 @@ def test_detectors_stand_in_the_table_of_the_objects(tmp_path, monkeypatch):
     path.parent.mkdir(parents=True)
     path.write_text("\n".join([head, *lines_of]))
     text = markdown(cells, lines(cells.rows))
-    assert "| contrast transfer | recall of small |" in text
+    assert "| contrast transfer | recall of detector small |" in text
     assert (
         "| all objects | a | 9 (9 to 9) | 0.800 (0.800 to 0.800) | 0.667 (0.000 to 1.000) |" in text
     )

@@ -12,6 +12,8 @@ from .csv_tables import means_csv, objects_csv
 from .curve_picture import draw_curves
 from .markdown import markdown
 from .page import page
+from .recall import FILE, recognised
+from .recall_picture import draw_recalls
 from .shares import lines
 from .study_results import Results
 
@@ -22,8 +24,12 @@ def write_files(results: Results) -> list[tuple[str, Path]]:
     folder = folder_of(results.dataset)
     folder.mkdir(parents=True, exist_ok=True)
     tables = [] if results.curve else lines(results.rows, results.cameras)
-    if results.curve and find_spec("matplotlib") is not None:
-        draw_curves(results, folder / f"{stem}.png")
+    if find_spec("matplotlib") is not None:
+        common = [] if results.curve else recognised(folder / FILE, results.rows)
+        if results.curve:
+            draw_curves(results, folder / f"{stem}.png")
+        elif common:
+            draw_recalls(common, folder / f"{stem}_recall.png")
     texts = {
         "page": (f"{stem}.html", page(results, tables)),
         "table": (f"{stem}.md", markdown(results, tables)),

@@ -164,7 +164,7 @@ def _beside_table(
             found = [recall.get((name, camera, kind)) for name in detectors]
             rows.append([*row, *("–" if one is None else share_text(one) for one in found)])
     head = ["", "camera", "d', noise alone", "contrast transfer"]
-    return [*head, *(f"recall of {name}" for name in detectors)], rows
+    return [*head, *(f"recall of detector {name}" for name in detectors)], rows
 
 
 def _curve_table(

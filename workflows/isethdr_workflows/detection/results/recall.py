@@ -41,6 +41,24 @@ class Recall(NamedTuple):
     rank: float
 
 
+class Recognised(NamedTuple):
+    """An object that both a detector and the observer looked for.
+
+    Parameters
+    ----------
+    detector, camera : names.
+    own : row of the observer.
+    found : 1 if the detector finds the object at the allowed false alarms, else 0.
+    score : score that the detector gives to the object; 0 without a box.
+    """
+
+    detector: str
+    camera: str
+    own: Found
+    found: float
+    score: float
+
+
 def recalls(path: Path, rows: Sequence[Found]) -> list[Recall]:
     """Return the recall of each detector and of the observer, by camera and class.
 
@@ -49,19 +67,10 @@ def recalls(path: Path, rows: Sequence[Found]) -> list[Recall]:
     path : file with the rows of the detectors; without it there are no recalls.
     rows : rows of the observer.
     """
-    if not path.is_file():
-        return []
-    known = {(one.scene, one.instance, one.camera): one for one in rows if math.isfinite(one.d)}
-    groups: dict[tuple[str, str, str], list[tuple[Found, float, float]]] = {}
-    with path.open(newline="", encoding="utf-8") as file:
-        for row in csv.DictReader(file):
-            own = known.get((int(row["scene"]), int(row["instance"]), row["camera"]))
-            if own is None or not float(row["counted"] or 0):
-                continue
-            score = float(row["score"] or 0)
-            for kind in (own.kind, "all"):
-                key = row["detector"], row["camera"], kind
-                groups.setdefault(key, []).append((own, float(row["found"] or 0), score))
+    groups: dict[tuple[str, str, str], list[Recognised]] = {}
+    for one in recognised(path, rows):
+        for kind in (one.own.kind, "all"):
+            groups.setdefault((one.detector, one.camera, kind), []).append(one)
     order = ["all", *CLASSES]
     return [
         _recall(key, members)
@@ -69,19 +78,42 @@ def recalls(path: Path, rows: Sequence[Found]) -> list[Recall]:
     ]
 
 
+def recognised(path: Path, rows: Sequence[Found]) -> list[Recognised]:
+    """Return the objects that detectors and the observer have in common.
+
+    Parameters
+    ----------
+    path : file with the rows of the detectors; without it there are none.
+    rows : rows of the observer.
+    """
+    if not path.is_file():
+        return []
+    known = {(one.scene, one.instance, one.camera): one for one in rows if math.isfinite(one.d)}
+    common = []
+    with path.open(newline="", encoding="utf-8") as file:
+        for row in csv.DictReader(file):
+            own = known.get((int(row["scene"]), int(row["instance"]), row["camera"]))
+            if own is None or not float(row["counted"] or 0):
+                continue
+            found = float(row["found"] or 0)
+            score = float(row["score"] or 0)
+            common.append(Recognised(row["detector"], row["camera"], own, found, score))
+    return common
+
+
 def _order(key: tuple[str, str, str], order: Sequence[str]) -> tuple[str, str, int]:
     return key[0], key[1], order.index(key[2])
 
 
-def _recall(key: tuple[str, str, str], members: Sequence[tuple[Found, float, float]]) -> Recall:
-    roads = [own.road for own, _, _ in members]
-    scores = [score for _, _, score in members]
-    d = [own.d for own, _, _ in members]
+def _recall(key: tuple[str, str, str], members: Sequence[Recognised]) -> Recall:
+    roads = [one.own.road for one in members]
+    scores = [one.score for one in members]
+    d = [one.own.d for one in members]
     varied = len(set(scores)) > 1 and len(set(d)) > 1
     return Recall(
         *key,
         len(members),
-        few_roads(mean_over_roads([found for _, found, _ in members], roads, (0.0, 1.0))),
-        few_roads(mean_over_roads([own.found for own, _, _ in members], roads, (0.0, 1.0))),
+        few_roads(mean_over_roads([one.found for one in members], roads, (0.0, 1.0))),
+        few_roads(mean_over_roads([one.own.found for one in members], roads, (0.0, 1.0))),
         float(spearmanr(d, scores).statistic) if varied else float(np.nan),
     )
