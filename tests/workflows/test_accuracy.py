@@ -10,7 +10,9 @@ from isethdr_measured import accuracy
 from isethdr_measured.accuracy import basis, dynamics, psf, stored
 from isethdr_workflows import study_command
 from isethdr_workflows.accuracy import point
+from isethdr_workflows.accuracy.diagram import DPI, WIDTH_IN, draw
 from isethdr_workflows.accuracy.point import Point, Work, as_rows, front, refuse_what_does_not_fit
+from PIL import Image
 
 from isethdr_core.errors import ConfigError
 from isethdr_core.storage import store
@@ -38,6 +40,15 @@ def test_a_front_keeps_what_no_other_setting_beats():
         True,
         False,
     ]
+
+
+@pytest.mark.parametrize("errors", [(np.nan, np.nan), (np.inf, 0.1), (0.0, np.inf)])
+def test_errors_that_are_unknown_or_infinite_can_be_drawn(tmp_path, errors):
+    """All pixels of a picture may be saturated; then no setting has a known error."""
+    points = [Point("a", error, 1.0) for error in errors]
+    draw([Work("s", "e", "r", np.nan, points, 0.1, np.inf)], tmp_path / "d.png")
+    with Image.open(tmp_path / "d.png") as picture:
+        assert picture.width == round(WIDTH_IN * DPI)
 
 
 @pytest.mark.slow

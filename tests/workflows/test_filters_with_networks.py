@@ -17,6 +17,7 @@ from isethdr_workflows.paper.fig8_9_networks import (
     known_of,
     paper_fig8_9_networks,
     rows_of,
+    shown_lux,
 )
 from isethdr_workflows.training.learned_picture.road_scores import HeldOut
 from isethdr_workflows.training.picture.roads import Road
@@ -76,6 +77,11 @@ def test_scores_beside_a_model_serve_if_they_are_of_all_illuminances():
     assert kept == [Found(RGB, lux, "a", scores, scores) for lux in (0.1, 1.0)]
     assert known_of(RGB, filters._replace(best={0.1: {}, 3.0: {}}), road) == []
     assert known_of(RGB, filters, Road(SceneRecord(1, "plain", "b", ()), Path("b"))) == []
+
+
+def test_other_illuminances_than_those_of_the_paper_are_shown_too():
+    assert shown_lux([0.01, 0.1, 1.0]) == [0.1, 1.0]
+    assert shown_lux([5.0, 0.5, 0.05]) == [0.05, 0.5]
 
 
 def test_a_missing_model_is_refused_before_any_work():

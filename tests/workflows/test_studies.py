@@ -1,12 +1,13 @@
 """The command `isethdr study`, and the study of published figures."""
 
 import csv
+import inspect
 
 import pytest
 import typer
 from isethdr_workflows import STUDIES
 from isethdr_workflows.sensors.published_figures import published_figures
-from isethdr_workflows.study_command import function_of, run_study, study
+from isethdr_workflows.study_command import function_of, parameters_of, run_study, study
 from typer.testing import CliRunner
 
 from isethdr_core.errors import ConfigError
@@ -67,9 +68,37 @@ def test_without_a_name_the_studies_are_listed(app):
         ("published_figure", [], "did you mean 'published_figures'"),
         ("published_figures", ["sed=1"], "did you mean 'seed'"),
         ("published_figures", ["seed"], "type key=value"),
-        ("published_figures", ["seed=x"], "is no number"),
+        ("published_figures", ["seed=1e3"], "is no whole number"),
+        ("level_curves", ["contrast_percent=x"], "is no number"),
     ],
 )
 def test_mistakes_are_told(name, settings, message):
     with pytest.raises(ConfigError, match=message):
         run_study(name, settings)
+
+
+def test_the_help_of_a_study_names_its_settings_with_their_defaults(app):
+    done = CliRunner().invoke(app, ["study", "emva1288", "--help"])
+    assert done.exit_code == 0 and "--csv" not in done.output
+    lines = done.output.splitlines()
+    place = lines.index("pictures=32")
+    assert lines[place + 1].startswith("  number of pictures in a stack. The dark stack has")
+    assert "sensor=bayer" in lines and "size=128" in lines
+    general = CliRunner().invoke(app, ["study", "--help"])
+    assert general.exit_code == 0 and "--csv" in general.output
+    unknown = CliRunner().invoke(app, ["study", "emva128", "--help"])
+    assert "did you mean 'emva1288'" in str(unknown.exception)
+
+
+@pytest.mark.parametrize("name", STUDIES)
+def test_the_help_of_each_study_explains_every_setting(name):
+    function = function_of(name)
+    explained = [one for names, _ in parameters_of(function) for one in names]
+    assert explained == list(inspect.signature(function).parameters)
+    assert all(meaning for _, meaning in parameters_of(function))
+
+
+@pytest.mark.parametrize("picture", ["missing/figure.png", "figure.xyz", "figure"])
+def test_a_drawing_that_cannot_be_written_is_found_before_the_work(picture):
+    with pytest.raises(ConfigError, match="picture is .*; expected a file that ends in .png"):
+        run_study("paper_fig2", [f"picture={picture}"])

@@ -14,7 +14,7 @@
 | `detection/`    | which objects can be detected at all in the data of each camera             |
 | `detectors/`    | detectors in ONNX files on pictures of runs, and their scores               |
 | `export/`       | stored runs as files of other programs, `isethdr export`                    |
-| `experiments/`  | everything that the questions claim, computed again: `isethdr experiments`  |
+| `experiments/`  | the results of the findings page, computed again: `isethdr experiments`     |
 | `emva1288/`     | simulated cameras measured by the machine vision standard                   |
 | `isp/`          | training of the learned demosaic                                            |
 | `paper/`        | the figures of the ISETHDR paper, computed again                            |

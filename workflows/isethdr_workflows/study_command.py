@@ -24,6 +24,8 @@ from . import SHOWN, STUDIES
 
 INTERRUPTED = 130  # exit code after Ctrl-C: 128 + SIGINT
 NUMBERS = {"int": int, "float": float}
+PICTURE = "picture"  # setting of the studies that draw
+DRAWINGS = (".png", ".jpg", ".jpeg", ".pdf", ".svg")
 
 
 @dataclass(frozen=True)
@@ -81,10 +83,46 @@ def settings_of(function: Callable[..., object]) -> str:
     return "settings: " + " ".join(words)
 
 
+def help_of(name: str, function: Callable[..., object]) -> str:
+    """Return the help of a study: its summary, and each setting with its default and meaning.
+
+    Parameters
+    ----------
+    name : name of the study.
+    function : function of the study, with the section `Parameters` in its docstring.
+    """
+    defaults = {
+        one.name: f"{one.name}={one.default}"
+        for one in inspect.signature(function).parameters.values()
+        if one.kind is not one.VAR_POSITIONAL
+    }
+    blocks = [f"isethdr study {name} key=value ...", fill(summary_of(function))]
+    for names, meaning in parameters_of(function):
+        typed = " ".join(defaults.get(one, f"{one} ...") for one in names)
+        blocks.append(f"{typed}\n{fill(meaning)}")
+    return "\n\n".join(blocks)
+
+
+def parameters_of(function: Callable[..., object]) -> list[tuple[list[str], str]]:
+    """Return the names and the meaning of each entry of the section `Parameters` of a docstring."""
+    text = inspect.getdoc(function) or ""
+    section = text.partition("Parameters\n----------\n")[2].partition("\n\n")[0]
+    entries: list[tuple[list[str], str]] = []
+    for line in section.splitlines():
+        if line.startswith(" "):
+            names, meaning = entries.pop()
+            entries.append((names, f"{meaning} {line.strip()}"))
+            continue
+        names_text, _, meaning = line.partition(" : ")
+        entries.append((names_text.split(", "), meaning))
+    return entries
+
+
 def study_of(studies: Studies) -> Callable[..., None]:
     """Return the command that runs the studies of a package."""
 
     def study(
+        context: typer.Context,
         name: Annotated[
             str, typer.Argument(help="name of a study; without a name, all studies are listed")
         ] = "",
@@ -95,8 +133,14 @@ def study_of(studies: Studies) -> Callable[..., None]:
         csv_file: Annotated[
             str, typer.Option("--csv", help="also write the rows to this file")
         ] = "",
+        shows_help: Annotated[
+            bool, typer.Option("--help", help="show this message, or the settings of a study")
+        ] = False,
     ) -> None:
         """Run a study and print its table. Without a name: list all studies."""
+        if shows_help:
+            print(help_of(name, studies.function_of(name)) if name else context.get_help())
+            return
         if not name:
             for known in studies.table:
                 function = studies.function_of(known)
@@ -164,11 +208,33 @@ def run_study(name: str, settings: list[str], studies: Studies = OF_USERS) -> li
         try:
             values[key] = NUMBERS.get(known[key].annotation, str)(value)
         except ValueError:
+            whole = "whole " if known[key].annotation == "int" else ""
             raise ConfigError(
-                f"study {name}: {key}={value!r} is no number; type for example"
+                f"study {name}: {key}={value!r} is no {whole}number; type for example"
                 f" {key}={known[key].default}"
             ) from None
+    check_picture(str(values.get(PICTURE, "")))
     return function(*overrides, **values)
+
+
+def check_picture(path: str) -> None:
+    """Check that the drawing of a study can be written, before the work of the study.
+
+    Parameters
+    ----------
+    path : file of the drawing; empty: none is written.
+
+    Raises
+    ------
+    ConfigError : the folder of the file does not exist, or its ending is that of no drawing.
+    """
+    if not path:
+        return
+    if Path(path).suffix.lower() not in DRAWINGS or not Path(path).resolve().parent.is_dir():
+        raise ConfigError(
+            f"{PICTURE} is {path}; expected a file that ends in {', '.join(DRAWINGS)}, in a folder"
+            f" that exists; type for example {PICTURE}=figure.png"
+        )
 
 
 def keep(name: str, settings: list[str], rows: list[dict]) -> Path:

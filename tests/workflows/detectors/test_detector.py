@@ -184,6 +184,11 @@ def wrong(tmp_path, match: str, **fields) -> None:
         ({"input": SIZE | {"std": [1, 1, 0]}}, "std"),
         ({"output": {"form": "rows"}}, "expected 1 x n x 6"),
         ({"output": {"form": "labelled"}}, "needs 3"),
+        (
+            {"output": {"form": "rows", "activation": "sigmoid"}},
+            "activation is for scores of each class",
+        ),
+        ({"output": {"form": "labelled", "objectness": True}}, "one score for each box"),
         ({"output": {"form": "apart", "boxes_last": True}}, "expected 1 x 4 x n"),
         ({"output": {"form": "apart", "names": ["boxes", "score"]}}, "did you mean 'scores'"),
         ({"output": {}}, "output.form is missing"),

@@ -14,7 +14,7 @@ from isethdr_workflows.detectors import bootstrap
 from isethdr_workflows.detectors.boxes import Detections
 from isethdr_workflows.detectors.classes import CLASSES
 from isethdr_workflows.detectors.groups import EVERYTHING, groups
-from isethdr_workflows.detectors.matching import Picture, matches_of
+from isethdr_workflows.detectors.matching import THRESHOLDS, Matches, Picture, matches_of
 from isethdr_workflows.detectors.objects import TruthObject, nearest_lamp_deg
 from isethdr_workflows.detectors.precision import scores_of
 from isethdr_workflows.detectors.rows import object_rows, threshold
@@ -217,6 +217,14 @@ def test_a_threshold_leaves_the_false_alarms_that_are_allowed():
     rows = object_rows(Answers("one", pictures), 0, 0.1)
     assert 0 < sum(row["found"] for row in rows) < len(rows)
     assert all(row["score"] > 0 for row in rows if row["found"])
+
+
+def test_rounding_takes_no_false_alarm_from_those_that_are_allowed():
+    """0.29 * 100 is 28.999999999999996 in floating point."""
+    scores = np.arange(200.0)[::-1]
+    alarms = np.full((len(THRESHOLDS), 200), -1)
+    least = threshold(Matches("car", scores, np.zeros(200, int), alarms), 100, 0.29)
+    assert (scores > least).sum() == 29
 
 
 def test_the_error_of_a_bootstrap_is_that_of_a_mean():

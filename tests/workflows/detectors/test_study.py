@@ -221,6 +221,20 @@ def test_a_dataset_without_objects_or_scenes_is_refused(world, detector):
     assert not world.asked
 
 
+def test_pictures_without_an_object_that_counts_are_refused(world, detector, monkeypatch):
+    monkeypatch.setattr(objects, "LEAST_HEIGHT_PX", 100.0)
+    with pytest.raises(ConfigError, match="no picture has an object that counts"):
+        detector_scores(detector=detector, dataset="cars", cameras="red")
+
+
+def test_roads_of_other_parts_are_not_reported_as_left_out(world, tmp_path, capsys):
+    """The part `train` has the scenes 0 and 2, the part `test` has the scene 1."""
+    fields = {"input": {"size_px": [16, 12]}, "trained_roads": ["road-0", "road-2"]}
+    path = str(described(bright_cells(tmp_path / "d.onnx"), **fields))
+    rows = detector_scores(detector=path, dataset="cars", cameras="red", part="test")
+    assert rows[0]["roads"] == 1 and "left out" not in capsys.readouterr().out
+
+
 def test_lamps_are_near_within_three_degrees_and_own_lamps_do_not_count():
     """A pixel spans 0.573 degrees, so a lamp 4 pixels from the car is near, and one 9 pixels away
     is not. The distance counts from the last pixel of the box to the pixel of the lamp.

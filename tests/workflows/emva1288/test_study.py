@@ -19,6 +19,7 @@ from isethdr_workflows.emva1288.study import (
     row,
 )
 
+from isethdr_core.errors import ConfigError
 from isethdr_core.physics.radiometry import photon_energy_j
 
 FIGURES = {
@@ -52,6 +53,19 @@ def agrees(rows, captures, channels):
         for r in rows
         if r["figure"] == "saturation exposure"
     )
+
+
+@pytest.mark.parametrize(
+    ("asked", "match"),
+    [
+        ({"pictures": 1}, "pictures is 1; expected at least"),
+        ({"size": 4}, "size is 4"),
+        ({"sensor": "ideal"}, "'ideal' has no noise to measure"),
+    ],
+)
+def test_what_cannot_be_measured_is_refused(asked, match):
+    with pytest.raises(ConfigError, match=match):
+        emva1288(**asked)
 
 
 @pytest.mark.slow

@@ -113,6 +113,25 @@ def test_an_error_leaves_the_old_folder(home, tmp_path, monkeypatch):
     assert (out / "manifest.json").read_bytes() == before and list(tmp_path.glob(".*")) == []
 
 
+def test_a_full_disk_is_named_when_an_exr_is_written(home, tmp_path, monkeypatch):
+    """OpenEXR raises RuntimeError."""
+    full = RuntimeError("Failed to write pixel data. No space left on device.")
+    monkeypatch.setattr("isethdr_workflows.export.pictures.exr.write_exr", raising(full))
+    with pytest.raises(CatalogError, match="No space left on device.; .* is as it was"):
+        exported(["first"], tmp_path / "out", ["exr"])
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_link_is_kept_and_its_folder_is_replaced(tmp_path):
+    (tmp_path / "real").mkdir()
+    link = tmp_path / "link"
+    link.symlink_to("real")
+    with replaced(link) as new:
+        (new / "x").write_text("")
+    assert link.is_symlink() and [p.name for p in (tmp_path / "real").iterdir()] == ["x"]
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["link", "real"]
+
+
 def raising(error):
     """Return a function that raises `error`."""
 

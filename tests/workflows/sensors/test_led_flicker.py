@@ -4,6 +4,13 @@ import numpy as np
 import pytest
 from isethdr_workflows.sensors.led_flicker import DUTY, FREQUENCY_HZ, led_flicker
 
+from isethdr_core.errors import ConfigError
+
+
+def test_a_folder_that_does_not_exist_is_found_before_the_work(tmp_path):
+    with pytest.raises(ConfigError, match="expected a folder that exists"):
+        led_flicker(str(tmp_path / "missing"))
+
 
 @pytest.mark.slow
 def test_short_exposures_miss_lamps_that_the_small_photodiode_keeps(tmp_path):

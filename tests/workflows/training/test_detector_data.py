@@ -7,6 +7,7 @@ import pytest
 from isethdr_workflows.dataset.generate import Generated
 from isethdr_workflows.dataset.record import Definition, SceneRecord
 from isethdr_workflows.detectors.objects import TruthObject
+from isethdr_workflows.training.detector import pictures
 from isethdr_workflows.training.detector.patches import STRIDE, batch, patch, targets_of
 from isethdr_workflows.training.detector.pictures import records_of, shrunk
 from isethdr_workflows.training.detector.settings import parsed
@@ -21,6 +22,7 @@ from .drawn_roads import drawn
     [
         ([], "a dataset is needed"),
         (["dataset=a", "minutes=many"], "minutes is 'many'; expected a number"),
+        (["dataset=a", "steps=1e3"], "steps is '1e3'; expected a whole number"),
         (["dataset=a", "size=smal"], "size is 'smal'; did you mean 'small'"),
         (["dataset=a", "patch_px=100"], "multiples of 16"),
         (["dataset=a", "realisations=0"], "realisations is 0; expected at least 1"),
@@ -122,3 +124,16 @@ def test_a_dataset_of_one_scene_or_without_objects_is_refused():
     car = {"category": "car", "name": "car 1", "instance": 1}
     parts = records_of(records(12, objects=(car,)))
     assert len(parts["train"]) + len(parts["validation"]) == 12
+
+
+def test_a_part_without_a_picture_is_refused(monkeypatch):
+    """Every lighting fails, for example because the scenes lack its light groups."""
+    car = {"category": "car", "name": "car 1", "instance": 1}
+    dataset = records(12, objects=(car,))
+    monkeypatch.setattr(pictures, "read_dataset", lambda name: name)
+    monkeypatch.setattr(pictures, "generated", lambda name: dataset)
+    monkeypatch.setattr(pictures, "chosen_cameras", lambda *asked: (["bayer"], []))
+    monkeypatch.setattr(pictures, "runs_of", lambda *asked: [])
+    settings, overrides = parsed(["dataset=few", "lightings=dawn"])
+    with pytest.raises(ConfigError, match="'train' could be imaged.*not lightings=dawn"):
+        pictures.data_of(settings, overrides, lambda line: None)

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import signal
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import yaml
@@ -96,6 +99,55 @@ def test_a_training_that_was_killed_goes_on_and_ends_alike(isethdr_home, monkeyp
         )
     steps = [row["step"] for row in parts.progress.history]
     assert steps == [row["step"] for row in whole.progress.history]
+
+
+def test_ctrl_c_within_a_step_does_not_change_the_weights(isethdr_home, monkeypatch):
+    """Ctrl-C arrives after the weights of step 7 have changed and before that step is counted."""
+    quick = {**QUICK, "steps": 12, "checks": 4, "precision": "float32"}
+    whole = trained(Settings(**quick, name="whole"), 8)
+    change = torch.optim.AdamW.step
+    calls = []
+
+    def typed(optimiser, closure=None):
+        change(optimiser, closure)
+        calls.append(1)
+        if len(calls) == 7:
+            signal.raise_signal(signal.SIGINT)
+
+    with monkeypatch.context() as patch:
+        patch.setattr(torch.optim.AdamW, "step", typed)
+        with pytest.raises(KeyboardInterrupt):
+            trained(Settings(**quick, name="parts"), 8)
+    assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
+    stored = training.load_state(training.folder_of(Settings(**quick, name="parts")) / "state.pt")
+    assert stored["step"] == 7
+    parts = trained(Settings(**quick, name="parts"), 8)
+    for name, value in whole.progress.network.state_dict().items():
+        torch.testing.assert_close(
+            parts.progress.network.state_dict()[name], value, rtol=0, atol=0, msg=name
+        )
+
+
+def test_a_training_does_not_continue_with_other_roads(isethdr_home):
+    settings = Settings(**QUICK, steps=2, checks=1, name="grown")
+    trained(settings, 4)
+    with pytest.raises(ConfigError, match="3 roads are new and 0 are gone.*name=grown_2"):
+        trained(settings, 7)
+
+
+def test_narrow_pictures_are_not_enlarged_for_the_network(isethdr_home):
+    """The pictures are 128 pixels wide."""
+    settings = Settings(**{**QUICK, "input_px": 640}, steps=2, checks=1, name="narrow")
+    assert export.form_of(trained(settings, 4)).input.size_px == (128, 96)
+
+
+def test_every_object_that_is_asked_for_counts_in_the_scores_of_held_out_pictures():
+    """An object is asked for from 3 pixels in the shrunk picture, that is 8 in another one."""
+    boxes = np.array([[0.0, 0, 9, 3], [0, 0, 9, 20]])
+    picture = replace(
+        drawn(1, "a"), boxes=boxes, classes=np.array([0, 0]), asked=np.array([True, False])
+    )
+    assert [one.counted for one in export.objects_of(picture)] == [True, False]
 
 
 def test_another_recipe_of_the_same_name_is_refused(isethdr_home):

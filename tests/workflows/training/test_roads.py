@@ -114,6 +114,6 @@ def test_a_study_without_a_model_or_with_wrong_light_is_refused():
     with pytest.raises(ConfigError, match="type model=FILE.onnx"):
         learned_picture()
     assert levels("0.01,10") == [0.01, 10.0]
-    for wrong in ("", "dark", "0.1,-1"):
+    for wrong in ("", "dark", "0.1,-1", "nan,1", "inf"):
         with pytest.raises(ConfigError, match="expected numbers above 0"):
             levels(wrong)

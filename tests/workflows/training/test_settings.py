@@ -4,15 +4,18 @@ from __future__ import annotations
 
 import errno
 import importlib.util
+import signal
 import sys
 from pathlib import Path
 
 import pytest
 import yaml
-from isethdr_workflows.training.card import card_markdown, card_yaml
+from isethdr_workflows.training.card import card_markdown, card_yaml, write_card
 from isethdr_workflows.training.clock import Clock, Length
+from isethdr_workflows.training.curves import write_curves
 from isethdr_workflows.training.detector.action import train_detector
 from isethdr_workflows.training.files import write_file
+from isethdr_workflows.training.interrupts import between_steps
 from isethdr_workflows.training.picture.settings import Settings, parsed
 
 from isethdr_core.cli.commands import main
@@ -35,6 +38,7 @@ def test_settings_are_typed_as_keys_and_other_keys_compose_the_config():
         ("minutes=soon", "minutes is 'soon'; expected a number"),
         ("minutes=-3", "minutes is -3.0; expected a number above 0"),
         ("minutes=nan", "minutes is nan"),
+        ("steps=1e3", "steps is '1e3'; expected a whole number"),
         ("pictures=1", "pictures is 1; expected at least 2"),
         ("batch=5", "divides 16"),
         ("patch_px=256", "not larger than a picture"),
@@ -93,6 +97,29 @@ def test_a_full_disk_keeps_the_old_file_and_is_one_error(tmp_path, monkeypatch):
         write_file(path, [b"new"])
     monkeypatch.setattr(Path, "replace", replace)
     assert path.read_bytes() == b"old" and list(tmp_path.iterdir()) == [path]
+
+
+def test_a_full_disk_is_one_error_where_curves_and_cards_are_written(tmp_path, monkeypatch):
+    def full(file):
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr("os.fsync", full)
+    with pytest.raises(CatalogError, match="No space left.*make room"):
+        write_curves(tmp_path, [{"step": 1, "loss": 2.0}], {"loss": "loss"})
+    with pytest.raises(CatalogError, match="No space left.*make room"):
+        write_card(tmp_path, "a card", {"purpose": "pictures"})
+
+
+def test_ctrl_c_takes_effect_between_two_steps():
+    done = []
+    with pytest.raises(KeyboardInterrupt), between_steps() as stop_if_typed:
+        for step in range(3):
+            if step == 1:
+                signal.raise_signal(signal.SIGINT)
+            done.append(step)
+            stop_if_typed()
+    assert done == [0, 1]
+    assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
 
 
 def test_a_card_is_the_same_in_both_forms():

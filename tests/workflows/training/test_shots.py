@@ -8,7 +8,9 @@ from isethdr_isp.spectra import light
 from isethdr_workflows.training.picture.bank import bank, crop
 from isethdr_workflows.training.picture.camera import camera_of
 from isethdr_workflows.training.picture.leaves import WAVELENGTH_NM, LeavesRecipe, leaves
+from isethdr_workflows.training.picture.settings import Settings
 from isethdr_workflows.training.picture.sheets import Sheets, Source, joined, parted
+from isethdr_workflows.training.picture.sources import check_size
 
 from isethdr_core.errors import ConfigError
 from isethdr_core.physics.photometry import xyz_weights
@@ -94,3 +96,17 @@ def test_sensors_that_cannot_be_learned_from_are_refused():
         camera_of(["sensor=interleaved"])
     with pytest.raises(ConfigError, match="has no noise"):
         camera_of(["sensor=bayer", "sensor.noise=false"])
+
+
+def test_pictures_of_two_sizes_are_refused_and_nothing_is_kept(isethdr_home):
+    """Pictures of two sizes would be read from wrong places of the file."""
+    with pytest.raises(ConfigError, match="picture 3 of the test has 8 x 4 pixels and .* 8 x 6"):
+        bank("test", {"of": "two"}, 3, lambda k: np.zeros((2, 4 if k == 2 else 6, 8), np.float32))
+    assert not [path for path in isethdr_home.rglob("*") if path.is_file()]
+
+
+def test_roads_smaller_than_a_patch_are_refused():
+    roads = np.zeros((2, 5, 90, 160), np.float32)
+    with pytest.raises(ConfigError, match="160 x 90 pixels.*patch_px=128.*type patch_px=80"):
+        check_size(roads, Settings(dataset="tiny", steps=1))
+    check_size(roads, Settings(dataset="tiny", steps=1, patch_px=80))

@@ -4,6 +4,7 @@ panel per diagram.
 
 from __future__ import annotations
 
+import math
 import textwrap
 from collections.abc import Sequence
 from io import BytesIO
@@ -64,7 +65,8 @@ PLACES = (
 
 def draw(works: list[Work], path: Path) -> None:
     """Write the diagrams of one stage to `path` (png), with two panels per row. Settings without
-    error are drawn at the bottom, failed ones at the top.
+    error are drawn at the bottom, failed ones at the top. Settings with an unknown error (nan) are
+    left out.
     """
     with needed("a diagram", extra="report"):
         import matplotlib
@@ -93,7 +95,7 @@ def draw(works: list[Work], path: Path) -> None:
             handles.values(),
             handles.keys(),
             loc="outside lower center",
-            ncols=len(handles),
+            ncols=max(len(handles), 1),
             fontsize=8,
             frameon=False,
             columnspacing=1.4,
@@ -102,7 +104,8 @@ def draw(works: list[Work], path: Path) -> None:
         fig.canvas.draw()  # gives the axes their final positions, which the texts need
         fig.set_layout_engine("none")
         for ax, texts, dots in placed:
-            label(fig, ax, texts, dots)
+            if dots:
+                label(fig, ax, texts, dots)
         Path(path).parent.mkdir(parents=True, exist_ok=True)
         save(fig, path)
         plt.close(fig)
@@ -128,9 +131,13 @@ def panel(ax: Axes, work: Work, wide: bool) -> tuple[list[tuple[Any, ...]], list
     wide : whether the panel takes the whole width of the figure.
     """
     visible = sorted((p for p in work.points if p.error >= 0), key=lambda p: p.cpu_s)
-    fails = work.fails_at
-    some = [p.error for p in visible if 0 < p.error < fails] or [1e-16]
+    if not visible:
+        ax.set(title=work.stage, xticks=[], yticks=[])
+        ax.text(0.5, 0.5, "no error is known", ha="center", transform=ax.transAxes)
+        return [], []
+    some = [p.error for p in visible if 0 < p.error < work.fails_at] or [1e-16]
     floor = min(some) / 10
+    fails = work.fails_at if math.isfinite(work.fails_at) else 10 * max(some)
 
     def height(point: Point) -> float:
         return min(max(point.error, floor), fails)

@@ -66,6 +66,7 @@ class OutputForm(Form):
     boxes_last: bool = False  # whether the axis of the boxes is the last one: (1, 4 + classes, n)
     box: BoxForm = "xyxy"
     unit: Literal["px", "share"] = "px"  # unit of boxes: pixels of the input, or shares of its size
+    # both only where each class has a score, in the forms apart and joined
     activation: Literal["none", "sigmoid", "softmax"] = "none"  # function to apply to the scores
     objectness: bool = False  # whether a score of "any object", a factor, precedes the classes
 
@@ -123,6 +124,7 @@ def read_description(path: Path) -> DetectorForm:
         mistakes = [_mistake(one["type"], one["loc"], one["msg"]) for one in error.errors()]
         raise ConfigError(f"{path}: " + "; ".join(mistakes)) from None
     _check_classes(path, form)
+    _check_scores(path, form.output)
     return form
 
 
@@ -144,6 +146,18 @@ def _check_classes(path: Path, form: DetectorForm) -> None:
         raise ConfigError(
             f"{path}: no class of the network is {', '.join(missing)}; expected every class"
             f" of the study in classes, or in lacks; type for example lacks: [{missing[0]}]"
+        )
+
+
+def _check_scores(path: Path, output: OutputForm) -> None:
+    if output.form in ("apart", "joined"):
+        return
+    ignored = {"activation": output.activation != "none", "objectness": output.objectness}
+    for name in (name for name, is_set in ignored.items() if is_set):
+        raise ConfigError(
+            f"{path}: output.{name} is for scores of each class, and output.form: {output.form}"
+            f" has one score for each box; expected output.form: apart or joined; or remove"
+            f" output.{name}, and apply it in the exported graph"
         )
 
 

@@ -13,6 +13,7 @@ from .matching import THRESHOLDS, Matches
 from .precision import LOOSE
 from .tables import Answers
 
+DIGITS = 9  # decimal digits of a number of false alarms that are not rounding
 HEAD = (
     *("scene", "road", "instance", "camera", "detector", "class", "category", "name"),
     *("distance_m", "height_px", "illuminance_lx", "lamp_near", "visible_fraction"),
@@ -65,7 +66,8 @@ def threshold(matches: Matches, pictures: int, false_alarms: float) -> float:
     false_alarms : allowed false alarms in a picture, on average.
     """
     alarms = matches.scores[matches.matched[LOOSE] < 0]
-    allowed = int(false_alarms * pictures)
+    # the product of a decimal share may lie one rounding below a whole number: 0.29 * 100
+    allowed = math.floor(round(false_alarms * pictures, DIGITS))
     return float(alarms[allowed]) if len(alarms) > allowed else -math.inf
 
 

@@ -22,7 +22,7 @@ from ..dataset.study.files import csv_text
 from .classes import CLASSES, class_of
 from .detector import Detector, open_detector
 from .matching import Picture
-from .objects import truth_objects
+from .objects import LEAST_HEIGHT_PX, truth_objects
 from .picture_input import View
 from .rows import HEAD, object_rows
 from .tables import ALL, Answers, Compared, rows_of
@@ -155,8 +155,8 @@ def scored_scenes(dataset: Generated, part: str, detectors: Sequence[Detector]) 
             raise ConfigError(f"the dataset has no part {part!r}{did_you_mean(part, parts)}")
         scenes = {k: record for k, record in scenes.items() if k in parts[part]}
     seen = {road for one in detectors for road in one.form.trained_roads}
+    left_out = sum(record.road in seen for record in replace(dataset, scenes=scenes).made)
     scenes = {k: record for k, record in scenes.items() if record.road not in seen}
-    left_out = sum(record.road in seen for record in dataset.made)
     if left_out:
         print(f"left out: {number_of(left_out, 'scene')} on roads that a detector was trained on")
     chosen = replace(dataset, scenes=scenes)
@@ -228,8 +228,18 @@ def written(
     compared : answers of all cameras and detectors.
     false_alarms : false alarms per picture at which objects count as found.
     tell : difference of two scores for which the number of roads needed is computed.
+
+    Raises
+    ------
+    ConfigError : no object in any picture counts.
     """
     rows = rows_of(compared, tell)
+    if not rows:
+        raise ConfigError(
+            f"no picture has an object that counts, of the classes {', '.join(compared.classes)};"
+            f" expected objects of at least {LEAST_HEIGHT_PX:g} pixels in height that are not"
+            " hidden; type other cameras, or generate more scenes"
+        )
     objects = [
         row
         for of_camera in compared.answers.values()

@@ -2,7 +2,7 @@
 standard error.
 
 The standard does not define errors of its estimates. The standard errors here follow from the
-scatter of variances. They allow to compare an estimate with the known camera.
+scatter of variances. They make it possible to compare an estimate with the known camera.
 """
 
 from __future__ import annotations

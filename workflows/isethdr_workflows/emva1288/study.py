@@ -21,6 +21,7 @@ from isethdr_sensors.charge.soft_knee import HasSoftKnee
 from isethdr_sensors.imaging_sensor import ImagingSensor
 
 from isethdr_core.config.composition import compose
+from isethdr_core.errors import ConfigError
 from isethdr_core.plugins.registry import build
 from isethdr_core.seeds import generator
 
@@ -33,6 +34,7 @@ if TYPE_CHECKING:
     from isethdr_core.plugins.protocols import Sensor
     from isethdr_core.runs.seeds import Generator
 
+LEAST_SIZE = 16  # least side of the pictures, pixels: a few pixels of each filter and the border
 # number of levels of the photon transfer series, over the whole range; the standard demands 9
 LEVELS = 24
 NEAR_THE_END = np.linspace(-4, 4, 17)  # further levels: standard deviations from the scale's end
@@ -50,7 +52,21 @@ def emva1288(
     pictures : number of pictures in a stack. The dark stack has as many as the DSNU needs:
         thousands for low gains.
     seed : seed of the noise.
+
+    Raises
+    ------
+    ConfigError : the pictures are too small or too few, or the sensor has no noise to measure.
     """
+    if size < LEAST_SIZE or pictures < 2:
+        raise ConfigError(
+            f"size is {size} and pictures is {pictures}; expected at least {LEAST_SIZE} pixels and"
+            " 2 pictures; type for example size=128 pictures=32"
+        )
+    if sensor != "all" and not measurable(chosen(sensor)):
+        raise ConfigError(
+            f"the sensor {sensor!r} has no noise to measure; expected one with photodiodes and"
+            " noise; type for example sensor=bayer"
+        )
     names = measurable_sensors() if sensor == "all" else [sensor]
     return [
         {"sensor": name, **row}

@@ -1,4 +1,4 @@
-"""Experiments: everything that the pages of questions claim, computed again step by step.
+"""Experiments: the results of docs/explanation/findings.md, computed again step by step.
 
 `make experiments` runs all steps, `isethdr experiments list|run` some of them.
 

@@ -53,7 +53,7 @@ def check_target(folder: Path, force: bool) -> None:
             f"the folder {folder} holds {foreign[0]!r}, which no export wrote"
             f" ({len(foreign)} such files); --force replaces exports alone; choose another folder"
         )
-    beside = folder.absolute().parent
+    beside = folder.resolve().parent
     if not beside.is_dir():
         raise CatalogError(f"there is no folder {beside}; make it first: mkdir -p {beside}")
     if not os.access(beside, os.W_OK):
@@ -62,13 +62,14 @@ def check_target(folder: Path, force: bool) -> None:
 
 @contextmanager
 def replaced(folder: Path) -> Iterator[Path]:
-    """Yield an empty folder that replaces `folder` when the block ends without an error.
+    """Yield an empty folder that replaces `folder` when the block ends without an error. A symbolic
+    link is kept, and the folder that it names is replaced.
 
     Raises
     ------
     CatalogError : the files cannot be written, for example because the disk is full.
     """
-    target = folder.absolute()
+    target = folder.resolve()
     remove_leftovers(target.parent)
     temporary = temporary_path(target.parent, target.name)
     try:
@@ -85,6 +86,20 @@ def replaced(folder: Path) -> Iterator[Path]:
         ) from error
     finally:
         shutil.rmtree(temporary, ignore_errors=True)  # the old folder, or the rest after an error
+
+
+@contextmanager
+def errors_of_openexr() -> Iterator[None]:
+    """Raise OSError for an EXR file that cannot be written, for which OpenEXR raises RuntimeError.
+
+    Raises
+    ------
+    OSError : the block raised RuntimeError, for example because the disk is full.
+    """
+    try:
+        yield
+    except RuntimeError as error:
+        raise OSError(str(error)) from error
 
 
 def exchange(a: Path, b: Path) -> None:

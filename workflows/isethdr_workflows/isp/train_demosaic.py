@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -29,6 +30,7 @@ from isethdr_isp.demosaic.local_classes import COUNT, classes, local_mean
 from isethdr_isp.spectra import LIGHTS, light, reflectances
 from isethdr_sensors.spectral.quantum_efficiency import quantum_efficiency
 
+from isethdr_core.errors import ConfigError
 from isethdr_core.plugins.registry import build
 
 from .dead_leaves import dead_leaves
@@ -67,9 +69,15 @@ def train_demosaic(
     rows with cfa, filters (number), samples (training pixels), bilinear_error and learned_error
     (rms errors of bilinear and learned planes on pictures of another seed, relative to the
     noise-free mean), recipe (first digits of its hash), bytes (of the file).
+
+    Raises
+    ------
+    ConfigError : the file cannot be made, there is no picture, or filters that are not those of the
+        recipe would replace the installed ones.
     """
     recipe = {**RECIPE, "pictures": pictures}
-    names = arrays.split(",")
+    names = [name.strip() for name in arrays.split(",")]
+    check(path, pictures, names)
     tables = {cell: trained(cell, recipe) for cell in names}
     stored = {cell: table.astype(np.float16) for cell, table in tables.items()}
     path = Path(path) if path else TABLE
@@ -91,6 +99,35 @@ def train_demosaic(
             }
         )
     return rows
+
+
+def check(path: str, pictures: int, arrays: Sequence[str]) -> None:
+    """Check the settings of a training before its work.
+
+    Parameters
+    ----------
+    path : file to write; empty: that of the installed isp.
+    pictures : number of pictures per array.
+    arrays : cells of filter arrays.
+
+    Raises
+    ------
+    ConfigError : the file cannot be made, there is no picture, or filters that are not those of the
+        recipe would replace the installed ones.
+    """
+    if pictures < 1:
+        raise ConfigError(f"pictures is {pictures}; expected 1 or more; type pictures=80")
+    if path and not (path.endswith(".npz") and Path(path).resolve().parent.is_dir()):
+        raise ConfigError(
+            f"path is {path!r}; expected a file that ends in .npz, in a folder that exists; type"
+            " for example path=filters.npz"
+        )
+    if not path and (pictures != RECIPE["pictures"] or set(arrays) != set(ARRAYS)):
+        raise ConfigError(
+            f"filters of {pictures} pictures for {', '.join(arrays)} would replace all filters of"
+            " the installed isp; expected the recipe's pictures and arrays; type for example"
+            " path=trial.npz"
+        )
 
 
 def recipe_hash(recipe: dict) -> str:

@@ -271,8 +271,10 @@ def is_at_night(road: Road) -> bool:
 
 
 def shown_lux(levels: Any) -> list[float]:
-    """Return the illuminances for which pictures are shown."""
-    return [lux for lux in levels if lux in SHOWN_LUX]
+    """Return the illuminances for which pictures are shown: those of `SHOWN_LUX`, or the two lowest
+    ones if none of these was measured.
+    """
+    return [lux for lux in levels if lux in SHOWN_LUX] or sorted(levels)[:2]
 
 
 def shown(filters: Filters, shot: Shot) -> np.ndarray:

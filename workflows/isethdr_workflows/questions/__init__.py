@@ -6,7 +6,7 @@
 | `render_noise`      | whether the renderer's noise or its denoiser changes that answer       |
 | `picture_noise`     | whether they change the answers about networks and filters             |
 | `term_scores`       | scores of a scene with each set of terms switched on                   |
-| `shares`            | fair shares of a loss among terms that depend on each other            |
+| `shares`            | division of a loss among terms that depend on each other (Shapley)     |
 | `radiance_versions` | stored radiance as it is, either of its half buffers, or denoised      |
 | `tables`            | rows of a study as a table in Markdown                                 |
 """

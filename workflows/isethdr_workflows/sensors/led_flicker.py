@@ -15,6 +15,7 @@ import numpy as np
 import xarray as xr
 
 from isethdr_core.data.temporal_modulation import time_mean
+from isethdr_core.errors import ConfigError
 from isethdr_core.physics.detector.temporal_modulation import Modulation, relative_light
 from isethdr_core.plugins.registry import build
 from isethdr_core.seeds import generator
@@ -47,7 +48,13 @@ def led_flicker(folder: str = "", phases: int = 400) -> list[dict]:
     which a lamp gives this capture no light), lamps_seen (of five; saturated lamps count as seen),
     darkest and brightest (luminance of the darkest and the brightest unsaturated lamp over its mean
     over time; NaN if all are saturated).
+
+    Raises
+    ------
+    ConfigError : there is no such folder.
     """
+    if folder and not os.path.isdir(folder):
+        raise ConfigError(f"folder is {folder}; expected a folder that exists; make it first")
     shots = {name: shot(name) for name in ("staggered", "split_pixel")}
     rows = []
     for name, (sensor, captures, steady, picture, truth) in shots.items():

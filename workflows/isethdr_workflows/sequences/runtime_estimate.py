@@ -153,8 +153,8 @@ def print_runtime_estimate(request: Request) -> None:
         total += f", {found.equal} equal to another one"
     if found.unseen:
         total += f"; {found.unseen} were not compared, which takes too long"
-    if found.known_s:
-        total += f": about {duration(found.known_s)} in all"
     if found.unknown:
-        total += f"; not known: {', '.join(found.unknown)}"
+        total += "; the time is not known, because the stages with ? have no stored example"
+    elif found.known_s:
+        total += f": about {duration(found.known_s)} in all"
     print(total)

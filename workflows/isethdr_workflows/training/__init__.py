@@ -7,6 +7,7 @@
 | `command`          | the command line                                                   |
 | `curves`           | losses against steps, as CSV and as a drawing                      |
 | `files`            | files that are written completely or not at all                    |
+| `interrupts`       | Ctrl-C, which takes effect between two steps                       |
 | `onnx_notes`       | removes notes of the exporter about the machine from model files   |
 | `state`            | the state from which an interrupted training continues             |
 | `torch_library`    | the only place that imports PyTorch                                |

@@ -8,7 +8,7 @@ from typing import Any
 
 import yaml
 
-from isethdr_core.storage.atomic_write import write_text
+from .files import write_file
 
 
 def write_card(folder: Path, title: str, sections: Mapping[str, Any]) -> list[Path]:
@@ -19,13 +19,17 @@ def write_card(folder: Path, title: str, sections: Mapping[str, Any]) -> list[Pa
     folder : folder of the trained file.
     title : title of the card.
     sections : {heading: text, list of texts, list of rows, or table of names and values}.
+
+    Raises
+    ------
+    CatalogError : a file cannot be written, for example because the disk is full.
     """
     written = {
         folder / "card.yaml": card_yaml(title, sections),
         folder / "card.md": card_markdown(title, sections),
     }
     for path, text in written.items():
-        write_text(path, text)
+        write_file(path, [text.encode()])
     return list(written)
 
 

@@ -67,9 +67,10 @@ class Clock:
 
     def rate_factor(self) -> float:
         """Return the learning rate over the largest one: a linear rise, times half a cosine."""
-        rise = min(1.0, (self.step + 1) / self._warm_up())
+        rise = min(1.0, (self.step + 1) / self.warm_up())
         return rise * (LAST_RATE + (1 - LAST_RATE) * math.cos(math.pi / 2 * self.share()) ** 2)
 
-    def _warm_up(self) -> float:
+    def warm_up(self) -> float:
+        """Return the number of steps over which the learning rate rises."""
         steps = self.length.steps
         return min(WARM_UP_STEPS, max(steps / 10, 1)) if steps else WARM_UP_STEPS

@@ -10,7 +10,7 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
-from isethdr_core.storage.atomic_write import write_text
+from .files import write_file
 
 
 def write_curves(folder: Path, history: Sequence[dict[str, Any]], titles: dict[str, str]) -> None:
@@ -21,13 +21,17 @@ def write_curves(folder: Path, history: Sequence[dict[str, Any]], titles: dict[s
     folder : folder of the training.
     history : rows with `step`, `minutes` and further numbers, which may be missing in a row.
     titles : {name of a number that is drawn: title of its axis}.
+
+    Raises
+    ------
+    CatalogError : a file cannot be written, for example because the disk is full.
     """
     columns = list(dict.fromkeys(key for row in history for key in row))
     text = io.StringIO()
     writer = csv.DictWriter(text, columns, lineterminator="\n")
     writer.writeheader()
     writer.writerows(history)
-    write_text(folder / "curves.csv", text.getvalue())
+    write_file(folder / "curves.csv", [text.getvalue().encode()])
     if find_spec("matplotlib") is None or not history:
         return
     draw(folder / "curves.png", history, titles)
@@ -53,4 +57,4 @@ def draw(path: Path, history: Sequence[dict[str, Any]], titles: dict[str, str]) 
     panels[-1].set_xlabel("steps")
     buffer = io.BytesIO()
     figure.savefig(buffer, format="png", dpi=90)
-    path.write_bytes(buffer.getvalue())
+    write_file(path, [buffer.getbuffer()])

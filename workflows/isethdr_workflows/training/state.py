@@ -7,10 +7,11 @@ from __future__ import annotations
 
 import io
 import pickle
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from isethdr_core.errors import CatalogError
+from isethdr_core.errors import CatalogError, ConfigError
 
 from .files import write_file
 from .torch_library import torch
@@ -50,3 +51,27 @@ def load_state(path: Path) -> dict[str, Any] | None:
             f"{path} is damaged ({str(err).splitlines()[0]}); expected the state of a training;"
             " remove the file to begin again"
         ) from None
+
+
+def check_roads(folder: Path, dataset: str, before: Sequence[str], now: Sequence[str]) -> None:
+    """Check that a training continues with the roads with which it began.
+
+    Parameters
+    ----------
+    folder : folder of the training.
+    dataset : name of the dataset.
+    before, now : names of the roads when the training began, and of those in the dataset now.
+
+    Raises
+    ------
+    ConfigError : the roads differ, for example because the dataset has grown.
+    """
+    if list(before) == list(now):
+        return
+    new = len(set(now) - set(before))
+    gone = len(set(before) - set(now))
+    raise ConfigError(
+        f"the dataset {dataset!r} has changed since the training {folder.name} began: {new} roads"
+        f" are new and {gone} are gone; expected the same roads; type name={folder.name}_2 to begin"
+        " another training"
+    )

@@ -20,6 +20,7 @@ from isethdr_core.errors import CatalogError
 from isethdr_core.storage import store
 
 from ..job import Job
+from ..output_folder import errors_of_openexr
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -114,4 +115,5 @@ def write_labels(
     }
     if format_name == "depth":
         entries["units"] = "m"
-    OpenEXR.File(entries | (header or {}), channels).write(str(path))
+    with errors_of_openexr():
+        OpenEXR.File(entries | (header or {}), channels).write(str(path))

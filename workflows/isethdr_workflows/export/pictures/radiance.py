@@ -19,6 +19,7 @@ from isethdr_core.errors import CatalogError
 from isethdr_core.storage import store
 
 from ..job import Job
+from ..output_folder import errors_of_openexr
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -71,7 +72,7 @@ def write_radiance(scene: xr.Dataset, path: Path) -> None:
         light = scene["radiance"].sel(light_group=group).values.astype(np.float32, copy=False)
         channels = {name: np.ascontiguousarray(band) for name, band in zip(names, light)}
         parts.append(OpenEXR.Part(_header(scene, group, bands), channels, group))
-    with OpenEXR.File(parts) as file:
+    with errors_of_openexr(), OpenEXR.File(parts) as file:
         file.write(str(path))
 
 

@@ -8,6 +8,7 @@ import math
 import tempfile
 import warnings
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -16,7 +17,6 @@ import numpy as np
 from isethdr_core.errors import ConfigError
 from isethdr_core.onnx_session import open_session
 from isethdr_core.runs.provenance import versions
-from isethdr_core.storage.atomic_write import write_text
 
 from ...detectors.bootstrap import SHARE, estimate
 from ...detectors.classes import CLASSES
@@ -24,13 +24,14 @@ from ...detectors.description import DetectorForm, InputForm, OutputForm, writte
 from ...detectors.detector import Detector, open_detector
 from ...detectors.groups import EVERYTHING
 from ...detectors.matching import Picture
-from ...detectors.objects import TruthObject
+from ...detectors.objects import LEAST_HEIGHT_PX, TruthObject
 from ...detectors.tables import ALL, NAMES, Answers, Compared
 from ..card import write_card
 from ..files import write_file
 from ..onnx_notes import remove_notes
 from ..torch_library import hardware, onnx, torch
 from .network import Boxes, DetectorNetwork, parameters_of
+from .pictures import LEAST_HEIGHT_PX as LEAST_SHRUNK_PX
 from .pictures import LabelledPicture
 from .settings import STRIDE_PX
 from .training import Trained
@@ -41,6 +42,8 @@ DESCRIPTION = "detector.yaml"
 AGREEMENT = 1e-4
 COMMON = 0.9  # least share of the peaks that both outputs have
 LARGEST_CELLS = 512  # largest rows and columns of a picture over STRIDE_PX
+# factor on boxes for the scores of held-out pictures; 2 is for rounding
+ENLARGED = 2 * LEAST_HEIGHT_PX / LEAST_SHRUNK_PX
 NOISY = ("torch.onnx", "torch.utils.flop_counter")  # loggers of the exporter that are silenced
 
 
@@ -70,7 +73,7 @@ def exported(run: Trained, recipe: str) -> Detector:
             " onnxruntime"
         )
     description = run.folder / DESCRIPTION
-    write_text(description, written(form_of(run)))
+    write_file(description, [written(form_of(run)).encode()])
     detector = open_detector(description)
     write_card(run.folder, "Detector", card_of(run, detector, network, recipe))
     return detector
@@ -139,9 +142,12 @@ def difference(network: DetectorNetwork, path: Path) -> float:
 
 
 def form_of(run: Trained) -> DetectorForm:
-    """Return the description of the exported detector."""
-    width = run.settings.input_px
+    """Return the description of the exported detector. Its input is as wide as the widest picture
+    of the training, so that objects have the sizes of the training.
+    """
     shapes = {p.rgb.shape[:2] for p in (*run.data.training, *run.data.held_out)}
+    widest = max(columns for _, columns in shapes)
+    width = min(run.settings.input_px, -(-widest // STRIDE_PX) * STRIDE_PX)
     tallest = max(-(-rows * width // (columns * STRIDE_PX)) for rows, columns in shapes)
     return DetectorForm(
         model=MODEL,
@@ -207,16 +213,11 @@ def held_out_rows(detector: Detector, pictures: Sequence[LabelledPicture]) -> li
     detector : exported detector.
     pictures : held-out pictures.
     """
-    shown = [
-        Picture(
-            number,
-            one.road,
-            "all",
-            objects_of(one),
-            detector.in_displayed(one.rgb.astype(np.float32) / 255),
-        )
-        for number, one in enumerate(pictures)
-    ]
+    shown = []
+    for number, one in enumerate(pictures):
+        found = detector.in_displayed(one.rgb.astype(np.float32) / 255)
+        found = replace(found, boxes=ENLARGED * found.boxes)
+        shown.append(Picture(number, one.road, "all", objects_of(one), found))
     compared = Compared({"all": [Answers("all", shown)]}, CLASSES)
     drawn = compared.draws("all", EVERYTHING)
     rows = []
@@ -233,6 +234,9 @@ def held_out_rows(detector: Detector, pictures: Sequence[LabelledPicture]) -> li
 def objects_of(picture: LabelledPicture) -> list[TruthObject]:
     """Return the objects of a labelled picture. Objects that the detector need not find have a
     visible fraction of 0, so that they do not count.
+
+    Boxes are enlarged, so that every object that should be found in the shrunk picture is high
+    enough to count. Overlaps with boxes that are enlarged alike do not change.
     """
     return [
         TruthObject(
@@ -240,7 +244,7 @@ def objects_of(picture: LabelledPicture) -> list[TruthObject]:
             class_name=CLASSES[kind],
             category=CLASSES[kind],
             name="",
-            box=tuple(map(float, box)),
+            box=tuple(map(float, ENLARGED * box)),
             distance_m=float("nan"),
             illuminance_lx=float("nan"),
             lamp_near=False,

@@ -77,7 +77,8 @@ def data_of(settings: Settings, overrides: Sequence[str], tell: Callable[[str], 
 
     Raises
     ------
-    ConfigError : an override is wrong, or a part has no scene or no object.
+    ConfigError : an override is wrong, a part has no scene, no scene of it can be imaged, or the
+        training scenes show no object.
     CatalogError : there is no such dataset, or runs cannot be written.
     """
     dataset = generated(read_dataset(settings.dataset))
@@ -93,6 +94,12 @@ def data_of(settings: Settings, overrides: Sequence[str], tell: Callable[[str], 
                     labelled_picture(result, camera, settings.input_px, record.road)
                     for camera in cameras
                 ]
+        if not pictures[part]:
+            raise ConfigError(
+                f"no scene of the part {part!r} could be imaged, as printed above; expected"
+                f" lightings that fit the scenes, not lightings={settings.lightings}; type for"
+                f" example lightings={OF_RECIPE}"
+            )
     about = (
         f"dataset {settings.dataset}, seed {dataset.definition.seed}, recipe"
         f" {dataset.definition.recipe_name}; {len(parts[TRAINING])} scenes to learn from,"

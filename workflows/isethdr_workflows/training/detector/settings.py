@@ -127,8 +127,9 @@ def parsed(typed: Sequence[str]) -> tuple[Settings, list[str]]:
         try:
             values[key] = kind(value)
         except ValueError:
+            whole = "whole " if kind is int else ""
             raise ConfigError(
-                f"{key} is {value!r}; expected a number; type for example"
+                f"{key} is {value!r}; expected a {whole}number; type for example"
                 f" {key}={fields[key].default}"
             ) from None
     if "minutes" not in values and "steps" not in values:

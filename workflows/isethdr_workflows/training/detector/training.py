@@ -18,7 +18,8 @@ from isethdr_core.storage.home_folder import home
 
 from ..clock import Clock
 from ..curves import write_curves
-from ..state import load_state, save_state
+from ..interrupts import between_steps
+from ..state import check_roads, load_state, save_state
 from ..torch_library import device_name, nn, torch
 from .loss import loss_of
 from .network import DetectorNetwork
@@ -43,6 +44,7 @@ class Progress:
     clock: Clock
     best: dict[str, Any]  # held-out loss, step, number of the check and weights
     history: list[dict[str, Any]]
+    roads: list[str]  # the roads of all pictures
     stopped: str = ""  # why it ended before its length
 
     def state(self, recipe: str) -> dict[str, Any]:
@@ -60,6 +62,7 @@ class Progress:
             "optimiser": self.optimiser.state_dict(),
             "best": self.best,
             "history": self.history,
+            "roads": self.roads,
             "stopped": self.stopped,
         }
 
@@ -115,6 +118,11 @@ def trained_on(data: Data, settings: Settings, recipe: str, tell: Callable[[str]
     recipe : text of everything that determines the result; a stored state with another recipe is
         refused.
     tell : called with a line of text at each check.
+
+    Raises
+    ------
+    ConfigError : another training has the name, or the dataset has changed since it began.
+    CatalogError : the state cannot be written. The stored state is kept.
     """
     if settings.threads:
         torch.set_num_threads(settings.threads)
@@ -124,8 +132,9 @@ def trained_on(data: Data, settings: Settings, recipe: str, tell: Callable[[str]
     torch.manual_seed(settings.seed)
     network = DetectorNetwork(settings.size).to(device, memory_format=torch.channels_last)
     adam = torch.optim.AdamW(network.parameters(), settings.rate, weight_decay=DECAY)
-    progress = Progress(network, adam, Clock(settings.length()), {}, [])
+    progress = Progress(network, adam, Clock(settings.length()), {}, [], data.roads)
     if state is not None:
+        check_roads(folder, settings.dataset, state.get("roads", data.roads), data.roads)
         progress.restore(state)
         tell(f"continues after step {progress.clock.step}")
     run = Trained(folder, settings, data, progress, device)
@@ -170,17 +179,19 @@ def _loop(run: Trained, recipe: str, tell: Callable[[str], None]) -> None:
     losses: list[float] = []
     batches = _batch(run, run.data.training, (settings.seed, 0, clock.step))
     try:
-        while clock.share() < 1 and not progress.stopped:
-            now = batches.result()
-            batches = _batch(run, run.data.training, (settings.seed, 0, clock.step + 1))
-            losses.append(_step(run, now, settings.rate * clock.rate_factor()))
-            clock.step += 1
-            if clock.share() * settings.checks >= len(progress.history) + 1:
-                _check(run, held, losses, tell)
-                losses = []
-            if clock.seconds() - saved > SAVED_EVERY_S:
-                save_state(path, progress.state(recipe))
-                saved = clock.seconds()
+        with between_steps() as stop_if_typed:
+            while clock.share() < 1 and not progress.stopped:
+                now = batches.result()
+                batches = _batch(run, run.data.training, (settings.seed, 0, clock.step + 1))
+                losses.append(_step(run, now, settings.rate * clock.rate_factor()))
+                clock.step += 1
+                if clock.share() * settings.checks >= len(progress.history) + 1:
+                    _check(run, held, losses, tell)
+                    losses = []
+                if clock.seconds() - saved > SAVED_EVERY_S:
+                    save_state(path, progress.state(recipe))
+                    saved = clock.seconds()
+                stop_if_typed()
     except KeyboardInterrupt:
         save_state(path, progress.state(recipe))
         raise

@@ -16,6 +16,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from isethdr_core.errors import ConfigError
+from isethdr_core.pipeline.chain.side_by_side import threads_for
 from isethdr_core.plugins.registry import build
 
 from ...accuracy.diagram import draw
@@ -171,14 +172,15 @@ def network_of(model: str, camera: TrainingCamera) -> Any:
 
 
 def together(call: Callable[[Any], Any], jobs: Sequence[Any]) -> list[Any]:
-    """Return the results of all jobs in order, computed by as many threads as there are processors.
+    """Return the results of all jobs in order, computed by as many threads as there are processors,
+    or OMP_NUM_THREADS where that is less.
 
     Parameters
     ----------
     call : function that does a job.
     jobs : arguments of each job.
     """
-    with ThreadPoolExecutor(len(os.sched_getaffinity(0))) as threads:
+    with ThreadPoolExecutor(threads_for(())) as threads:
         return list(threads.map(lambda job: call(*job), jobs))
 
 
@@ -291,7 +293,7 @@ def levels(text: str) -> list[float]:
         found = [float(part) for part in text.split(",")]
     except ValueError:
         found = []
-    if not found or min(found) <= 0:
+    if not found or not all(0 < level < math.inf for level in found):
         raise ConfigError(f"lux is {text!r}; expected numbers above 0; type for example lux=0.1,1")
     return found
 

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from isethdr_core.cli.progress import track
+from isethdr_core.errors import ConfigError
 from isethdr_core.pipeline.chain.side_by_side import sharing, side_by_side
 from isethdr_core.storage.home_folder import home
 from isethdr_core.store import content_hash
@@ -38,6 +39,7 @@ def bank(
     Raises
     ------
     CatalogError : the file cannot be written, for example because the disk is full.
+    ConfigError : the pictures differ in size.
     """
     path = folder() / f"{title}-{content_hash(recipe)[:16]}.npy"
     if not is_complete(path):
@@ -49,13 +51,22 @@ def _content(
     title: str, count: int, make: Callable[[int], np.ndarray], threads: int
 ) -> Iterator[bytes]:
     """Yield the parts of a file of pictures, a few at a time, because all may not fit in memory."""
+    shape: tuple[int, ...] = ()
     for first in track(range(0, count, AT_A_TIME), f"making {title}"):
         numbers = range(first, min(first + AT_A_TIME, count))
         with sharing(threads):
             pictures = side_by_side([partial(make, number) for number in numbers])
         if first == 0:
-            yield _header((count, *pictures[0].shape))
-        for picture in pictures:
+            shape = pictures[0].shape
+            yield _header((count, *shape))
+        for number, picture in zip(numbers, pictures, strict=True):
+            if picture.shape != shape:
+                sizes = [f"{columns} x {rows}" for _, rows, columns in (shape, picture.shape)]
+                raise ConfigError(
+                    f"picture {number + 1} of the {title} has {sizes[1]} pixels and the first one"
+                    f" {sizes[0]}; expected one size; render all scenes of the dataset with one"
+                    " size"
+                )
             yield np.ascontiguousarray(picture, np.float32).tobytes()
 
 

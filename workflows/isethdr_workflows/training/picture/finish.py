@@ -156,7 +156,8 @@ def sections_of(
             "kind": "AdamW",
             "largest_rate": settings.rate,
             "weight_decay": DECAY,
-            "schedule": "linear rise over 200 steps, then half a cosine to 2 %",
+            "schedule": f"linear rise over {progress.clock.warm_up():.0f} steps, times half a"
+            " cosine that falls to 2 %",
             "weights": weights,
             "mean_of_weights": f"over the last {1 - AVERAGED_FROM:.0%} of the training",
             "precision": "bfloat16 inside, float32 start" if half else "float32",

@@ -1,9 +1,10 @@
 """Loss: squared error in units of the samples' noise, so that electrons stay absolute.
 
-The weight depends on the raw alone, never on the truth. Then the best answer is the mean of all
-pictures that fit a raw, and the mean luminance is kept. The logarithm is taken block by block.
-Edges and lamps have errors of many standard deviations of their noise. Without the logarithm they
-would dominate the training, and the remaining noise on an even road would not count.
+The weight depends on the raw samples alone, never on the reference. The loss is then least for the
+mean of all pictures that are possible for these samples, and the mean luminance is kept. The
+logarithm is taken block by block. Edges and lamps have errors of many standard deviations of their
+noise. Without the logarithm they would dominate the training, and the remaining noise on an even
+road would not count.
 """
 
 from __future__ import annotations

@@ -24,6 +24,7 @@ CHOICES = {
 NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.-]*")
 SHEET = 16  # number of patches of a sheet, a multiple of the batch
 LEAST_PATCH = 32  # least side of a patch, pixels
+PATCH_STEP = 16  # the side of a patch is a multiple of this, pixels
 
 
 @dataclass(frozen=True)
@@ -87,11 +88,12 @@ class Settings:
                 f"roads_share and rate are {self.roads_share:g}, {self.rate:g}; expected numbers"
                 " between 0 and 1; type for example roads_share=0.5"
             )
-        if SHEET % self.batch or self.patch_px % 16 or self.patch_px > self.picture_px:
+        if SHEET % self.batch or self.patch_px % PATCH_STEP or self.patch_px > self.picture_px:
             raise ConfigError(
                 f"batch={self.batch} patch_px={self.patch_px} picture_px={self.picture_px};"
-                f" expected a batch that divides {SHEET}, and a patch that is a multiple of 16 and"
-                " not larger than a picture; type for example batch=4 patch_px=128"
+                f" expected a batch that divides {SHEET}, and a patch that is a multiple of"
+                f" {PATCH_STEP} and not larger than a picture; type for example batch=4"
+                " patch_px=128"
             )
         self.length()
 
@@ -128,8 +130,9 @@ def parsed(typed: Sequence[str]) -> tuple[Settings, list[str]]:
         try:
             values[key] = kind(value)
         except ValueError:
+            whole = "whole " if kind is int else ""
             raise ConfigError(
-                f"{key} is {value!r}; expected a number; type for example"
+                f"{key} is {value!r}; expected a {whole}number; type for example"
                 f" {key}={fields[key].default}"
             ) from None
     if "minutes" not in values and "steps" not in values:

@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from isethdr_core.cli.terminal import number_of
+from isethdr_core.errors import ConfigError
 from isethdr_core.pipeline.chain.side_by_side import threads_for
 from isethdr_core.store import open_scene
 
@@ -25,7 +26,7 @@ from .roads import (
     render_noise,
     roads_of,
 )
-from .settings import Settings
+from .settings import LEAST_PATCH, PATCH_STEP, Settings
 from .sheets import Source
 
 HELD_OUT_PICTURES = 24  # number of held-out pictures of dead leaves
@@ -43,6 +44,7 @@ class Data(NamedTuple):
     held_out: tuple[Source, ...]
     stated: dict[str, Any]  # description of the data, for the card
     missing: list[str]  # list of data that are missing, for the card
+    roads: list[str]  # names of the stores of all roads
 
 
 def data_of(settings: Settings, camera: TrainingCamera, overrides: Sequence[str]) -> Data:
@@ -56,7 +58,8 @@ def data_of(settings: Settings, camera: TrainingCamera, overrides: Sequence[str]
 
     Raises
     ------
-    ConfigError : the dataset has too few roads to train on, or no held-out road.
+    ConfigError : the dataset has too few roads to train on, no held-out road, or pictures that are
+        smaller than a patch.
     """
     roads = roads_of(settings.dataset) if settings.dataset else None
     share = settings.roads_share if roads else 0.0
@@ -69,9 +72,10 @@ def data_of(settings: Settings, camera: TrainingCamera, overrides: Sequence[str]
         f" {held.pictures} held out, seed {held.seed}",
     }
     if roads is None:
-        return Data(tuple(training), tuple(held_out), stated, [NO_ROADS, NO_DIRT])
+        return Data(tuple(training), tuple(held_out), stated, [NO_ROADS, NO_DIRT], [])
     training.append(roads_source(roads.of(TRAIN), camera, overrides, share))
     held_out.append(roads_source(roads.of(VALIDATION), camera, overrides, 1.0))
+    check_size(training[-1].pictures, settings)
     noisy = roads.of(TRAIN)[:NOISE_OF]
     noise = float(np.median([render_noise(road, overrides) for road in noisy]))
     stated |= {
@@ -84,7 +88,32 @@ def data_of(settings: Settings, camera: TrainingCamera, overrides: Sequence[str]
         f" {noise:.2g} of the luminance of a tile (median over tiles of {len(noisy)} roads), that"
         f" of a sensor at {1 / noise**2:.0f} e; unbiased, so that it does not move a squared loss",
     }
-    return Data(tuple(training), tuple(held_out), stated, [])
+    stores = [road.path.stem for part in (TRAIN, VALIDATION) for road in roads.of(part)]
+    return Data(tuple(training), tuple(held_out), stated, [], stores)
+
+
+def check_size(pictures: Sequence[np.ndarray], settings: Settings) -> None:
+    """Check that a patch fits into the pictures of roads.
+
+    Parameters
+    ----------
+    pictures : pictures (plane, y, x) of one size.
+    settings : settings of the training.
+
+    Raises
+    ------
+    ConfigError : the pictures are smaller than a patch.
+    """
+    rows, columns = pictures[0].shape[1:]
+    side = min(rows, columns)
+    if side >= settings.patch_px:
+        return
+    fits = side // PATCH_STEP * PATCH_STEP
+    advice = f"type patch_px={fits}" if fits >= LEAST_PATCH else "render larger scenes"
+    raise ConfigError(
+        f"the roads of {settings.dataset} have {columns} x {rows} pixels; expected at least"
+        f" patch_px={settings.patch_px} along both axes; {advice}"
+    )
 
 
 def roads_source(

@@ -18,7 +18,8 @@ from isethdr_core.storage.home_folder import home
 
 from ..clock import Clock
 from ..curves import write_curves
-from ..state import load_state, save_state
+from ..interrupts import between_steps
+from ..state import check_roads, load_state, save_state
 from ..torch_library import device_name, nn, torch
 from .camera import TrainingCamera, camera_of
 from .held_out import HeldOut, held_out, loss_on
@@ -54,6 +55,7 @@ class Progress:
     best: dict[str, Any]  # held-out loss, step and weights of the best check
     history: list[dict[str, Any]]
     clock: Clock
+    roads: list[str]  # the stores of all rendered roads
     stopped: str = ""  # why it ended before its length
 
     def state(self, recipe: str) -> dict[str, Any]:
@@ -72,6 +74,7 @@ class Progress:
             "average": self.average,
             "best": self.best,
             "history": self.history,
+            "roads": self.roads,
             "stopped": self.stopped,
         }
 
@@ -117,7 +120,8 @@ def trained(settings: Settings, overrides: Sequence[str], tell: Callable[[str], 
 
     Raises
     ------
-    ConfigError : a setting or an override has a mistake, or another training has the name.
+    ConfigError : a setting or an override has a mistake, another training has the name, or the
+        dataset has changed since the training began.
     CatalogError : the state cannot be written. The stored state is kept.
     """
     if settings.threads:
@@ -147,8 +151,9 @@ def trained(settings: Settings, overrides: Sequence[str], tell: Callable[[str], 
         fit(network.start, sheets)
     network = network.to(device, memory_format=torch.channels_last)
     adam = torch.optim.AdamW(network.parameters(), settings.rate, weight_decay=DECAY)
-    progress = Progress(network, adam, {}, {}, [], Clock(settings.length()))
+    progress = Progress(network, adam, {}, {}, [], Clock(settings.length()), data.roads)
     if state is not None:
+        check_roads(folder, settings.dataset, state.get("roads", data.roads), data.roads)
         progress.restore(state)
         tell(f"continues after step {progress.clock.step}")
     run = Trained(folder, settings, camera, data, pictures, progress, device)
@@ -166,17 +171,19 @@ def _loop(run: Trained, sheets: Sheets, recipe: str, tell: Callable[[str], None]
     masks = run.judge.masks
     batches = Batches(sheets, run.settings.batch, run.device)
     try:
-        while clock.share() < 1 and not progress.stopped:
-            rate = run.settings.rate * clock.rate_factor()
-            losses.append(_step(run, batches.of(clock.step), masks, rate))
-            clock.step += 1
-            if _is_check(run):
-                _check(run, float(torch.stack(losses).mean()), tell)
-                losses.clear()
-                saved = -SAVED_EVERY_S
-            if clock.seconds() - saved > SAVED_EVERY_S:
-                save_state(path, progress.state(recipe))
-                saved = clock.seconds()
+        with between_steps() as stop_if_typed:
+            while clock.share() < 1 and not progress.stopped:
+                rate = run.settings.rate * clock.rate_factor()
+                losses.append(_step(run, batches.of(clock.step), masks, rate))
+                clock.step += 1
+                if _is_check(run):
+                    _check(run, float(torch.stack(losses).mean()), tell)
+                    losses.clear()
+                    saved = -SAVED_EVERY_S
+                if clock.seconds() - saved > SAVED_EVERY_S:
+                    save_state(path, progress.state(recipe))
+                    saved = clock.seconds()
+                stop_if_typed()
     except KeyboardInterrupt:
         save_state(path, progress.state(recipe))
         raise

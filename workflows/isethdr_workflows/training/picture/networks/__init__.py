@@ -2,7 +2,7 @@
 
 | module            | content                                                              |
 |-------------------|----------------------------------------------------------------------|
-| `picture_network` | samples to XYZ and variance: square roots, a start, calibration      |
+| `picture_network` | from samples to XYZ and variance, by square roots; its calibration   |
 | `linear_start`    | the best linear estimate for each level of signal over noise         |
 | `u_shape`         | three resolutions with skip connections, of any block                |
 | `unet`            | block of plain 3 x 3 convolutions                                    |

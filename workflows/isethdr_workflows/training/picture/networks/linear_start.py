@@ -1,5 +1,6 @@
-"""Linear start: the estimate of XYZ that is linear in the raw and has the least squared error, for
-each level of signal over noise. `linear_fit` solves its weights, and the training keeps them.
+"""Linear start: the estimate of XYZ that is linear in the raw samples and has the least squared
+error, for each level of signal over noise. `linear_fit` solves its weights, and the training keeps
+them.
 
 This is the learned linear demosaic of the classical development (Jiang et al. 2017, L3), with one
 filter for each position in the cell. It keeps the mean luminance, so that the network only has to
