@@ -1,4 +1,6 @@
-"""Refuse, before rendering, bands that a sky, a lamp or a material has no data for."""
+"""Refuse, before rendering, bands for which a sky, a lamp or a material has no data, and bands
+beyond the spectra of the renderer.
+"""
 
 from __future__ import annotations
 
@@ -9,11 +11,14 @@ import numpy as np
 from isethdr_core.errors import ConfigError
 from isethdr_core.scene import SceneDescription, SkyDome, Spectrum
 
+from .lamps.placed_lamps import SPECTRUM_NM
+
 MOST_NAMED = 5
 
 
 def check_bands(description: SceneDescription, groups: Sequence[str], bands_nm: np.ndarray) -> None:
-    """Refuse bands with a centre outside the data of a sky, lamp or material to be rendered.
+    """Refuse bands with a centre outside the data of a sky, lamp or material to be rendered, or
+    outside `SPECTRUM_NM`, the wavelengths at which the renderer tabulates all spectra.
 
     Parameters
     ----------
@@ -28,7 +33,8 @@ def check_bands(description: SceneDescription, groups: Sequence[str], bands_nm: 
     """
     low = float(np.min(bands_nm))
     high = float(np.max(bands_nm))
-    spans = {
+    spans = {"the spectra of this renderer": (float(SPECTRUM_NM[0]), float(SPECTRUM_NM[-1]))}
+    spans |= {
         what: (s.wavelength_nm[0], s.wavelength_nm[-1]) for what, s in _spectra(description, groups)
     }
     lacking = {w: (a, b) for w, (a, b) in spans.items() if a > low or b < high}
@@ -37,11 +43,18 @@ def check_bands(description: SceneDescription, groups: Sequence[str], bands_nm: 
     named = [f"{what} ({a:g} to {b:g} nm)" for what, (a, b) in lacking.items()]
     more = f" and {len(named) - MOST_NAMED} more" if len(named) > MOST_NAMED else ""
     first, last = (pick(span[k] for span in spans.values()) for k, pick in enumerate((max, min)))
-    raise ConfigError(
+    asked = (
         f"bands from {low:g} to {high:g} nm are asked for, beyond the data of"
-        f" {', '.join(named[:MOST_NAMED])}{more}; expected bands within {first:g} to {last:g} nm,"
-        f" for which all have data; type for example renderer.first_nm={max(low, first):g}"
-        f" renderer.last_nm={min(high, last):g}"
+        f" {', '.join(named[:MOST_NAMED])}{more}"
+    )
+    if first > last:
+        raise ConfigError(f"{asked}; there is no band for which all have data")
+    if max(low, first) > min(high, last):  # none of the bands has data
+        low = first
+        high = last
+    raise ConfigError(
+        f"{asked}; expected bands within {first:g} to {last:g} nm, for which all have data; type"
+        f" for example renderer.first_nm={max(low, first):g} renderer.last_nm={min(high, last):g}"
     )
 
 

@@ -27,6 +27,7 @@ HELP = {
     "cuda": "needs an NVIDIA graphics card with a driver of version 535 or newer",
     "scalar": "reinstall mitsuba: `pip install --force-reinstall isethdr[mitsuba]`",
 }
+PROBE_S = 300.0  # longest time of a test
 # a small scene with compiled code that fails with old LLVM versions
 PROBE = """
 import sys, mitsuba as mi
@@ -57,14 +58,16 @@ def choose_variant(requested: str) -> str:
             "renderer mitsuba needs the package mitsuba, which is not installed; type pip install"
             " 'isethdr[mitsuba]'"
         )
+    chosen = requested
     if requested == "auto":
-        requested = next(name for name in VARIANTS if working[name] == "works" or name == "scalar")
-    if working[requested] != "works":
+        chosen = next(name for name in VARIANTS if working[name] == "works" or name == "scalar")
+    if working[chosen] != "works":
+        instead = "" if requested == "auto" else "; or type renderer.variant=auto"
         raise ConfigError(
-            f"renderer variant {requested!r} does not work here: {working[requested]};"
-            f" {HELP[requested]}; or type renderer.variant=auto"
+            f"renderer variant {chosen!r} does not work here: {working[chosen]};"
+            f" {HELP[chosen]}{instead}"
         )
-    return VARIANTS[requested]
+    return VARIANTS[chosen]
 
 
 @cache
@@ -73,8 +76,8 @@ def doctor() -> dict[str, str]:
     variant is "works" or the error message.
 
     Each variant is tried in a child process, because some LLVM versions abort the process. That
-    costs seconds, so the answer is kept in the user's cache folder until Mitsuba or the LLVM
-    libraries change.
+    costs seconds, so the answer is kept in the user's cache folder until Mitsuba, the LLVM
+    libraries or CUDA_VISIBLE_DEVICES change.
     """
     try:
         version = importlib.metadata.version("mitsuba")
@@ -87,6 +90,7 @@ def doctor() -> dict[str, str]:
             platform.node(),
             sys.executable,
             os.environ.get("DRJIT_LIBLLVM_PATH", ""),
+            os.environ.get("CUDA_VISIBLE_DEVICES"),
             _llvm_libraries(),
         ]
     )
@@ -118,13 +122,16 @@ def doctor_command(fresh: bool = False) -> None:
 
 
 def _probe(variant: str) -> str:
-    done = subprocess.run(
-        [sys.executable, "-c", PROBE, variant],
-        check=False,
-        capture_output=True,
-        text=True,
-        timeout=300,
-    )
+    try:
+        done = subprocess.run(
+            [sys.executable, "-c", PROBE, variant],
+            check=False,
+            capture_output=True,
+            text=True,
+            timeout=PROBE_S,
+        )
+    except subprocess.TimeoutExpired:
+        return f"no result after {PROBE_S:g} s"
     if done.returncode == 0:
         return "works"
     last = (done.stderr.strip().splitlines() or ["no message"])[-1]

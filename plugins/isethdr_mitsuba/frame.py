@@ -36,6 +36,9 @@ if TYPE_CHECKING:
     from .world.geometry import World
 
 
+LARGEST_SAMPLES = 10_000_000  # largest number of samples per tile; noise is 0.03 % of one path's
+
+
 @dataclass(frozen=True)
 class Request:
     """Light groups, bands, accuracy and stored samples of one rendering."""
@@ -62,11 +65,13 @@ def render_frame(
     import mitsuba as mi
 
     mi.set_variant(variant)
-    from .labels import cut_labels, label_tiles
+    from .labels import category_numbers, cut_labels, label_tiles
     from .lamps.visible_lamps import Bands, visible_lamps
     from .world.geometry import build_world
 
     description = in_fog(description, variant)
+    if request.demand.labels:
+        category_numbers(description)  # refuses unknown categories before rendering
     groups = request.groups
     wide = view_of(description.camera, settings.width, settings.height, settings.margin)
     # the random numbers of Mitsuba's own film depend on the size of the frame
@@ -432,10 +437,16 @@ def state_noise(result: Estimate, groups: Sequence[str], settings: MitsubaRender
         )
         if settings.error_allowed is not None and noise > settings.error_allowed:
             needed = math.ceil(samples * (noise / settings.error_allowed) ** 2)
+            advice = f"type renderer.most_samples={needed}"
+            if needed > LARGEST_SAMPLES:
+                least = noise * math.sqrt(samples / LARGEST_SAMPLES)
+                advice = (
+                    f"it would need {needed:.2g} samples, more than the largest number,"
+                    f" {LARGEST_SAMPLES}; type for example renderer.error_allowed={2 * least:.1g}"
+                )
             print(
                 f"renderer: light group {group} has a relative noise of {noise:.2g} after {samples}"
-                f" samples per tile; {settings.error_allowed:g} is allowed; type"
-                f" renderer.most_samples={needed}",
+                f" samples per tile; {settings.error_allowed:g} is allowed; {advice}",
                 file=sys.stderr,
                 flush=True,
             )

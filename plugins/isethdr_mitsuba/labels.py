@@ -67,14 +67,7 @@ def label_tiles(
     """
     if not label_names:
         return {}, None
-    numbers = [0]
-    for placed in description.objects:
-        if placed.category not in CATEGORIES:
-            raise ConfigError(
-                f"object {placed.name!r} has the unknown category {placed.category!r}"
-                + did_you_mean(placed.category, CATEGORIES)
-            )
-        numbers.append(CATEGORIES[placed.category])
+    numbers = category_numbers(description)
     rows, columns = view.shape
     x, y = (a.ravel() for a in np.meshgrid(view.x, view.y))
     direction = view.to_world(view.rays(x, y))
@@ -84,7 +77,7 @@ def label_tiles(
     normal *= -np.sign(np.einsum("nk,nk->n", normal, direction))[:, None]
     labels = {
         "instance": instance.astype(np.uint32),
-        "category": np.array(numbers, np.uint16)[instance],
+        "category": numbers[instance],
         "distance": distance.astype(np.float32),
         "depth": depth_m(distance, x, y, view.projection).astype(np.float32),
     }
@@ -96,6 +89,24 @@ def label_tiles(
         objects = object_table(description, view, labels, lit)
     asked_labels = {name: labels[name] for name in label_names}
     return asked_labels | motion_label(description, view, labels), objects
+
+
+def category_numbers(description: SceneDescription) -> np.ndarray:
+    """Return the category (object + 1,), uint16, of the sky, 0, and of each object.
+
+    Raises
+    ------
+    ConfigError : an object has an unknown category.
+    """
+    numbers = [0]
+    for placed in description.objects:
+        if placed.category not in CATEGORIES:
+            raise ConfigError(
+                f"object {placed.name!r} has the unknown category {placed.category!r}"
+                + did_you_mean(placed.category, CATEGORIES)
+            )
+        numbers.append(CATEGORIES[placed.category])
+    return np.array(numbers, np.uint16)
 
 
 def instances(world: World, view: View) -> np.ndarray:

@@ -18,7 +18,7 @@ from isethdr_core.uncertainty.error_terms import Quantity
 
 from .bands import check_bands
 from .doctor import choose_variant
-from .frame import Request, render_frame
+from .frame import LARGEST_SAMPLES, Request, render_frame
 from .world.view import check_square
 
 if TYPE_CHECKING:
@@ -42,11 +42,17 @@ PILOT_US = 190.0
 NEED_US = 610.0  # with a share of `NEED_SHARE`
 NEED_SHARE = 0.6
 WORLD_S = 50.0
-# Memory in addition to the pictures: 0.16 to 0.9 GB in ledgers of streets and night drives, from
-# 18 x 32 tiles of 4 bands to 108 x 192 tiles of 31 bands
+# Memory of meshes, tables and compiled code: 0.16 to 0.9 GB in ledgers of streets and night drives
 RENDERING_BYTES = 5e8
-FLOAT32_BYTES = 4
+# Memory of the light, from peaks of 0.4 and 1.7 GB for 96 x 54 and 480 x 270 tiles of 61 bands and
+# four groups: for each value, two half buffers, their mean, the light with visible lamps, and the
+# picture; for each tile and group, sums and noise; for each value of a launch, its results
+VALUE_BYTES = 28
+TILE_BYTES = 400
+LAUNCH_BYTES = 12
+LAUNCH_TILES = 1 << 17
 FEW_GROUPS = 4  # number of light groups of the bundled scenes
+MOST_GROUPS = 32  # largest number of light groups of compiled code, one bit each
 # Run time of a path for one group and four bands, s, measured on two cores; it only tells the user
 # what to expect
 SCALAR_S_PER_PATH = {"tangent": 2e-6, "equidistant": 1e-5}
@@ -54,7 +60,7 @@ SCALAR_S_PER_PATH = {"tangent": 2e-6, "equidistant": 1e-5}
 Tiles = Annotated[int, Range(1, 10_000)]  # along one side; the limit is beyond an 8K camera
 Margin = Annotated[float, Range(0, 2)]  # share of the field; 2 makes the frame five fields wide
 BandStep = Annotated[float, Range(0.1, 3000)]  # nm
-Samples = Annotated[int, Range(1, 10_000_000)]  # at the limit, noise is 0.03 % of that of one path
+Samples = Annotated[int, Range(1, LARGEST_SAMPLES)]
 ErrorAllowed = Annotated[float, Range(1e-5, 0.999)]
 NoiseShare = Annotated[float, Range(0.01, 100.0)]
 Depth = Annotated[int, Range(1, 1000)]  # segments; hardly any light is left after a few dozen
@@ -139,7 +145,7 @@ class MitsubaRenderer:
     most_samples: Samples = 4096  # largest number of samples per tile, unless `samples` is larger
     # largest mean over tiles of the samples of all light groups together, if the cameras limit the
     # noise: the noise allowed is raised by one factor in all tiles until the mean is within the
-    # limit; null: no limit
+    # limit; the first 16 samples of each group are always taken; null: no limit
     most_mean_samples: Samples | None = None
     max_depth: Depth = 5  # longest light path in segments; 2 is direct light only
     seed: Seed = 0  # seed of the samples; the same seed gives the same radiance on the same machine
@@ -213,11 +219,12 @@ class MitsubaRenderer:
         return WORLD_S + 1e-6 * us * frame.rows * frame.columns / (os.cpu_count() or 1)
 
     def memory_bytes(self, frame: Frame) -> float:
-        """Return the estimated memory of a rendering, bytes: meshes, compiled code and passes, and
-        the radiance of a few light groups.
-        """
-        values = len(frame.wavelength_nm) * frame.rows * frame.columns
-        return RENDERING_BYTES + FEW_GROUPS * FLOAT32_BYTES * values
+        """Return the estimated peak memory of a rendering of a few light groups, bytes."""
+        tiles = FEW_GROUPS * frame.rows * frame.columns
+        bands = len(frame.wavelength_nm)
+        launch = min(tiles, FEW_GROUPS * LAUNCH_TILES) * bands
+        light = VALUE_BYTES * bands * tiles + TILE_BYTES * tiles + LAUNCH_BYTES * launch
+        return RENDERING_BYTES + light
 
     def limit_share(self) -> float | None:
         """Return the allowed noise of the light as a share of the cameras' noise; None if samples
@@ -274,6 +281,12 @@ class MitsubaRenderer:
         variant = choose_variant(self.variant)
         if variant == SCALAR:
             self._say_how_slow(len(groups), len(bands), description.camera.projection)
+        elif len(groups) > MOST_GROUPS:
+            raise ConfigError(
+                f"{len(groups)} light groups of scene {description.name!r} are requested; renderer"
+                f" mitsuba renders at most {MOST_GROUPS} together; give lamps that always shine"
+                " together the same group, or request fewer groups"
+            )
         request = Request(groups, bands, demand or Demand(), known)
         return render_frame(self, description, request, variant)
 
@@ -290,10 +303,14 @@ class MitsubaRenderer:
         )
         if minutes > 5:
             about = "about" if asked.error_allowed is None else "at least"
+            used = "without LLVM 17 or newer the scalar variant is used, which takes"
+            instead = "`isethdr doctor` says what to install"
+            if self.variant == "scalar":  # chosen, whatever else works
+                used = "the scalar variant takes"
+                instead = "renderer.variant=auto takes a faster one where it works"
             print(
-                "renderer: without LLVM 17 or newer the scalar variant is used, which takes"
-                f" {about} {minutes:.0f} minutes here and is one to five times as noisy; `isethdr"
-                " doctor` says what to install; or take a first look with renderer=mitsuba_quick",
+                f"renderer: {used} {about} {minutes:.0f} minutes here and is one to five times as"
+                f" noisy; {instead}; or take a first look with renderer=mitsuba_quick",
                 file=sys.stderr,
                 flush=True,
             )
@@ -308,7 +325,7 @@ class MitsubaRenderer:
         requested = (
             groups_of_scene if demand is None or demand.groups is None else tuple(demand.groups)
         )
-        for name in set(requested) - set(groups_of_scene):
+        for name in sorted(set(requested) - set(groups_of_scene)):
             ledger.left_out(
                 f"light group {name}",
                 f"scene {description.name!r} has no such emitter",
@@ -322,7 +339,7 @@ class MitsubaRenderer:
                 f" {', '.join(requested) or 'none'}"
                 + did_you_mean(requested[0] if requested else "", groups_of_scene)
             )
-        for name in set(groups_of_scene) - set(chosen):
+        for name in sorted(set(groups_of_scene) - set(chosen)):
             ledger.left_out(f"light group {name}", "not demanded", 0.0, "cd/m2", needless=True)
         return chosen
 

@@ -2,6 +2,7 @@
 against a long rendering.
 """
 
+import re
 from dataclasses import dataclass
 from types import SimpleNamespace
 
@@ -14,6 +15,7 @@ from isethdr_mitsuba.paths.passes import Frame, estimate, next_rung, weighted_me
 from isethdr_mitsuba.renderer import MitsubaRenderer
 
 from isethdr_core.physics.photometry import luminance
+from isethdr_core.pipeline import memory
 from isethdr_core.runs.sample_accumulation import Known
 from isethdr_core.store import open_store
 from isethdr_core.uncertainty import ledger
@@ -172,6 +174,45 @@ def test_a_group_that_cannot_get_there_is_given_up_and_said_so(make, capsys):
     noise = {e.part: e.value for e in row.errors if e.source.key == "sampling noise"}
     assert noise == ds.attrs["noise"] and noise["headlights"] > 1e-3
     assert "12 samples per tile" in next(e.label for e in row.errors if e.part == "headlights")
+
+
+@pytest.mark.parametrize(
+    "allowed,advice",
+    [
+        (0.01, r"type renderer.most_samples=1638400\n"),
+        # 16,384 x (0.1 / 0.001)^2 samples; 0.1 / (10^7 / 16,384)^0.5 is 0.004
+        (
+            0.001,
+            r"would need 1.6e\+08 .* 10000000; type for example renderer.error_allowed=0.008\n",
+        ),
+    ],
+)
+def test_no_more_samples_are_suggested_than_are_allowed(allowed, advice, capsys):
+    from isethdr_mitsuba.frame import state_noise
+
+    settings = MitsubaRenderer(samples=16, error_allowed=allowed)
+    found = SimpleNamespace(
+        whole_noise=[0.1], samples=[16384], known=[Known()], seconds=[1.0], noise=[0.1]
+    )
+    state_noise(found, ["sky"], settings)
+    assert re.search(advice, capsys.readouterr().err)
+
+
+@pytest.mark.parametrize("tiles,peak_bytes", [((54, 96), 0.29e9), ((270, 480), 1.62e9)])
+def test_the_estimated_memory_is_that_of_renderings(tiles, peak_bytes):
+    """Compare with measured peaks of 61 bands and four groups. Meshes and tables were small in
+    these scenes; 0.5 GB are allowed for them.
+    """
+    frame = memory.Frame(*tiles, (1.0, 1.0), tuple(np.linspace(400, 700, 61)), sensed=True)
+    assert peak_bytes < MitsubaRenderer().memory_bytes(frame) < 1.2 * peak_bytes + 0.5e9
+
+
+def test_the_slow_variant_says_why_it_is_used(capsys):
+    for variant, why in (("scalar", "renderer.variant=auto"), ("auto", "without LLVM 17 or newer")):
+        MitsubaRenderer(variant=variant)._say_how_slow(4, 31, "tangent")
+        said = capsys.readouterr().err
+        assert why in said and "minutes" in said
+        assert ("LLVM" in said) == (variant == "auto")
 
 
 def test_known_paths_are_not_followed_again_and_count(make):

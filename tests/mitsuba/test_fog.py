@@ -13,7 +13,7 @@ from isethdr_mitsuba.renderer import MitsubaRenderer
 
 from isethdr_core.errors import ConfigError
 from isethdr_core.physics.photometry import LM_PER_W, v_lambda
-from isethdr_core.scene import Fog, PhaseLobe, SkyDome, SkyPart, flat, fog_of
+from isethdr_core.scene import Fog, Model, PhaseLobe, Placed, SkyDome, SkyPart, flat, fog_of
 
 BAND = {"first_nm": 550.0, "last_nm": 550.0, "margin": 0.0}
 NM = np.arange(360.0, 831.0)
@@ -158,6 +158,26 @@ def test_no_more_light_leaves_than_came_in(make):
         assert found.min() > 0.02
 
 
+@pytest.mark.slow
+def test_paths_that_share_a_camera_ray_cross_the_same_fog(make):
+    """Compare few paths of a tile with many, four of which share a camera ray.
+
+    The fog ends 5 m above the camera, and the wall begins above its end.
+    """
+    onto = make.lamp("street", "streetlights", 900.0, make.flat(1.0), (1.0, 0, 0))
+    scene = make.describe(
+        [
+            ("post", "post", (make.part(make.quad(0.02, 0.02), "black", onto),), make.pose(18, 20)),
+            ("wall", "building", (make.part(facing_back(make, 30)),), make.pose(20)),
+        ],
+        make.camera((0, 0, 0), (1, 0, 1), 1.0, 1.0),
+    )
+    scene = replace(scene, fog=Fog(0.05, albedo=0.0, above_camera_m=5.0))
+    few, many = (light(scene, samples, width=2, height=2).mean() for samples in (256, 1024))
+    # 1 %: noise of the points at which rays meet the wall
+    assert few > 0 and many == pytest.approx(few, rel=0.01)
+
+
 def test_drawn_directions_follow_the_phase_function():
     """Compare mean cosine and shares within cones of 400,000 directions with the phase function."""
     import drjit as dr
@@ -206,10 +226,19 @@ def test_far_visibility_is_clear_air_and_clear_air_calls_no_fog(make, monkeypatc
 
 @pytest.mark.slow
 def test_groups_do_not_depend_on_each_other(make):
+    """Half of the tiles show a mirror, in which airlight is seen on a second segment."""
     from isethdr_core.demand import Demand
 
     scene = replace(make.street(3), fog=fog_of(60.0))
-    settings = MitsubaRenderer(**BAND, width=4, height=4, samples=16, max_depth=2)
+    mirror = make.material("mirror", "conductor", make.flat(0.9), 0.0)
+    pane = Model("mirror", (make.part(facing_back(make, 1.0), "mirror"),))
+    scene = replace(
+        scene,
+        models={**scene.models, "mirror": pane},
+        objects=(*scene.objects, Placed("mirror", "mirror", "building", make.pose(5, 1, 1.4))),
+        materials={**scene.materials, "mirror": mirror},
+    )
+    settings = MitsubaRenderer(**BAND, width=4, height=4, samples=16, max_depth=3)
     whole = settings(scene)
     alone = settings(scene, Demand(groups=("headlights",)))
     same = whole.radiance.sel(light_group=["headlights"]).values

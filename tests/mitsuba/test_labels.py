@@ -9,6 +9,7 @@ from isethdr_mitsuba.renderer import MitsubaRenderer
 
 from isethdr_core.data.categories import CATEGORIES
 from isethdr_core.demand import Demand
+from isethdr_core.errors import ConfigError
 from isethdr_core.quantities import LABELS
 
 ALL = Demand(labels=frozenset(LABELS))
@@ -27,6 +28,16 @@ def boxes(make):
         camera=make.camera((0, 0, 0), (1, 0, 0), 40.0, 2.0),
     )
     return MitsubaRenderer(width=200, height=100, samples=1, margin=0.1)(scene, ALL)
+
+
+def test_an_unknown_category_is_refused_before_rendering(make, monkeypatch):
+    from isethdr_mitsuba import frame
+
+    monkeypatch.setattr(frame, "followed_light", None)
+    box = ("box", "kar", (make.part(make.cube),), make.pose(11))
+    scene = make.describe([box], sky=make.flat(1e-3))
+    with pytest.raises(ConfigError, match="unknown category 'kar'; did you mean 'car'"):
+        MitsubaRenderer(width=4, height=4, samples=1)(scene, ALL)
 
 
 def test_the_grid_is_the_camera_field_with_its_margin(boxes):

@@ -250,6 +250,21 @@ def test_a_lamp_turned_inside_out_is_refused(make):
         )
 
 
+@pytest.mark.parametrize(
+    "fields,message",
+    [
+        ({"axis": (0.0, 0.0, 0.0)}, r"has the axis \(0.0, 0.0, 0.0\); expected a direction"),
+        ({"axis": (np.nan, 0.0, 0.0)}, "expected a direction"),
+        ({"inner_deg": np.nan}, "expected inner <= outer"),
+    ],
+)
+def test_a_lamp_without_a_direction_or_a_cone_is_refused(make, fields, message):
+    """Its luminance would be NaN."""
+    camera = make.camera((0, 0, 0), (1, 0, 0))
+    with pytest.raises(ConfigError, match=message):
+        placed_lamps(one_lamp(make, facing(make, 0.1, 0.1), camera, **fields))
+
+
 @pytest.mark.parametrize("count", [1, 2, 7, 1000])
 def test_a_triangle_is_drawn_as_often_as_its_chance_says(count):
     """The alias table adds up to the chances of triangles, which span twelve decades."""

@@ -124,3 +124,19 @@ def test_bands_without_data_are_refused_by_name(make, day, sky, last_nm, message
     settings = {**BANDS, "last_nm": last_nm, "step_nm": 25.0}
     with pytest.raises(ConfigError, match=message):
         MitsubaRenderer(**settings, width=4, height=4, samples=1)(scene)
+
+
+@pytest.mark.parametrize(
+    "first_nm,last_nm,message",
+    [
+        (800.0, 900.0, r"this renderer \(360 to 830 nm\).*first_nm=800 renderer.last_nm=830"),
+        (900.0, 1000.0, r"this renderer.*first_nm=400 renderer.last_nm=830"),
+        (300.0, 500.0, r"the sky \(400 to 1000 nm\).*first_nm=400 renderer.last_nm=500"),
+    ],
+)
+def test_bands_beyond_the_spectra_of_the_renderer_are_refused(make, first_nm, last_nm, message):
+    """The sky has data up to 1000 nm, but the renderer tabulates spectra up to 830 nm."""
+    scene = make.describe([], sky=Spectrum((400.0, 1000.0), (1.0, 7.0)))
+    settings = {"first_nm": first_nm, "last_nm": last_nm, "step_nm": 50.0}
+    with pytest.raises(ConfigError, match=message):
+        MitsubaRenderer(**settings, width=4, height=4, samples=1)(scene)

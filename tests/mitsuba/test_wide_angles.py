@@ -350,12 +350,28 @@ def test_the_scalar_variant_renders_equidistant_fields(make):
     assert upside_down > 0.5 * sky[1].max(), "the test could not detect an inverted picture"
 
 
+def test_arcs_are_no_error_where_no_lamp_is_seen(make):
+    from isethdr_mitsuba.doctor import choose_variant
+
+    choose_variant("llvm")
+    import mitsuba as mi
+
+    mi.set_variant("llvm_ad_spectral")
+    from isethdr_mitsuba.lamps.visible_lamps import Bands, visible_lamps
+
+    view = view_of(wide(make, 100.0), 4, 4, 0.0)
+    layer, error = visible_lamps(None, view, [], ["sky"], Bands(np.array([550.0]), 10.0))
+    assert error == 0.0 and not layer.any()
+
+
 def test_fields_beyond_the_projection_are_refused_with_advice(make):
     sky = {"sky": make.flat(1.0)}
     for camera, margin, message in (
         (make.camera((0, 0, 0), (1, 0, 0), 170.0, 1.0), 0.0, "scene.projection=equidistant"),
         (make.camera((0, 0, 0), (1, 0, 0), 145.0, 1.0), 0.25, "renderer.margin=0"),
-        (wide(make, 300.0, 1.0), 0.0, "scene.horizontal_field_deg=254"),
+        # without overscan these fields are too wide as well
+        (make.camera((0, 0, 0), (1, 0, 0), 120.0, 0.4), 0.1, "scene.projection=equidistant$"),
+        (wide(make, 300.0, 1.0), 0.0, "scene.horizontal_field_deg=254$"),
         (
             make.camera((0, 0, 0), (1, 0, 0), 90.0, 1.0, "equidistent"),
             0.0,

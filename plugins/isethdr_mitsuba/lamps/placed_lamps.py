@@ -130,7 +130,7 @@ def _place(
 
     Raises
     ------
-    ConfigError : impossible intensity or angles; no face towards the axis.
+    ConfigError : impossible intensity, axis or angles; no face towards the axis.
     """
     lamp = part.lamp
     tri = world_triangles(part, pose)
@@ -139,14 +139,20 @@ def _place(
         raise ConfigError(
             f"{where} has intensity_cd {lamp.intensity_cd}; expected a number of candela, 0 or more"
         )
-    if not 0 <= lamp.lambertian_share < 1 or lamp.outer_deg < lamp.inner_deg:
+    if not (0 <= lamp.lambertian_share < 1 and lamp.inner_deg <= lamp.outer_deg):
         raise ConfigError(
             f"{where} has inner_deg {lamp.inner_deg:g}, outer_deg {lamp.outer_deg:g},"
             f" lambertian_share {lamp.lambertian_share:g}; expected inner <= outer and a share"
             " within [0, 1)"
         )
     axis = pose[:3, :3] @ np.asarray(lamp.axis, float)
-    axis /= np.linalg.norm(axis)
+    length = np.linalg.norm(axis)
+    if not (np.isfinite(length) and length > 0):
+        raise ConfigError(
+            f"{where} has the axis {tuple(lamp.axis)}; expected a direction in the axes of its"
+            " model, for example (1.0, 0.0, 0.0)"
+        )
+    axis /= length
     vectors = _area_vectors(tri)
     projected = float(np.maximum(vectors @ axis, 0).sum())
     if projected <= 1e-6 * np.linalg.norm(vectors, axis=1).sum():

@@ -65,7 +65,7 @@ def visible_lamps(
         found by paths.
     error : the largest error of a piece, relative to its light: 1 / POINTS if a piece is partly
         hidden; if not, 4 x OFF on a grid of angles, where sides are arcs, and 0 on a grid of
-        tangents.
+        tangents. It is 0 if no lamp faces the camera.
     """
     spectra = list(dict.fromkeys(p.lamp.spectrum for p in lamps))
     bands_nm = bands.centres_nm
@@ -73,8 +73,10 @@ def visible_lamps(
     tiles = view.shape[0] * view.shape[1]
     level = {}  # (group, spectrum) -> luminance (tile, 1), or (tile, band) in fog
     one = np.ones((1, 1))
-    error = 0.0 if view.projection == "tangent" else 4 * OFF
+    of_arcs = 0.0 if view.projection == "tangent" else 4 * OFF
+    error = 0.0
     for lot in _lots(lamps, groups, view):
+        error = max(error, of_arcs)
         for key, tile, value, away_m, visible_share in _luminances(world, view, lamps, lot):
             where = groups.index(key.group), spectra.index(key.spectrum)
             each = value / (view.pitch_x * view.pitch_y)

@@ -2,7 +2,7 @@
 
 | module           | content                                                     |
 |------------------|-------------------------------------------------------------|
-| `by_need/`       | samples by need: the plan of paths, their sums and variances |
+| `by_need/`       | adaptive sampling: plan of paths, their sums and variances  |
 | `camera_rays`    | the first rays of the paths of a tile                       |
 | `device_memory`  | NumPy arrays that compiled code reads in whole vectors      |
 | `film_bands`     | Mitsuba's own integrator, for machines without LLVM or CUDA |

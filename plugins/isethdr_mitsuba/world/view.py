@@ -4,6 +4,7 @@ world.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import count
 from typing import TYPE_CHECKING
@@ -216,22 +217,34 @@ def _square(width: int, height: int, aspect: float) -> bool:
 def _check_reach(view: View, camera: Camera, margin: float) -> None:
     """Refuse, before rendering, tiles farther off the axis than the projection allows."""
     edge = [float(np.abs(c).max()) for c in (view.x, view.y)]
+    reach = _reach_deg(view, edge)
     if view.projection == "tangent":
-        reach = float(np.degrees(np.arctan(max(edge))))
         most = LARGEST_HALF_FIELD_DEG
         where = "edge"
-        instead = "scene.projection=equidistant, or renderer.margin=0"
+        instead = "scene.projection=equidistant"
     else:
-        reach = float(np.degrees(np.hypot(edge[0] + view.pitch_x / 2, edge[1] + view.pitch_y / 2)))
         most = 180.0
         where = "corners"
         instead = (
-            f"scene.horizontal_field_deg={np.floor(camera.horizontal_field_deg * 180 / reach):g},"
-            " or renderer.margin=0"
+            f"scene.horizontal_field_deg={np.floor(camera.horizontal_field_deg * 180 / reach):g}"
         )
     if reach > most:
+        pitches = (view.pitch_x, view.pitch_y)
+        field = [side / 2 - pitch / 2 for side, pitch in zip(view.field, pitches, strict=True)]
+        narrow = _reach_deg(view, field) <= most
         raise ConfigError(
             f"the camera's field of {camera.horizontal_field_deg:g} degrees with a margin of"
             f" {margin:g} reaches {reach:.1f} degrees off the axis at its {where}; expected at most"
             f" {most:g} on a grid of {UNITS[view.projection]}; type {instead}"
+            + ", or renderer.margin=0"
+            * narrow
         )
+
+
+def _reach_deg(view: View, edge: Sequence[float]) -> float:
+    """Return the largest angle off the axis, degrees, of a grid whose outermost tile centres are
+    `edge` (x, y) away from it.
+    """
+    if view.projection == "tangent":
+        return float(np.degrees(np.arctan(max(edge))))
+    return float(np.degrees(np.hypot(edge[0] + view.pitch_x / 2, edge[1] + view.pitch_y / 2)))

@@ -1,4 +1,4 @@
-"""Samples by need: more paths in the tiles and light groups whose noise cameras can see.
+"""Adaptive sampling: more paths in the tiles and light groups whose noise cameras can see.
 
 | module           | content                                                             |
 |------------------|---------------------------------------------------------------------|

@@ -76,6 +76,9 @@ def affordable(needed: np.ndarray, have: np.ndarray, most_mean: float) -> float:
     the paths of all groups together is at most `most_mean`. The noise is then 1 / sqrt(factor)
     times the noise allowed.
 
+    If no path can be added, it is the largest factor with which no tile needs more paths than it
+    has. The factor is above 0.
+
     Parameters
     ----------
     needed : (group, tile) paths that the function `needed` returns.
@@ -92,7 +95,9 @@ def affordable(needed: np.ndarray, have: np.ndarray, most_mean: float) -> float:
     for halving in range(1, HALVINGS + 1):
         more = factor + 0.5**halving
         factor = more if is_within(more) else factor
-    return factor
+    if factor > 0:
+        return factor
+    return float(np.min(np.divide(have, needed, out=np.ones_like(needed), where=needed > have)))
 
 
 def lots(more: np.ndarray) -> Iterator[Lot]:

@@ -1,4 +1,5 @@
-"""Need-driven sampling: a pilot pass, then more paths in tiles with noise that cameras can see.
+"""Rounds of adaptive sampling: a pilot pass, then more paths in tiles with noise that cameras can
+see.
 
 There are two half buffers of independent paths, with the same weight in the result. The paths of a
 buffer in a tile are planned from the light of the other buffer, and from that of both buffers in
@@ -172,7 +173,8 @@ class Rounds:
             variance = variance_for_plan(buffer, other, self.near)
             enough = plan.needed(scale * variance, allowed, weights, self.group_us) / 2
             paths_needed = buffer.paths + self._later_paths(buffer, enough, reopen)
-            paths_needed = np.minimum(paths_needed, self.most / 2)
+            # a multiple of STEP, because numbers of added paths are rounded up to one
+            paths_needed = np.minimum(paths_needed, self.most // (2 * plan.STEP) * plan.STEP)
             wanted += float(np.maximum(paths_needed, buffer.paths).sum(0).mean())
             # The factor follows from all needed paths, not from the paths of this round. If a round
             # adds only some of them, the tiles that need most get the rest in later rounds.

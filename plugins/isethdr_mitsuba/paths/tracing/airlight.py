@@ -55,9 +55,11 @@ def cross_fog(
     # all paths of one camera ray share its airlight
     many = dr.select(first, mi.Float(queue.shares), 1)
     end = dr.minimum(met.si.t, fog.to_border(path.ray.o, path.ray.d))
+    # lamps have a turn of their own: the sky, if it is rendered, takes any number of random numbers
     turn = dr.select(first, numbers.air, numbers.of_fog[fixed.groups].next_uint32())
+    of_lamps = dr.select(first, numbers.air, numbers.of_fog[fixed.groups + 1].next_uint32())
     numbers.air += dr.select(first, fixed.items.lanes * OF_AIR, 0)
-    segment = Segment(path.ray, end, turn)
+    segment = Segment(path.ray, end, of_lamps)
     for g in fixed.with_lamps:
         seen = path.going & path.straight & fixed.wanted[g]
         if seen:
@@ -67,6 +69,7 @@ def cross_fog(
             light = spectra.at(path.place, spectra.lights + source, level > 0)
             for k in range(fixed.packets):
                 total[g][k] += path.beta[k] * light[k] * packs[k] * (level * many)
+    segment = Segment(path.ray, end, turn)
     if dr.hint(fixed.sky >= 0, mode="scalar"):
         seen = path.going & fixed.wanted[fixed.sky]
         if seen:

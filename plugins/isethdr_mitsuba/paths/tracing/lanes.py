@@ -88,7 +88,9 @@ class Numbers:
 
     of_path: mi.PCG32
     of_groups: list[mi.PCG32]  # one for each light group
-    of_fog: list[mi.PCG32]  # one for each light group, and one for the sky; empty without fog
+    # one for each light group, one for the sky, and one for the places of lamps' airlight beyond
+    # the first surface; empty without fog
+    of_fog: list[mi.PCG32]
     point: mi.Point2u  # point in the tile
     along: mi.UInt32  # wavelength sample in each band
     way: mi.Point2u  # direction from the first surface
@@ -114,6 +116,7 @@ def numbers_of(fixed: Fixed, seed: Any) -> Numbers:
     if fixed.tables.fog is not None:
         of_fog = [stream(seed, numbers, f"fog {name}") for name in (*groups, "sky")]
         air = of_fog[-1].next_uint32() + items.lane * OF_AIR
+        of_fog.append(stream(seed, numbers, "places in fog"))
     point, along, way, lamps = offsets(seed, items.tile)
     return Numbers(
         of_path=of_path,

@@ -88,7 +88,10 @@ def next_path(
         met.colour = spectra.at(path.place, met.material, again)
         path.restart(fixed.packets)
     if dr.hint(fog is not None, mode="scalar"):
-        left_after = fog.transmission(queue.si.t)
+        # as on the first of these paths: the fog may end before the surface
+        origin = mi.Point3f(fixed.tables.camera.origin)
+        border = fog.to_border(origin, (queue.si.p - origin) / queue.si.t)
+        left_after = fog.transmission(dr.minimum(queue.si.t, border))
         for k in range(fixed.packets):
             path.beta[k] = dr.select(again, left_after[k], path.beta[k])
     met.active |= again

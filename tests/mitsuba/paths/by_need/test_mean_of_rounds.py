@@ -176,6 +176,14 @@ def test_rare_light_is_kept_by_plans_that_follow_it():
     assert shares.mean() == pytest.approx(1, abs=3 * error)
 
 
+def test_no_tile_gets_more_paths_than_the_largest_number():
+    """The limit of the noise asks for 44 paths."""
+    found = simulated(1.0, 5)
+    found.most = 40
+    found.until_done(limit(0.15), 1.0)
+    assert max(sum(t.paths for t in found.buffers).ravel()) == 32
+
+
 def test_a_tighter_limit_reopens_finished_tiles():
     found = simulated(1.0, 5)
     found.until_done(limit(10.0), 1.0)

@@ -96,7 +96,16 @@ def test_affordable_paths_have_the_mean_that_is_allowed():
     assert factor == pytest.approx((350.0 - 7.0) / needed.sum(0).mean(), rel=0.01)
     assert (more_paths(factor * needed, have)).sum(0).mean() <= 350.0
     assert affordable(needed, have, 1e4) == 1.0
-    assert affordable(needed, have + 400.0, 350.0) < 0.4001  # no path is left
+
+
+def test_the_affordable_factor_is_above_zero_if_the_first_paths_exceed_the_mean():
+    """No path can be added. The factor then states the noise of the paths that there are."""
+    needed = np.stack([np.arange(1000.0), np.arange(1000.0)[::-1]])
+    have = np.full((2, 1000), 400.0)
+    factor = affordable(needed, have, 350.0)
+    assert factor == pytest.approx(400 / 999)
+    assert not more_paths(factor * needed, have).any()
+    assert affordable(np.minimum(needed, 300.0), have, 350.0) == 1.0, "none is needed"
 
 
 def test_tiles_beyond_the_field_of_the_camera_get_fewer_first_paths(make):
