@@ -6,13 +6,14 @@ import numpy as np
 import pytest
 from isethdr_scenes import builders
 from isethdr_scenes.lamps import KINDS
+from isethdr_scenes.photometry import isocandela
 from isethdr_scenes.photometry.eulumdat import read_ldt
 from isethdr_scenes.photometry.families import FAMILIES, family
 from isethdr_scenes.photometry.iesna import read_ies
 from isethdr_scenes.photometry.report import lamp_of, report
 from isethdr_scenes.photometry.rules import check, rule_sets
 
-from isethdr_core.errors import ConfigError
+from isethdr_core.errors import CatalogError, ConfigError
 from isethdr_core.scene import IntensityTable
 
 
@@ -215,6 +216,29 @@ def test_the_report_prints_what_is_broken_and_draws_the_plot(tmp_path, capsys):
     assert "16 of 16 rules are met" in capsys.readouterr().out
     assert not report("rear_position", "stop")
     assert "BROKEN" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("peak_cd", [1000.0, 0.5])
+def test_the_plot_of_a_lamp_without_rules_shows_its_whole_beam(peak_cd):
+    pytest.importorskip("matplotlib")
+    side = np.arange(-90.0, 91.0)
+    value = np.maximum(np.cos(np.radians(side)), 0) * np.cos(np.radians(side[:, None]))
+    table = IntensityTable(side, side, value)
+    wide, high = isocandela._half_size_deg(table, [])
+    assert min(wide, high) > 80  # a Lambertian lamp has a tenth of its intensity at 84 degrees
+    inside = np.abs(side) <= min(wide, high)
+    levels = isocandela._levels_cd(peak_cd * value[inside][:, inside])
+    assert len(levels) >= 3
+
+
+@pytest.mark.parametrize(
+    "plot,error,message",
+    [("b.xyz", ConfigError, "beam.png"), ("/dev/null/b.png", CatalogError, "cannot be written")],
+)
+def test_a_plot_that_cannot_be_written_is_refused_in_one_line(plot, error, message):
+    pytest.importorskip("matplotlib")
+    with pytest.raises(error, match=message):
+        report("dipped_r112_b", plot=plot)
 
 
 def test_a_scene_gets_the_beam_that_is_asked_for():

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import struct
+from zlib import compress, crc32
+
 import numpy as np
 import OpenEXR
 import pytest
@@ -14,6 +17,7 @@ from isethdr_scenes.pictures.picture_file import LIFT_ERROR, PictureFile
 from isethdr_scenes.pictures.primaries import CHROMATICITIES, linear_srgb, to_xyz
 from isethdr_scenes.pictures.radiance_hdr import read as read_hdr
 from isethdr_scenes.pictures.rgb_to_spectra import primary_reflectances, spectra
+from PIL import Image
 
 import isethdr_core as hdr
 from isethdr_core.data import quantities
@@ -44,6 +48,18 @@ def rgb():
 def write_exr(path, channels, **header):
     OpenEXR.File(header, dict(channels)).write(str(path))
     return str(path)
+
+
+def png_of_colours_of_16_bits():
+    """Return a PNG of one pixel (PNG specification 1.2, section 3.2), which Pillow cannot write."""
+
+    def chunk(name, data):
+        return struct.pack(">I", len(data)) + name + data + struct.pack(">I", crc32(name + data))
+
+    size_and_form = struct.pack(">IIBBBBB", 1, 1, 16, 2, 0, 0, 0)
+    pixels = compress(b"\0" + struct.pack(">HHH", 1, 2, 3))
+    chunks = (b"IHDR", size_and_form), (b"IDAT", pixels), (b"IEND", b"")
+    return b"\x89PNG\r\n\x1a\n" + b"".join(chunk(*one) for one in chunks)
 
 
 def luminances(scene):
@@ -183,6 +199,36 @@ def test_luminance_files_and_photos(tmp_path):
     np.testing.assert_allclose(luminances(photo()), 50.289, rtol=1e-4)
 
 
+@pytest.mark.parametrize("ending, mode", [("png", "RGB"), ("png", "RGBA"), ("bmp", "RGB")])
+def test_photos_are_the_same_as_the_array_of_their_codes(tmp_path, ending, mode):
+    codes = np.random.default_rng(1).integers(0, 256, (4, 6, 3), np.uint8)
+    Image.fromarray(codes).convert(mode).save(tmp_path / f"photo.{ending}")
+    np.save(tmp_path / "photo.npy", codes)
+    found, wanted = (
+        PictureFile(str(tmp_path / f"photo.{name}"), white_cd_m2=100.0, encoding="srgb", **FIELD)()
+        for name in (ending, "npy")
+    )
+    np.testing.assert_array_equal(found.radiance.values, wanted.radiance.values)
+
+
+@pytest.mark.parametrize("bits", [np.uint8, np.uint16])
+def test_grey_photos_keep_all_bits_and_turn_upright(tmp_path, bits):
+    codes = np.arange(6).reshape(2, 3).astype(bits) * (np.iinfo(bits).max // 5)
+    exif = Image.Exif()
+    exif[0x0112] = 6  # Exif's orientation: the camera was turned by 90 degrees
+    Image.fromarray(codes).save(tmp_path / "grey.png", exif=exif)
+    file = PictureFile(str(tmp_path / "grey.png"), white_cd_m2=100.0, encoding="linear", **FIELD)
+    wanted = 100.0 * np.rot90(codes, -1) / np.iinfo(bits).max
+    np.testing.assert_allclose(luminances(file()), wanted, rtol=FLOAT32)
+
+
+def test_a_jpeg_is_read(tmp_path):
+    Image.new("RGB", (16, 8), (188, 188, 188)).save(tmp_path / "p.jpg", quality=100)
+    photo = PictureFile(str(tmp_path / "p.jpg"), white_cd_m2=100.0, encoding="srgb", **FIELD)
+    # IEC 61966-2-1: code 188 of 255 is 0.50289 of white; JPEG may move a code by 1, 1.2 % here
+    np.testing.assert_allclose(luminances(photo()), 50.289, rtol=0.013)
+
+
 def test_xyz_and_wide_primaries_keep_luminance(tmp_path):
     wide = np.array([[[0.0, 5.0, 0.0], [1.0, 2.0, 3.0]]], np.float32)
     np.save(tmp_path / "a.npy", wide)
@@ -247,7 +293,9 @@ def test_the_field_is_that_of_angle_or_pixel(tmp_path):
 BAD = [
     ({}, ConfigError, "scene.path is ''"),
     ({"path": "gone.exr"}, CatalogError, "gone.exr does not exist"),
-    ({"path": "p.png"}, ConfigError, "p.png ends in '.png'"),
+    ({"path": "p.png"}, CatalogError, "p.png is not a readable photo file"),
+    ({"path": "deep.png"}, UnitError, "deep.png holds colours of 16 bits; .* save it as TIFF"),
+    ({"path": "p.xyz"}, ConfigError, "p.xyz ends in '.xyz'"),
     ({"path": "cut.exr", "unit": "cd/m2"}, CatalogError, "cut.exr is not a readable EXR"),
     ({"path": "rgb.npy"}, ConfigError, "type for example scene.white_cd_m2=300, or scene.unit="),
     ({"path": "rgb.npy", "unit": "W/m2/sr/nm"}, ConfigError, "is W/m2/sr/nm; expected the lumin"),
@@ -260,6 +308,11 @@ BAD = [
     ({"path": "nan.npy", "unit": "cd/m2"}, UnitError, "NaN or infinite, the first in G at row 1"),
     ({"path": "minus.npy", "unit": "cd/m2"}, UnitError, "type scene.negative_to_zero=true"),
     ({"path": "codes.npy", "white_cd_m2": 3.0}, ConfigError, "type scene.encoding=srgb"),
+    (
+        {"path": "codes.npy", "unit": "cd/m2", "encoding": "linear"},
+        ConfigError,
+        "uint16 codes, and the unit is cd/m2",
+    ),
     ({"path": "named.exr", "unit": "cd/m2"}, UnitError, "has the channels A, G, R and lacks"),
     ({"path": "two.npz", "unit": "cd/m2"}, UnitError, "holds the arrays a, b; expected one"),
     ({"path": "rgb.npy", "unit": "cd/m2", "step_nm": 60.0}, ConfigError, "cannot hold the colours"),
@@ -284,8 +337,9 @@ def test_bad_files_are_refused_in_one_line(tmp_path, monkeypatch, fields, error,
     np.savez("odd.npz", **cube, unit="photons")
     np.savez("two.npz", a=ones, b=ones)
     np.savez("words.npz", cube=np.ones((1, 3, 4)), wavelength_nm=["a"], unit="W/m2/sr/nm")
-    for name in ("p.png", "cut.exr"):
+    for name in ("p.png", "p.xyz", "cut.exr"):
         (tmp_path / name).write_bytes(b"abc")
+    (tmp_path / "deep.png").write_bytes(png_of_colours_of_16_bits())
     write_exr(tmp_path / "named.exr", {c: np.ones((3, 4), np.float32) for c in "RGA"})
     with pytest.raises(error, match=message) as caught:
         PictureFile(**{**FIELD, **fields}).check_files()

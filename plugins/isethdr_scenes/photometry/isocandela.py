@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
+from isethdr_core.errors import CatalogError, ConfigError
 from isethdr_core.extras import needed
 from isethdr_core.scene import IntensityTable
 
@@ -14,6 +15,28 @@ from .rules import Finding
 
 LEVELS_CD = (1, 2, 5, 10, 20, 50, 100, 200, 500, 1e3, 2e3, 5e3, 1e4, 2e4, 5e4, 1e5)
 LOWEST = 0.002  # least intensity of a line / largest intensity of the lamp
+# fewest lines of LEVELS_CD; a flatter beam gets evenly spaced levels
+FEWEST_LINES = 3
+EVEN_LINES = 8
+EDGE = 0.1  # intensity at the edge of a picture without rules / largest intensity
+NARROWEST_DEG = np.array([10.0, 5.0])  # smallest half width and half height of a picture
+FORMATS = (".png", ".jpg", ".pdf", ".svg")
+
+
+def checked_path(out: str) -> Path:
+    """Return the path of a picture that is to be written.
+
+    Raises
+    ------
+    ConfigError : the name has the ending of no picture.
+    """
+    path = Path(out)
+    if path.suffix.lower() not in FORMATS:
+        raise ConfigError(
+            f"--plot is {out!r}; expected a name that ends in {', '.join(FORMATS[:-1])} or"
+            f" {FORMATS[-1]}; type for example --plot beam.png"
+        )
+    return path
 
 
 def plot(
@@ -27,20 +50,25 @@ def plot(
     title : heading of the picture.
     table : pattern relative to `intensity_cd`.
     intensity_cd : candela where the table is 1.
-    findings : rules; the colour of a rule's places shows whether it is met.
+    findings : rules; the colour of a rule's places shows whether it is met. Without rules the
+        picture shows the whole beam.
+
+    Raises
+    ------
+    CatalogError : the picture cannot be written.
     """
     with needed("a plot of equal intensities", extra="report"):
         figures = import_module("matplotlib.figure")
-    places = np.array([p for f in findings for p in f.rule.places] or [(0.0, 0.0)])
-    wide, high = np.maximum(1.2 * np.abs(places).max(0), (10.0, 5.0))
+    wide, high = _half_size_deg(table, findings)
     left = np.linspace(-wide, wide, 401)
     up = np.linspace(-high, high, 301)[:, None]
     candela = intensity_cd * table.at(left, up)
     figure = figures.Figure(figsize=(9, 5), layout="constrained")
     axes = figure.subplots()
-    levels = [v for v in LEVELS_CD if LOWEST * candela.max() <= v < candela.max()]
-    lines = axes.contour(left, up[:, 0], candela, levels=levels, cmap="viridis", linewidths=1)
-    axes.clabel(lines, fmt="%g cd", fontsize=7)
+    levels = _levels_cd(candela)
+    if len(levels):
+        lines = axes.contour(left, up[:, 0], candela, levels=levels, cmap="viridis", linewidths=1)
+        axes.clabel(lines, fmt="%g cd", fontsize=7)
     for finding in findings:
         x, y = np.array(finding.rule.places).T
         colour = "tab:blue" if finding.is_met else "tab:red"
@@ -55,4 +83,38 @@ def plot(
     axes.set(xlabel="degrees to the left", ylabel="degrees up")
     axes.axhline(0, color="0.8", lw=0.5, zorder=0)
     axes.axvline(0, color="0.8", lw=0.5, zorder=0)
-    figure.savefig(path, dpi=120)
+    if findings:
+        axes.plot([], [], color="tab:blue", label="rule is met")
+        axes.plot([], [], color="tab:red", label="rule is broken")
+        axes.legend(loc="upper right", fontsize=7)
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        figure.savefig(path, dpi=120)
+    except OSError as error:
+        raise CatalogError(
+            f"{path} cannot be written ({error.strerror}); type for example --plot beam.png"
+        ) from None
+
+
+def _half_size_deg(table: IntensityTable, findings: list[Finding]) -> np.ndarray:
+    """Return half the width and half the height of the picture, degrees.
+
+    The picture holds the places of all rules. Without rules it holds all directions with more than
+    `EDGE` of the largest intensity.
+    """
+    places = [p for finding in findings for p in finding.rule.places]
+    if not places:
+        row, column = np.nonzero(table.value >= EDGE * np.max(table.value))
+        places = list(zip(np.asarray(table.left_deg)[column], np.asarray(table.up_deg)[row]))
+    return np.clip(1.2 * np.abs(places).max(0), NARROWEST_DEG, 90.0)
+
+
+def _levels_cd(candela: np.ndarray) -> list[float]:
+    """Return the levels of the lines: round ones, or evenly spaced ones for a flat beam."""
+    low = max(float(candela.min()), LOWEST * float(candela.max()))
+    high = float(candela.max())
+    levels = [v for v in LEVELS_CD if low < v < high]
+    if len(levels) >= FEWEST_LINES:
+        return levels
+    even = import_module("matplotlib.ticker").MaxNLocator(EVEN_LINES).tick_values(low, high)
+    return [float(v) for v in even if low < v < high]

@@ -9,6 +9,7 @@ from isethdr_core.errors import ConfigError, did_you_mean
 from .eulumdat import read_ldt
 from .families import FAMILIES, LampPattern, family
 from .iesna import read_ies
+from .isocandela import checked_path
 from .isocandela import plot as draw
 from .rules import Finding, check, rule_sets
 
@@ -52,8 +53,14 @@ def report(lamp: str, rules: str = "", plot: str = "") -> bool:
     lamp : a family of lamps, or the path of a .ies or .ldt file.
     rules : names of sets of rules, separated by commas; empty: those of the lamp.
     plot : path of a picture for the isocandela plot; empty: no plot.
+
+    Raises
+    ------
+    ConfigError : as `lamp_of`; or the picture has the ending of no picture.
+    CatalogError : the picture cannot be written.
     """
     lamp_data = lamp_of(lamp, rules)
+    picture = checked_path(plot) if plot else None
     everything: list[Finding] = []
     print(f"{lamp}: largest intensity {lamp_data.intensity_cd:.4g} cd")
     for name in lamp_data.rules:
@@ -69,7 +76,7 @@ def report(lamp: str, rules: str = "", plot: str = "") -> bool:
         everything += findings
     if not lamp_data.rules:
         print(f"no rules are chosen; type --rules with one of {', '.join(rule_sets())}")
-    if plot:
-        draw(Path(plot), lamp, lamp_data.table, lamp_data.intensity_cd, everything)
+    if picture:
+        draw(picture, lamp, lamp_data.table, lamp_data.intensity_cd, everything)
         print(f"\nplot: {plot}")
     return all(f.is_met for f in everything)

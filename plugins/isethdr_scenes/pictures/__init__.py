@@ -1,4 +1,4 @@
-"""Pictures and spectral cubes of one's own, as scenes.
+"""The user's own pictures and spectral cubes, as scenes.
 
 | module | holds |
 |---|---|
@@ -10,6 +10,7 @@
 | radiance_hdr | Radiance HDR (RGBE), new and old run lengths |
 | numpy_picture | NumPy .npy and .npz |
 | tiff_picture | TIFF |
+| photo | PNG, JPEG, BMP and WebP |
 | cube_dataset | spectral cubes with coordinates: zarr and NetCDF, through xarray |
 | units | units of light that files may have, and their conversion to radiance |
 | primaries | RGB of other primaries as linear sRGB |

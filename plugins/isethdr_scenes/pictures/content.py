@@ -28,6 +28,7 @@ class Content:
     white_cd_m2 : luminance of (1, 1, 1) that the file states, cd/m2; None: not stated.
     chromaticities : (x, y) of red, green, blue and white that the file states; None: not stated.
     groups : names of the light groups.
+    codes : type of the integers that the file holds as colours, such as uint16; "": no integers.
     zeroed, most_negative : number of negative values set to 0, and the most negative of them.
     """
 
@@ -38,6 +39,7 @@ class Content:
     white_cd_m2: float | None = None
     chromaticities: tuple[float, ...] | None = None
     groups: tuple[str, ...] = ("picture",)
+    codes: str = ""
     zeroed: int = 0
     most_negative: float = 0.0
 

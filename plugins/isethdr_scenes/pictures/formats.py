@@ -13,7 +13,7 @@ import numpy as np
 from isethdr_core.errors import CatalogError, ConfigError, UnitError, did_you_mean
 from isethdr_core.physics.colour.colour_spaces import srgb_decode
 
-from . import cube_dataset, exr_picture, numpy_picture, radiance_hdr, tiff_picture
+from . import cube_dataset, exr_picture, numpy_picture, photo, radiance_hdr, tiff_picture
 from .content import Content, Wanted, sorted_bands
 
 Coding: TypeAlias = Literal["not_stated", "linear", "srgb"]
@@ -25,6 +25,11 @@ READERS: dict[str, Callable[[Path, Wanted], Content]] = {
     ".npz": numpy_picture.read,
     ".tif": tiff_picture.read,
     ".tiff": tiff_picture.read,
+    ".png": photo.read,
+    ".jpg": photo.read,
+    ".jpeg": photo.read,
+    ".bmp": photo.read,
+    ".webp": photo.read,
     ".zarr": cube_dataset.read,
     ".nc": cube_dataset.read,
     ".nc4": cube_dataset.read,
@@ -121,9 +126,11 @@ def _linear(content: Content, coding: Coding, path: Path) -> Content:
         if content.wavelength_nm is None and coding == "not_stated":
             raise ConfigError(
                 f"{path} holds {values.dtype} codes; expected to know how they are coded; type"
-                " scene.encoding=srgb for a photo, scene.encoding=linear for linear codes"
+                " scene.encoding=srgb for a photo, scene.encoding=linear for linear codes; save"
+                " values in cd/m2 as floating-point numbers"
             )
         if content.wavelength_nm is None:
+            content = replace(content, codes=str(values.dtype))
             values = values / np.iinfo(values.dtype).max
     if coding == "srgb":
         if content.wavelength_nm is not None or values.max() > 1:

@@ -1,4 +1,4 @@
-"""The scene `file`: a picture or a spectral cube of one's own."""
+"""The scene `file`: a picture or a spectral cube of the user."""
 
 from __future__ import annotations
 
@@ -41,12 +41,14 @@ FieldAngle = Annotated[float, Range(0.01, 360)]  # degrees
 
 @dataclass(frozen=True)
 class PictureFile:
-    """Picture or spectral cube of one's own: EXR, Radiance HDR, TIFF, NumPy, zarr or NetCDF.
+    """Picture, photo or spectral cube of your own: EXR, HDR, TIFF, NumPy, zarr, NetCDF, PNG, JPEG.
 
-    RGB is lifted to the smoothest spectra of its colours (Mallett, Yuksel 2019).
+    RGB is converted to the smoothest spectra of its colours (Mallett, Yuksel 2019).
     """
 
-    path: str = ""  # the file: .exr, .hdr, .pic, .tif, .tiff, .npy, .npz, .nc, .nc4 or .zarr
+    # the file: .exr, .hdr, .pic, .tif, .tiff, .npy, .npz, .nc, .nc4, .zarr, .png, .jpg, .jpeg, .bmp
+    # or .webp
+    path: str = ""
     # unit of the values: of spectral radiance for cubes, cd/m2 for luminance and for RGB whose
     # (1, 1, 1) has 1 cd/m2, or reflectance; not needed where the file states it
     unit: Unit = "not_stated"
@@ -217,7 +219,7 @@ class PictureFile:
         if white is None and self.unit == units.NOT_STATED:
             white = content.white_cd_m2
         if content.wavelength_nm is None:
-            return self._white_of_colours(unit, white)
+            return self._white_of_colours(content, unit, white)
         if unit in units.SPECTRAL:
             self._refuse_white(unit)
             return units.SPECTRAL[unit]
@@ -230,9 +232,16 @@ class PictureFile:
             " scene.unit=W/m2/sr/nm, or scene.unit=reflectance scene.white_cd_m2=500"
         )
 
-    def _white_of_colours(self, unit: str | None, white: float | None) -> float:
+    def _white_of_colours(self, content: Content, unit: str | None, white: float | None) -> float:
         if unit == units.LUMINANCE:
             self._refuse_white(unit)
+            if content.codes:
+                raise ConfigError(
+                    f"{self.path} holds {content.codes} codes, and the unit is {unit}; expected"
+                    " floating-point numbers in cd/m2; save it as float32, or type"
+                    " scene.unit=not_stated scene.white_cd_m2=300, the luminance of the largest"
+                    " code"
+                )
             return 1.0
         if unit in (None, units.REFLECTANCE) and white is not None:
             return white

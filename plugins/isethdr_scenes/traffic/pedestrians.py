@@ -1,4 +1,4 @@
-"""Pedestrians: people drawn as walking walk straight on, and wait if something is in the way."""
+"""Pedestrians: people in a walking pose move straight on, and wait if something is in the way."""
 
 from __future__ import annotations
 

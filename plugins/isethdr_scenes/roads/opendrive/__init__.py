@@ -4,7 +4,7 @@
 |--------------|--------------------------------------------------------------------|
 | `road_file`  | a whole file: header, roads, junctions; `read` and `write`         |
 | `elements`   | attributes as numbers; errors that name the file and the road      |
-| `words`      | words of the format and what they become here                      |
+| `words`      | words of the format and their counterparts in this package         |
 | `plan_view`  | reference lines                                                    |
 | `heights`    | elevation, superelevation, crossfall, shape                        |
 | `lanes`      | lane sections, types, widths, heights, links                       |

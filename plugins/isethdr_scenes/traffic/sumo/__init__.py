@@ -5,7 +5,7 @@
 | `program`    | SUMO's programs, their version, and their messages                    |
 | `net`        | a network of roads as SUMO's net: edges, lanes, and connections       |
 | `lane_below` | the lane of the road on which a vehicle is                            |
-| `demand`     | vehicles for a density, and their routes                              |
+| `demand`     | the vehicles that a traffic density requires, and their routes        |
 | `lights`     | traffic lights: a plan as SUMO's program, and the states it reports   |
 | `trace`      | SUMO's report of each vehicle: place, speed, signals                  |
 | `overlaps`   | vehicles of a trace that touch others, and the area that they sweep   |
