@@ -2,7 +2,7 @@
 
 The command that started the sweep reads the results that jobs write into the folder of the sweep,
 so the line is the same for jobs in this process, in other processes and on other machines. On a
-terminal the line is drawn again and again; elsewhere a new line is printed now and then.
+terminal the line is updated in place; elsewhere a new line is printed from time to time.
 """
 
 from __future__ import annotations

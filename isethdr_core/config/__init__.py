@@ -6,7 +6,7 @@
 | `chunk_launcher`   | launchers `slurm_chunks` and `local_chunks`: an array of chunks of jobs |
 | `component_source` | the config group entry of each component, made on first use          |
 | `hydra_app`        | single runs, sweeps (`-m`) and launchers; one line for each failure  |
-| `hydra_shortcuts`  | parts of Hydra's work whose results are not used, left out           |
+| `hydra_shortcuts`  | leaves out parts of Hydra's work whose results are not used          |
 | `job`              | the run of a composed config, and its summary                        |
 | `kept_choices`     | configs composed from choices alone, kept for the next call          |
 | `main_config`      | choices and settings of `config.yaml`, read without composing it     |

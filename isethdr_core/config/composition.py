@@ -29,7 +29,7 @@ from omegaconf.errors import (
 )
 
 from ..errors import ConfigError, IsetHdrError, did_you_mean
-from ..plugins.component import KINDS, Component
+from ..plugins.component import KEYED, KINDS, Component
 from ..plugins.registry import class_of, components, plugin_manager
 from .hydra_shortcuts import take_shortcuts
 from .kept_choices import CONFIG_MODULE, composed
@@ -41,6 +41,9 @@ if TYPE_CHECKING:
 
 REQUIRED = ("scene", "lighting", "lens", "isp")  # a run has one component of each of these kinds
 TABLES = {"cameras": "sensor", "flare": "flare", "metric": "metric", "versions": "lighting"}
+LAUNCHER = "hydra/launcher"
+# {launcher of another package: extra that installs it}
+EXTRAS = {"joblib": "sweep", "submitit_slurm": "slurm", "submitit_local": "slurm", "ray": "ray"}
 NOT_THERE = re.compile(r"Could not delete (?:from config\. )?'([^']+)'")
 
 
@@ -66,8 +69,8 @@ def compose(overrides: Sequence[str] = (), config_name: str = "config") -> DictC
 
 
 def check_choices(overrides: Iterable[Override]) -> None:
-    """Refuse a choice that is not a name, and a run without a kind that it needs. Hydra fails on
-    them without a helpful message.
+    """Refuse a choice that is not a name, one without its entry in a table, and a run without a
+    kind that it needs. Hydra fails on them without a helpful message.
 
     Parameters
     ----------
@@ -75,8 +78,8 @@ def check_choices(overrides: Iterable[Override]) -> None:
 
     Raises
     ------
-    ConfigError : `null` or an interpolation stands where the name of a config is expected, or a
-        kind that a run needs is left out.
+    ConfigError : `null` or an interpolation stands where the name of a config is expected, a kind
+        that a run needs is left out, or a choice names no entry of a table.
     """
     for override in overrides:
         group = override.key_or_group.partition("@")[0]
@@ -84,6 +87,12 @@ def check_choices(overrides: Iterable[Override]) -> None:
         if group not in (*KINDS, "experiment"):
             continue
         name = override.get_key_element().lstrip("+~")
+        if group in KEYED and override.package is None and not isinstance(value, dict):
+            raise ConfigError(
+                f"{override.input_line} names no entry of the table {group}; type"
+                f" ~{group}.KEY to leave one out, {group}@{group}.KEY=<name> to replace one, or"
+                f" +{group}@{group}.KEY=<name> to add one; `isethdr run --cfg job` shows all"
+            )
         if name in REQUIRED and override.is_delete():
             raise ConfigError(
                 f"~{name} leaves out the {name}, and each run needs one; type for example"
@@ -163,6 +172,9 @@ def explain(err: BaseException) -> str:
         group, _, name = str(err.missing_cfg_file).rpartition("/")
         options = [o for o in err.options or () if not o.startswith("_")]
         hint = did_you_mean(name, options) if options else ""
+        if group == LAUNCHER:
+            install = f"; type pip install 'isethdr[{EXTRAS[name]}]'" if name in EXTRAS else hint
+            return f"{group} {name!r} is not installed{install}"
         return f"{group} {name!r} is not installed{hint}; `isethdr plugins` describes all of them"
     # Hydra wraps what OmegaConf raises about an override
     for missing in (err, err.__cause__):
@@ -227,7 +239,26 @@ def _no_such_key(missing: Any, overridden: bool, text: str) -> str:
         typed = shlex.quote(added.group(1).strip()) if added else f"+{where}=<value>"
         return f"the config has no key {where!r}; to add it to the table type {typed}"
     keys = _keys_of(getattr(owner, "__name__", ""))
+    of_component = table in KINDS and table not in KEYED
+    searched = overridden and (of_component or not entry)
+    elsewhere = _paths_of(missing.parent_node, key) if searched else []
+    if elsewhere:
+        typed = " or ".join(f"{path}=<value>" for path in elsewhere)
+        return f"the config has no key {where!r}, but it has this name elsewhere; type {typed}"
     return f"the config has no key {where!r}{did_you_mean(key, keys)}"
+
+
+def _paths_of(node: Any, name: str) -> list[str]:
+    """Return the paths of the setting and of the fields of chosen components with this name.
+
+    Parameters
+    ----------
+    node : any node of the config.
+    name : name of a setting or field.
+    """
+    root = node._get_root() if OmegaConf.is_config(node) else {}
+    chosen = [kind for kind in KINDS if kind not in KEYED and name in (root.get(kind) or {})]
+    return [*([name] if name in root else []), *(f"{kind}.{name}" for kind in chosen)]
 
 
 def _keys_of(schema_name: str) -> list[str]:

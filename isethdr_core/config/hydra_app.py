@@ -149,6 +149,8 @@ def task(config: DictConfig) -> None:
         else:
             job.run_and_print(config)
     except Exception as err:  # the code of a plugin may raise anything
+        if not sweeping and output_closed(err):
+            raise
         keep_traceback(err)
         text, code = complaint(err)
         if sweeping:
@@ -164,6 +166,14 @@ def task(config: DictConfig) -> None:
             ) from None
         print(f"error: {text}", file=sys.stderr)
         sys.exit(code)
+
+
+def output_closed(err: Exception) -> bool:
+    """Return whether the reader of the printed text has ended, as in `isethdr run | head`.
+
+    Typer then ends the command without a message. A crash in a stage has a note with its traceback.
+    """
+    return isinstance(err, BrokenPipeError) and not getattr(err, "__notes__", [])
 
 
 def keep_traceback(err: Exception) -> None:

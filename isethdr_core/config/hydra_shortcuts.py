@@ -47,13 +47,15 @@ def _mode_if_set(hydra: Hydra, config_name: str | None, overrides: Sequence[str]
     typed = any("hydra" in o and not o.startswith(NO_MODE) for o in overrides)
     entries = hydra.config_loader.get_search_path().get_path()
     of_others = any((entry.path or "").startswith("file://") for entry in entries)
-    if typed or of_others or config_name != "config" or _a_preset_sets_it():
+    if typed or of_others or config_name != "config" or is_in_a_preset(SETS_MODE):
         return _mode_of_config(hydra, config_name, overrides)
     return None
 
 
 @cache
-def _a_preset_sets_it() -> bool:
-    """Return whether a config file of an installed package may set the mode."""
+def is_in_a_preset(pattern: re.Pattern[str]) -> bool:
+    """Return whether a config file of an installed package matches a pattern, for example one that
+    sets the mode.
+    """
     files = (path for folder in preset_folders() for path in folder.rglob("*.yaml"))
-    return any(SETS_MODE.search(path.read_text(encoding="utf-8")) for path in files)
+    return any(pattern.search(path.read_text(encoding="utf-8")) for path in files)

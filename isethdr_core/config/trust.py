@@ -16,7 +16,7 @@ from urllib.parse import unquote, urlparse
 
 from hydra._internal.utils import get_args_parser
 from hydra.core.override_parser.overrides_parser import OverridesParser
-from hydra.core.override_parser.types import Override
+from hydra.core.override_parser.types import Override, ValueType
 
 from ..errors import ConfigError
 
@@ -109,6 +109,8 @@ def _check_search_path(value: object) -> None:
 
 def _choices(override: Override) -> list[object]:
     """Return every value that an override chooses: the parts of a list, or the jobs of a sweep."""
+    if override.value_type == ValueType.GLOB_CHOICE_SWEEP:
+        return []  # it chooses names within its group, whatever its pattern is
     if override.is_sweep_override():
         return list(override.sweep_string_iterator()) if override.is_discrete_sweep() else []
     value = override.value()

@@ -46,6 +46,14 @@ def check_electrons(
             f"{captures.attrs[name]!r}, the light has {light.attrs[name]!r}",
         )
     wavelength_nm = light.wavelength.values
+    has_bands = "wavelength" in captures.coords
+    bands_nm: np.ndarray = captures["wavelength"].values if has_bands else np.zeros(0)
+    holds(
+        subject,
+        "captures state 'quantum_efficiency' at the wavelengths of the light",
+        np.array_equal(bands_nm, wavelength_nm),
+        f"{len(bands_nm)} wavelengths, the light has {len(wavelength_nm)}",
+    )
     spectrum = float(light.values.max()) * (0.2 + 0.8 * np.linspace(0, 1, len(wavelength_nm)))
     even = light.copy(
         data=np.broadcast_to(spectrum[:, None, None], light.shape).astype(light.dtype)

@@ -17,6 +17,7 @@ import numpy as np
 import numpy.typing as npt
 import xarray as xr
 
+from ..data.scores import Score
 from ..errors import ConfigError, IsetHdrError
 from ..pipeline.demand import Demand
 from ..plugins.protocols import NarrowsDemand, ThreadSafe
@@ -236,16 +237,25 @@ def alike(subject: str, promise: str, values: object, want: object) -> None:
     values : result found: a DataArray, Dataset, array or list of scores.
     want : expected result, of the same form.
     """
-    a = arrays(values)
-    b = arrays(want)
+    a = _numbers(values)
+    b = _numbers(want)
     holds(subject, promise, a.keys() == b.keys(), f"got {sorted(a)} and {sorted(b)}")
     for name, value in b.items():
+        same_shape = a[name].shape == value.shape
+        holds(subject, promise, same_shape, f"{name} is {a[name].shape}, expected {value.shape}")
         if value.dtype.kind == "f":
             finite = np.isfinite(value)
             scale = float(np.abs(value[finite]).max(initial=0.0))
             close(subject, promise, a[name][finite], value[finite], 0.0, 1e-5 * scale)
         elif value.dtype.kind in "iu":
             close(subject, promise, a[name], value, 0.0, 1.0)
+
+
+def _numbers(result: object) -> dict[str, np.ndarray]:
+    """Return the arrays of a result as `arrays` does, and each score as its three numbers."""
+    if isinstance(result, list) and all(isinstance(item, Score) for item in result):
+        return {f"{s.metric} {s.object}": np.array([s.value, s.low, s.high]) for s in result}
+    return arrays(result)
 
 
 def fortran(data: Input) -> Input:
@@ -288,9 +298,9 @@ def check_component(
         "the class docstring says in its first line what it is",
         docstring.strip() and not docstring.startswith(f"{type(component).__name__}("),
     )
-    holds(
-        subject, "the same fields give an equal component", component == build(kind, name, **fields)
-    )
+    equal = "the same fields give an equal component"
+    with keeps(subject, equal):  # arrays among the fields have no truth value
+        holds(subject, equal, component == build(kind, name, **fields))
     own_fields = {
         f.name: getattr(component, f.name) for f in dataclasses.fields(component) if f.init
     }

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import types
 from collections.abc import Iterator
-from typing import Annotated, Any, Union, get_args, get_origin
+from typing import Annotated, Any, Literal, Union, get_args, get_origin
 
 from ..plugins.ranges import NUMBERS, declared, field_types
 
@@ -21,7 +21,8 @@ def bad_fields(component: Any) -> Iterator[dict[str, Any]]:
 def outside(annotation: Any, value: Any) -> Iterator[Any]:
     """Yield values that do not fit a type and its ranges, with one number of `value` replaced.
 
-    A type without numbers yields nothing.
+    A type without numbers yields nothing. Of a union, only values that fit none of its numbers are
+    yielded.
     """
     origin = get_origin(annotation)
     parts = get_args(annotation)
@@ -29,13 +30,15 @@ def outside(annotation: Any, value: Any) -> Iterator[Any]:
         yield from _bad_numbers(annotation)
     elif origin in (Union, types.UnionType):
         for part in parts:
-            yield from outside(part, value)
+            for bad_value in outside(part, value):
+                if not any(_fits(other, bad_value) for other in parts):
+                    yield bad_value
     elif origin is dict:
         table = value if isinstance(value, dict) else {}
         key = next(iter(table), _valid(parts[0]))
         for bad_value in outside(parts[1], table.get(key, {})):
             yield {**table, key: bad_value}
-    elif origin is tuple and value:
+    elif origin is tuple and isinstance(value, tuple) and value:
         first = parts[0]
         for bad_value in outside(first, value[0]):
             yield (bad_value, *value[1:])
@@ -57,6 +60,17 @@ def _bad_numbers(annotation: Any) -> Iterator[float]:
         yield _beyond(number, limits.least, -1)
     if limits is not None and limits.most < math.inf:
         yield _beyond(number, limits.most, 1)
+
+
+def _fits(annotation: Any, value: Any) -> bool:
+    """Return whether a number lies in the range of a number's type, or is one of a `Literal`."""
+    if get_origin(annotation) is Literal:
+        return value in get_args(annotation)
+    number = get_args(annotation)[0] if get_origin(annotation) is Annotated else annotation
+    if number not in NUMBERS or not isinstance(value, NUMBERS) or (number is int and value % 1):
+        return False
+    limits = declared(annotation)
+    return math.isfinite(value) if limits is None else value in limits
 
 
 def _beyond(number: type, end: float, direction: int) -> float:

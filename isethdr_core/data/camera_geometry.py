@@ -48,6 +48,7 @@ MODELS = {
 }
 # largest value of a parameter of a distortion model: coefficient, angle in degrees, focal length
 LARGEST_NUMBER = 1000.0
+FALLOFFS = ("cos4", "none", "table")
 EDGE_POINTS = 65  # number of points along each side of a box
 
 
@@ -149,6 +150,32 @@ def map_of(data: xr.DataArray | xr.Dataset) -> DistortionMap:
     return distortion_map(data.attrs.get("distortion"), projection_of(data))
 
 
+def images_of(
+    lens: DistortionMap, x: float | np.ndarray, y: float | np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return the positions on the sensor, in focal lengths, of any field coordinates (broadcast);
+    NaN where a coordinate is not finite, or lies beyond the end of the map.
+
+    Parameters
+    ----------
+    lens : a map, as `distortion_map` returns it.
+    x, y : field coordinates, x right, y down, 0 on the axis.
+    """
+    x, y = np.broadcast_arrays(np.asarray(x, float), np.asarray(y, float))
+    on_angles = isinstance(lens, maps.OnAngles)
+    model = lens.lens if isinstance(lens, maps.OnAngles) else lens
+    angle = projections.angle_rad(x, y, "equidistant" if on_angles else "tangent")
+    largest = np.inf
+    if isinstance(model, maps.AngleTable):
+        largest = float(np.radians(model.angle_deg[-1]))
+    elif on_angles and isinstance(model, maps.BrownConrady):
+        largest = np.nextafter(np.pi / 2, 0.0)  # a direction at 90 degrees has no tangent
+    known = np.isfinite(x) & np.isfinite(y) & (angle <= largest)
+    images = np.full((2, *x.shape), np.nan)
+    images[:, known] = lens.forward(x[known], y[known])
+    return images[0], images[1]
+
+
 def relative_illumination(
     attrs: dict[str, Any], x: float | np.ndarray, y: float | np.ndarray
 ) -> np.ndarray:
@@ -164,11 +191,17 @@ def relative_illumination(
         and, for the falloff `table`, `falloff_table`.
     x, y : positions on the sensor in focal lengths, x right, y down, 0 on the axis; any shapes that
         broadcast.
+
+    Raises
+    ------
+    UnitError : an unknown falloff, which would otherwise count as none.
     """
     projection = attrs.get("projection", "tangent")
     lens = distortion_map(attrs.get("distortion"), projection)
     u, v = lens.inverse(*np.broadcast_arrays(np.asarray(x, float), np.asarray(y, float)))
     kind = attrs.get("falloff", "none")
+    if kind not in FALLOFFS:
+        raise UnitError(f"falloff {kind!r} is unknown{did_you_mean(str(kind), FALLOFFS)}")
     if kind == "table":
         return table_values(
             attrs["falloff_table"], np.degrees(projections.angle_rad(u, v, projection))

@@ -262,6 +262,10 @@ def check_photocurrent(light: xr.DataArray) -> None:
     """
     _check_dims(light, CHANNEL_DIMS, "photocurrent")
     _check_units(light, PHOTOCURRENT, "photocurrent")
+    if light.size == 0:
+        raise UnitError(
+            f"photocurrent is empty: {dict(light.sizes)}; expected at least one channel and tile"
+        )
     _check_uniform(light, "photocurrent")
     _check_light(light, "photocurrent")
     _check_lens_attributes(light, "photocurrent", ("wavelength_nm", "efficiency"))
@@ -336,6 +340,10 @@ def _check_bands(data: xr.DataArray, title: str) -> None:
 def _check_uniform(data: xr.DataArray, title: str) -> None:
     for dim in ("x", "y"):
         c = np.asarray(data[dim].values, float)
+        if not np.isfinite(c).all():
+            raise UnitError(
+                f"{title} has {dim} with NaN or infinite values; expected finite tile centres"
+            )
         if len(c) > 1:
             step = np.diff(c)
             # 1e-3 of a tile: coordinates stored as float32 still pass on a 8000-pixel row

@@ -261,7 +261,8 @@ def labels_on(scene: xr.Dataset, picture: xr.Dataset) -> xr.Dataset:
 def _motion_px(
     motion: xr.DataArray, x: np.ndarray, y: np.ndarray, lens: Any, pixels: float
 ) -> xr.DataArray:
-    """Return motion in the field (y, x, uv) as motion on the sensor, pixels.
+    """Return motion in the field (y, x, uv) as motion on the sensor, pixels. It is NaN where the
+    lens does not image the end of the motion.
 
     Parameters
     ----------
@@ -271,8 +272,8 @@ def _motion_px(
     """
     if lens is None:
         return (motion * pixels).assign_attrs(motion.attrs, units="px")
-    before = np.stack(lens.forward(x, y), -1)
-    after = np.stack(lens.forward(x + motion.values[..., 0], y + motion.values[..., 1]), -1)
+    moved = x + motion.values[..., 0], y + motion.values[..., 1]
+    before, after = (np.stack(camera_geometry.images_of(lens, *at), -1) for at in ((x, y), moved))
     on_sensor = motion.copy(data=((after - before) * pixels).astype(np.float32))
     return on_sensor.assign_attrs(units="px")
 

@@ -3,7 +3,7 @@
 | module             | content                                                                     |
 |--------------------|-----------------------------------------------------------------------------|
 | `name_bindings`    | which imports and definitions bind a name in a file                         |
-| `message_texts`    | strings of a file that are for people and decide nothing                    |
+| `message_texts`    | strings of a file that people read, without effect on a result            |
 | `normal_form`      | a file's syntax tree as text, without layout, messages and import paths     |
 | `code_facts`       | facts about one file: its normal form, and what it refers to                |
 | `code_cache`       | facts and digests, kept in the process and between processes                |

@@ -1,4 +1,4 @@
-"""Message texts: the strings of a file that are for people, and decide nothing.
+"""Message texts: the strings of a file that people read, and on which no result depends.
 
 They are the text of errors, warnings and log messages, and the labels of ledger rows. A local
 variable that is used in such text only counts as text.

@@ -1,9 +1,9 @@
 """Moments: the windows of time of the sub-frames of a shot, as modulations of their light.
 
 Sub-frame k of K shows the scene at the moment k T / (K - 1) of a shot of T seconds, and its light
-lasts half a step before and after it (the trapezoidal rule). Light of a window is light that pulses
-once per shot: its frequency is 1 / T and its duty the length of the window / T. The mean over time
-of all sub-frames is therefore their sum, as for lamps that pulse.
+lasts half a step before and after it (the trapezoidal rule). The light of a window is described as
+light that pulses once per shot: its frequency is 1 / T and its duty the length of the window / T.
+The mean over time of all sub-frames is therefore their sum, as for lamps that pulse.
 """
 
 from __future__ import annotations

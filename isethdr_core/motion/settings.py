@@ -54,9 +54,13 @@ def motion_settings(config: Mapping[str, Any]) -> MotionSettings | None:
 
     Raises
     ------
-    ConfigError : an unknown key or an impossible value.
+    ConfigError : no table, an unknown key, or an impossible value.
     """
     table = config.get(NODE) or {}
+    if not isinstance(table, Mapping):
+        raise ConfigError(
+            f"{NODE} is {table!r}; expected a table; type for example {NODE}.{SWITCH}=true"
+        )
     known = [SWITCH, *(field.name for field in fields(MotionSettings))]
     for key in table:
         if key not in known:

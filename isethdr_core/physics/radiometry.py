@@ -48,10 +48,16 @@ def band_widths_nm(wavelength_nm: npt.ArrayLike) -> np.ndarray:
 
     The outer bands are symmetric about their centres. A single band has a width of 1 nm by
     convention.
+
+    Raises
+    ------
+    ValueError : the wavelengths do not increase, which would give widths of 0 or less.
     """
     w = np.asarray(wavelength_nm, float)
     if len(w) < 2:
         return np.ones(len(w))
+    if not np.all(w[1:] > w[:-1]):
+        raise ValueError(f"wavelengths are {w!s} nm; expected increasing centres of bands")
     inner = (w[1:] + w[:-1]) / 2
     return np.diff(np.concatenate([[2 * w[0] - inner[0]], inner, [2 * w[-1] - inner[-1]]]))
 

@@ -68,7 +68,7 @@ class AccuracyKnob:
     Parameters
     ----------
     field : name of the field.
-    values : values for a study, from the cheapest to the finest.
+    values : values for a study, from the cheapest to the finest. An iterator is read at once.
     error_of : the quantity in which the knob causes an error; the study compares this quantity.
     cost : cost of a value: a `Cost`, or a function(value) -> seconds. None: not known. A budget
         adds up the seconds of its knobs. For other knobs only ratios count, so the unit does not
@@ -91,6 +91,10 @@ class AccuracyKnob:
     independent: Mapping[str, Any] = dataclasses.field(default_factory=dict)
     budgeted: bool = False
     matters: Callable[[Any], bool] | None = None
+
+    def __post_init__(self) -> None:
+        if isinstance(self.values, Iterator):  # it could be read only once
+            object.__setattr__(self, "values", tuple(self.values))
 
     def tried(self) -> tuple[Any, ...]:
         """Return the values, from the cheapest to the finest."""
@@ -178,9 +182,10 @@ def check_knobs(subject: str, kind: str, declared: object, defaults: Mapping[str
 
 
 def _check_knob(subject: str, kind: str, knob: AccuracyKnob, defaults: Mapping[str, Any]) -> None:
-    if len(knob.tried()) < LEAST_VALUES:
+    tried = knob.tried() if isinstance(knob.values, Iterable) else ()
+    if len(tried) < LEAST_VALUES:
         raise PluginError(
-            f"{subject} has the values {knob.tried()!r}; expected at least {LEAST_VALUES}, from the"
+            f"{subject} has the values {knob.values!r}; expected at least {LEAST_VALUES}, from the"
             " cheapest to the finest"
         )
     if knob.error_of not in tuple(Quantity):

@@ -102,7 +102,8 @@ def preset_folders() -> Iterator[Path]:
 
 
 def _read(group: str, path: Path) -> Preset:
-    text = path.read_text(encoding="utf-8")
+    # one file in another encoding must not hide the others
+    text = path.read_text(encoding="utf-8", errors="replace")
     try:
         content = read_yaml(text)
     except yaml.YAMLError:  # Hydra reports the mistake when the preset is chosen

@@ -53,7 +53,7 @@ def plugin_manager() -> pluggy.PluginManager:
     enabled = os.environ.get("ISETHDR_PLUGINS", "all")
     entries = metadata.entry_points(group=hookspecs.PROJECT)
     for entry in sorted(entries, key=lambda e: (e.name, package_of(e))):
-        if enabled != "all" and entry.name not in enabled.split(","):
+        if enabled != "all" and entry.name not in map(str.strip, enabled.split(",")):
             continue
         # entry points of two packages may share a name, but pluggy needs unique names
         name = f"{entry.name} of {package_of(entry)}" if pm.has_plugin(entry.name) else entry.name
@@ -221,6 +221,8 @@ def _check(comp: object) -> None:
         )
     if comp.kind not in KINDS:
         raise PluginError(f"{comp.kind}/{comp.name}: unknown kind{did_you_mean(comp.kind, KINDS)}")
+    if not (isinstance(comp.name, str) and comp.name):
+        raise PluginError(f"a {comp.kind} has the name {comp.name!r}; expected a text to type")
     if isinstance(comp.target, type):
         class_of(comp)
     elif not (isinstance(comp.target, str) and PLACE.fullmatch(comp.target)):

@@ -125,4 +125,5 @@ def _answer(response: Response | None, wavelength_nm: np.ndarray) -> list[Any]:
         response.full_scale_e,
         response.noise_fraction_allowed,
         response.window_m,
+        response.pixel_m,
     ]

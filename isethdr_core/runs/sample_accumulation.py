@@ -1,10 +1,10 @@
-"""Sample accumulation: several renderings of the same light are pooled.
+"""Sample accumulation: several renderings of the same light are averaged.
 
 A renderer that continues from stored radiance numbers its samples per tile, the paths. For each
 light group it states the range of paths that it followed: the attribute `path_span` {group: [first,
 end]} of scene radiance. Renderings with different paths are independent. Their mean, weighted by
-the number of paths, is as good as one rendering of all paths. Stores never change: they are pooled
-when they are read.
+the number of paths, is as good as one rendering of all paths. Stores never change: they are
+averaged when they are read.
 """
 
 from __future__ import annotations

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass, fields
 from math import inf
 from typing import Any
@@ -120,8 +120,13 @@ def _exposure(camera: str, values: Any) -> Exposure:
             f"{NODE}.{camera} is {values!r}; expected exposure_s, and where needed gain and ratios;"
             f" type for example '{EXAMPLE}'"
         )
-    ratios = tuple(values.get("ratios") or ())
-    return Exposure(values["exposure_s"], values.get("gain", 1.0), ratios)
+    ratios = values.get("ratios") or ()
+    if isinstance(ratios, str) or not isinstance(ratios, Sequence):
+        raise ConfigError(
+            f"{NODE}.{camera}.ratios is {ratios!r}; expected a list, one number for each capture;"
+            f" type for example '{NODE}={{{camera}: {{exposure_s: 0.004, ratios: [1, 0.1]}}}}'"
+        )
+    return Exposure(values["exposure_s"], values.get("gain", 1.0), tuple(ratios))
 
 
 def as_config(exposures: Mapping[str, Exposure]) -> dict[str, Any]:

@@ -39,6 +39,7 @@ FILL = {
     "f": "NaN",
 }
 METADATA = "zarr.json"
+COORDINATES = "coordinates"  # attribute of a group: its coordinates without a dimension
 
 
 def write_group(root: Path, key: str, attributes: dict) -> dict[str, FileRecord]:
@@ -92,7 +93,7 @@ def write_dataset(root: Path, key: str, ds: xr.Dataset) -> dict[str, FileRecord]
     written = write_group(
         root,
         key,
-        {**ds.attrs, **({"coordinates": " ".join(other_coordinates)} if other_coordinates else {})},
+        {**ds.attrs, **({COORDINATES: " ".join(other_coordinates)} if other_coordinates else {})},
     )
     with ThreadPoolExecutor() as pool:
         for name, variable in ds.variables.items():

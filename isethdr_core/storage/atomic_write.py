@@ -8,6 +8,7 @@ next writer in a folder removes the temporary files of writers that have ended.
 from __future__ import annotations
 
 import os
+import re
 import shutil
 import socket
 import uuid
@@ -16,7 +17,8 @@ from pathlib import Path
 
 def temporary_path(folder: Path, name: str) -> Path:
     """Return the path under which this process writes `name` into `folder` until it is complete."""
-    return folder / f".{name}.{socket.gethostname()}-{os.getpid()}-{uuid.uuid4().hex[:6]}.tmp"
+    process = f"{os.getpid()}-{_namespace()}"
+    return folder / f".{name}.{socket.gethostname()}-{process}-{uuid.uuid4().hex[:6]}.tmp"
 
 
 def write_text(path: Path, text: str) -> None:
@@ -42,17 +44,30 @@ def remove_leftovers(folder: Path) -> list[Path]:
     paths.
     """
     removed = []
+    # Whether a writer on another machine is alive cannot be checked. The name of that machine may
+    # begin with the name of this one, for example node and node-12. Earlier versions wrote no
+    # namespace.
+    host = re.escape(socket.gethostname())
+    of_this_machine = re.compile(rf"\..+\.{host}-(\d+)(?:-(\d+))?-[0-9a-f]+\.tmp")
     for path in Path(folder).glob(".*.tmp"):
-        owner, _, suffix = path.name.removesuffix(".tmp").partition(f".{socket.gethostname()}-")
-        pid = suffix.partition("-")[0]
-        # whether a writer on another machine is alive cannot be checked
-        if owner and pid.isdigit() and not _alive(int(pid)):
+        match = of_this_machine.fullmatch(path.name)
+        if match and match[2] in (None, _namespace()) and not _alive(int(match[1])):
             if path.is_dir():
                 shutil.rmtree(path, ignore_errors=True)
             else:
                 path.unlink(missing_ok=True)
             removed.append(path)
     return removed
+
+
+def _namespace() -> str:
+    """Return the number of the namespace of this process: containers of one machine, which may all
+    have its name, have process numbers of their own.
+    """
+    try:
+        return re.sub(r"\D", "", os.readlink("/proc/self/ns/pid"))
+    except OSError:  # systems other than Linux have one namespace
+        return "0"
 
 
 def _alive(pid: int) -> bool:

@@ -1,5 +1,5 @@
-"""Join the stores of one scene lazily along light group and wavelength, and pool stores that hold
-the same light.
+"""Join the stores of one scene lazily along light group and wavelength, and average stores that
+hold the same light.
 
 xarray's own concat reads every array unless dask is installed. The small lazy array of this module
 reads only the requested parts from the stores that hold them: from the first store, or the mean

@@ -105,7 +105,7 @@ def _quanta(name: str, values: dict) -> np.ndarray:
     total = variance
     luminance_bits = LUMINANCE_BITS
     if name == FIXED_PATTERN:
-        total = values[name] + (0.0 if variance is None else variance)
+        total = values[name] + (0.0 if variance is None else np.nan_to_num(variance))
         luminance_bits = FIXED_PATTERN_BITS
     quanta = _relative(total, COLOUR_BITS)
     quanta[..., 1] = _relative(total[..., 1], luminance_bits)

@@ -24,7 +24,7 @@ import xarray as xr
 from ..errors import MOST_LISTED, CatalogError
 from ..runs.names import check_path
 from ..uncertainty import ledger
-from .arrays import consolidate, write_dataset, write_group
+from .arrays import COORDINATES, consolidate, write_dataset, write_group
 from .atomic_write import remove_leftovers, temporary_path
 from .encoding import KEEPBITS, LIGHT, jsonable, portable, restored, rounding
 from .home_folder import home as home
@@ -321,7 +321,8 @@ def open_store(path: str | os.PathLike[str], group: str = "") -> xr.Dataset:
             f"cannot open group {group!r} of the store {path}: {error}; groups it holds: {known}; "
             "see `isethdr catalog verify`"
         ) from error
-    ds.attrs = restored(ds.attrs) if group else root
+    # xarray has used the list of coordinates that a group states; it is no attribute of the data
+    ds.attrs = restored(ds.attrs) if group else {k: v for k, v in root.items() if k != COORDINATES}
     for name, variable in ds.variables.items():
         variable.attrs = restored({k: v for k, v in variable.attrs.items() if k != "_FillValue"})
         if variable.dtype.kind == "T":

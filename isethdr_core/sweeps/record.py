@@ -86,7 +86,8 @@ def _free_name(sweep: Sweep) -> str:
 def begin(sweep: Sweep) -> None:
     """Make the folder of a sweep, and remove the files of jobs from an earlier start."""
     shutil.rmtree(sweep.folder / JOBS, ignore_errors=True)
-    (sweep.folder / JOBS).mkdir(parents=True)
+    # the same command may have started in another terminal just now
+    (sweep.folder / JOBS).mkdir(parents=True, exist_ok=True)
     write_text(sweep.folder / RECORD, json.dumps(asdict(sweep), indent=1))
 
 

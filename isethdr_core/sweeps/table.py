@@ -96,7 +96,8 @@ def sweep_table(sweep: Sweep) -> SweepTable:
             attributes = {}
         if attributes:
             tags |= dict.fromkeys(read_labels(path).tags)
-        parameters = dict(text.partition("=")[::2] for text in job.overrides)
+        # `+` before an added key is no part of its name
+        parameters = dict(text.lstrip("+").partition("=")[::2] for text in job.overrides)
         report = path.with_suffix(".html")
         for camera in attributes.get("cameras", []):
             scores = {}

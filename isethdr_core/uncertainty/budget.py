@@ -105,6 +105,11 @@ def allowed(config: Mapping[str, Any]) -> Allowed:
     """Return what a composed config allows; ConfigError for a share that is no number above 0."""
     node = config.get("accuracy") or {}
     names = ("noise_fraction_allowed", "render_error_allowed")
+    if not isinstance(node, Mapping):
+        raise ConfigError(
+            f"accuracy is {node!r}; expected {' or '.join(names)} below it; type for example"
+            f" accuracy.{names[0]}={Allowed.noise_fraction}"
+        )
     for key in node:
         if key not in names:
             raise ConfigError(f"accuracy has no key {key!r}; expected {' or '.join(names)}")

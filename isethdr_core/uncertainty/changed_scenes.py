@@ -9,8 +9,9 @@ changed, because noise averages out in it.
 Sensor and image processing take most of the time, and a pixel depends only on tiles nearby. One
 exposure of a large picture therefore shows several changes, each in blocks of its own: one random
 choice in most, and the scene with its noise smoothed away in the others (`exposed_in_parts`). To
-first order, the opposite choice changes each pixel by the opposite. A picture that takes some
-blocks from one choice and the others from the opposite is that of another random choice.
+first order, the opposite choice changes each pixel by the same amount with the opposite sign. A
+picture that takes some blocks from one choice and the others from the opposite is that of another
+random choice.
 """
 
 from __future__ import annotations

@@ -91,7 +91,7 @@ def interval(values: list[float], renderer: RendererError | None = None) -> Inte
 def degrees_of_freedom(variances: tuple[float, ...], freedoms: tuple[float, ...]) -> float:
     """Return the degrees of freedom of a sum of estimated variances (Satterthwaite 1946, eq. 17).
 
-    The result is infinite if all variances are 0.
+    The result is infinite if all variances are 0, or if those above 0 are known exactly.
     """
     largest = max(variances)
     if largest == 0.0:
@@ -99,7 +99,7 @@ def degrees_of_freedom(variances: tuple[float, ...], freedoms: tuple[float, ...]
     # over the largest: the square of a small variance would underflow
     shares = [variance / largest for variance in variances]
     spread = math.fsum(s**2 / f for s, f in zip(shares, freedoms, strict=True))
-    return math.fsum(shares) ** 2 / spread
+    return math.fsum(shares) ** 2 / spread if spread else math.inf
 
 
 def student_factor(freedom: float) -> float:

@@ -6,7 +6,8 @@ from __future__ import annotations
 
 import itertools
 import time
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, field, fields, replace
+from typing import Annotated, Literal
 
 import numpy as np
 import pytest
@@ -14,8 +15,10 @@ import pytest
 from isethdr_core.component import KINDS
 from isethdr_core.conformance.inputs import THROUGHPUT_SR
 from isethdr_core.conformance.lens import _check_psf
+from isethdr_core.conformance.ranges import outside
 from isethdr_core.errors import ConfigError, IsetHdrError, UnitError
 from isethdr_core.plugins.protocols import HasPointSpread
+from isethdr_core.plugins.ranges import Range
 from isethdr_core.plugins.registry import build, components
 from isethdr_core.testing import check
 from isethdr_core.uncertainty import ledger
@@ -191,6 +194,10 @@ SENSOR_FAULTS = {
         lambda shot, *_: shot.assign(quantum_efficiency=shot["quantum_efficiency"] * 0 + 1.5),
         "0..1",
     ),
+    "filter curves at other bands": (
+        lambda shot, *_: shot.isel(wavelength=slice(1, None)),
+        "at the wavelengths of the light",
+    ),
 }
 
 
@@ -351,6 +358,12 @@ METRIC_FAULTS = {
         "low <= value <= high",
     ),
     "the same row twice": (lambda scores, *_: scores * 2, "one row per"),
+    "the first values in memory": (
+        lambda scores, picture, *_: [
+            replace(scores[0], value=float(picture["xyz"].values.ravel(order="K")[:9].sum()))
+        ],
+        "order of its input in memory",
+    ),
 }
 
 
@@ -524,6 +537,33 @@ def test_greedy_demand(offer):
     faulty = wrapped("metric", "ideal", lambda scores, *_: scores)
     faulty.narrow = lambda self, demand: replace(demand, groups=None)
     caught(offer, "metric", faulty, "never asks for more")
+
+
+@pytest.mark.parametrize(
+    ("annotation", "value", "bad_values"),
+    [
+        (float | tuple[float, ...], 1.0, [np.nan, np.inf, -np.inf]),
+        (int | None, 1, [np.nan, 0.5, np.inf, -np.inf]),
+        # a fraction fits the other type, and so does a name outside the range
+        (int | float, 1, 2 * [np.nan, np.inf, -np.inf]),
+        (Annotated[int, Range(1, 9)] | Literal[0], 1, [np.nan, 1.5, np.inf, -np.inf, 10]),
+    ],
+)
+def test_bad_values_of_a_union_fit_none_of_its_types(annotation, value, bad_values):
+    np.testing.assert_array_equal(list(outside(annotation, value)), bad_values)
+
+
+def test_fields_that_cannot_be_compared_are_named(offer):
+    @dataclass(frozen=True)
+    class Faulty:
+        """A metric with an array."""
+
+        weights: np.ndarray = field(default_factory=lambda: np.ones(2))
+
+        def __call__(self, picture, truth, labels):
+            return []
+
+    caught(offer, "metric", Faulty, "equal component.*ValueError")
 
 
 def test_every_kind_has_a_check():

@@ -37,6 +37,12 @@ def test_bands_tile_the_spectrum():
     np.testing.assert_array_equal(r.band_widths_nm([550.0]), [1.0])
 
 
+@pytest.mark.parametrize("w", [[700.0, 600.0, 500.0], [500.0, 500.0], [500.0, np.nan, 600.0]])
+def test_bands_without_an_order_have_no_width(w):
+    with pytest.raises(ValueError, match="expected increasing"):
+        r.band_widths_nm(w)
+
+
 def test_irradiance_factor_is_the_integral_over_the_cone():
     for n in (1.4, 4.0, 16.0):
         angle = np.linspace(0, np.arctan(1 / (2 * n)), 20001)

@@ -81,7 +81,7 @@ def srgb_codes(linear: np.ndarray) -> np.ndarray:
     """
     v = np.clip(linear, 0.0, 1.0)
     # v = 1 takes the last entry
-    codes = _code_table().take((v * CODE_BINS).astype(np.int32), mode="clip")
+    codes = np.asarray(_code_table().take((v * CODE_BINS).astype(np.int32), mode="clip"))
     near_step = np.flatnonzero(codes < 0)
     codes.flat[near_step] = np.rint(255 * srgb_encode(v.flat[near_step]))
     return codes.astype(np.uint8)

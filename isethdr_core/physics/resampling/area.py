@@ -191,7 +191,7 @@ def overlaps(
     low = (centres_out - width_out / 2 - centres_in[0]) / pitch + 0.5
     high = (centres_out + width_out / 2 - centres_in[0]) / pitch + 0.5
     outside = max(-low.min(), high.max() - count)
-    if outside > SLACK * count:
+    if not outside <= SLACK * count:  # NaN compares false
         raise ValueError(
             f"output rectangles reach {outside * pitch:.6g} ({outside:.3g} tiles) beyond the input"
             f" along {axis}; the tiles cover {centres_in[0] - pitch / 2:.6g} to"

@@ -36,11 +36,20 @@ def check_combination(chain: Chain, rendered: bool) -> None:
 
 def check_motion(chain: Chain) -> None:
     """Raise ConfigError if motion during the shot is requested, and the duration of the shot is not
-    known or the scene does not exist at its end.
+    known, the scene does not exist at its end, or it states no motion over so short or long a time.
     """
-    if chain.motion is not None and isinstance(chain.scene, MovesInTime):
-        end_s = chain.scene.time_s + shot_time(chain.scene, chain.lens, chain.cameras).seconds
-        replace(chain.scene, time_s=end_s)  # refused by the scene if it has ended by then
+    if chain.motion is None or not isinstance(chain.scene, MovesInTime):
+        return
+    shot_s = shot_time(chain.scene, chain.lens, chain.cameras).seconds
+    replace(chain.scene, time_s=chain.scene.time_s + shot_s)  # refused if it has ended by then
+    try:
+        replace(chain.scene, frames_per_s=1 / shot_s)  # as the motion during the shot is found
+    except ConfigError:
+        raise ConfigError(
+            f"motion.within_exposure is set, but a shot takes {shot_s:.3g} s, and"
+            f" {type(chain.scene).__name__} states no motion over this time; expected another"
+            " exposure or line time; type motion.within_exposure=false"
+        ) from None
 
 
 def check_exposures(chain: Chain) -> None:

@@ -132,7 +132,7 @@ def components_by_name(kind: str, node: DictConfig | None) -> dict[str, Any]:
 def draws_of(config: DictConfig) -> int:
     """Return the number of noise realisations over which scores are averaged; 1 if absent."""
     draws = config.get("draws", 1)
-    if not (isinstance(draws, int) and draws >= 1):
+    if not (isinstance(draws, int) and not isinstance(draws, bool) and draws >= 1):
         raise ConfigError(
             f"draws is {draws!r}; expected a whole number of shots, at least 1; type for"
             " example draws=4"

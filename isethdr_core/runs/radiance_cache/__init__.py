@@ -3,7 +3,7 @@
 A recipe is the scene, the renderer and their code, without demand and weights. A renderer lists in
 `effort_fields` the fields that change only the accuracy (for example `samples`): a store made with
 at least the requested effort serves a run. A renderer with a method `enough(paths, noise)`
-continues from stored radiance instead. Its stores are pooled (`sample_accumulation`), and the
+continues from stored radiance instead. Its stores are averaged (`sample_accumulation`), and the
 renderer receives `{group: Known}` with the stored samples of each light group.
 
 | module             | content                                                                 |

@@ -69,10 +69,24 @@ def held(chain: Chain, demand: Demand, stores: list[dict[str, Any]]) -> Held:
     candidates = [s for s in stores if serves(s, demand, asked)]
     # all stores on one grid: radiance with overscan also serves runs without it
     wide = demand.margin or any(s.get("margin", True) for s in candidates)
-    serving = [s for s in candidates if s.get("margin", True) == wide]
-    on_grid = replace(demand, margin=wide)
+    best = _on_one_grid(chain, demand, candidates, wide)
+    if best.missing is None or demand.margin:
+        return best
+    narrow = _on_one_grid(chain, demand, candidates, False)
+    return narrow if narrow.missing is None else best
+
+
+def _on_one_grid(
+    chain: Chain, demand: Demand, candidates: list[dict[str, Any]], margin: bool
+) -> Held:
+    """Return the stores with or without overscan that serve a demand, and what is missing."""
+    serving = [s for s in candidates if s.get("margin", True) == margin]
     missing = what_is_missing(
-        serving, on_grid, goes_on(chain), limit_share(chain, demand), effort_spent(chain)
+        serving,
+        replace(demand, margin=margin),
+        goes_on(chain),
+        limit_share(chain, demand),
+        effort_spent(chain),
     )
     return Held(serving, missing)
 

@@ -10,11 +10,12 @@ from itertools import zip_longest
 import numpy as np
 import pytest
 from hydra.core.object_type import ObjectType
+from hydra.errors import MissingConfigException
 
 from isethdr_core import build, compose
 from isethdr_core.component import KINDS
 from isethdr_core.config.component_source import SCHEME, ComponentSource
-from isethdr_core.config.composition import register_with_hydra
+from isethdr_core.config.composition import explain, register_with_hydra
 from isethdr_core.errors import ConfigError
 from isethdr_core.pipeline.chain import chain
 from isethdr_core.plugins.registry import components, plugin_manager
@@ -131,6 +132,9 @@ def test_every_component_is_a_config_group_entry_with_its_name():
             "no key 'sensor.exposure'; did you mean 'exposure_s'",
         ),
         (["sensr=rgbw"], "no key 'sensr'; did you mean 'sensor'"),
+        (["scene.width=160"], "no key 'scene.width', .* type renderer.width=<value>"),
+        (["f_number=2"], "no key 'f_number', .* type lens.f_number=<value>"),
+        (["metric.ssim.width=1"], "no key 'metric.ssim.width' .one of: compression, white_cd_m2"),
         (
             ["sensor=rgbw", "sensor.exposure_s=long"],
             "exposure_s is 'long'; expected a number; type",
@@ -141,6 +145,10 @@ def test_every_component_is_a_config_group_entry_with_its_name():
         ),
         (["renderer=null"], "type ~renderer to leave it out, or renderer=<name>"),
         (["seed=many"], "seed is 'many'; expected a whole number"),
+        (["draws=true"], "draws is True; expected a whole number of shots"),
+        (["metric=null"], r"metric=null names no entry .* type ~metric.KEY to leave one out"),
+        (["~metric"], "~metric names no entry of the table metric; type ~metric.KEY to leave"),
+        (["+flare=haze"], r"names no entry .* or \+flare@flare.KEY=<name> to add one"),
         (
             ["lighting=targets", "lighting.targets.sky={statistic: max, cd_m2: 9}"],
             r"to add it to the table type '\+lighting.targets.sky={statistic: max, cd_m2: 9}'",
@@ -184,3 +192,17 @@ def test_composing_twice_gives_the_same_and_registers_once():
     assert compose(["sensor=rgbw"]) == compose(["sensor=rgbw"])
     register_with_hydra()
     assert register_with_hydra.cache_info().misses == 1
+
+
+@pytest.mark.parametrize(
+    ("name", "message"),
+    [
+        ("submitit_slurm", "'submitit_slurm' is not installed; type pip install 'isethdr[slurm]'"),
+        ("joblib", r"'joblib' is not installed; type pip install 'isethdr[sweep]'"),
+        ("basci", "'basci' is not installed; did you mean 'basic'"),
+    ],
+)
+def test_a_launcher_that_is_not_installed_names_the_extra(name, message):
+    missing = MissingConfigException("", f"hydra/launcher/{name}", ["basic", "local_chunks"])
+    said = explain(missing)
+    assert message in said and "isethdr plugins" not in said

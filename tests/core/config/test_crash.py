@@ -2,7 +2,7 @@
 
 import pytest
 
-from isethdr_core.config.hydra_app import complaint, keep_traceback
+from isethdr_core.config.hydra_app import complaint, keep_traceback, output_closed
 from isethdr_core.errors import ConfigError
 
 
@@ -26,3 +26,11 @@ def test_a_crash_outside_the_stages_names_its_traceback(isethdr_home):
 def test_a_mistake_of_the_user_has_no_traceback(isethdr_home):
     keep_traceback(raised(ConfigError("pitch_um is -1")))
     assert not (isethdr_home / "failed").exists()
+
+
+def test_a_closed_output_is_no_crash_but_a_stage_that_loses_a_pipe_is():
+    err = raised(BrokenPipeError(32, "Broken pipe"))
+    assert output_closed(err)
+    err.add_note("traceback in failed/1f3a.txt")  # as a run adds it
+    assert not output_closed(err)
+    assert not output_closed(raised(OSError(5, "Input/output error")))

@@ -65,6 +65,6 @@ def test_hydra_is_asked_where_something_may_set_the_mode(asked, monkeypatch, tmp
     monkeypatch.setattr(hydra_shortcuts, "preset_folders", lambda: [tmp_path])
     for text, sets_it in (("model: 1\n", False), ("hydra:\n  mode: MULTIRUN\n", True)):
         preset.write_text(text)
-        hydra_shortcuts._a_preset_sets_it.cache_clear()
+        hydra_shortcuts.is_in_a_preset.cache_clear()
         assert asked("experiment=mine") == sets_it
-    hydra_shortcuts._a_preset_sets_it.cache_clear()
+    hydra_shortcuts.is_in_a_preset.cache_clear()

@@ -13,9 +13,11 @@ from isethdr_core.quantities import (
     centres,
     check_irradiance,
     check_mixed,
+    check_photocurrent,
     check_scene,
     check_scene_form,
     full_field,
+    photocurrent,
     scene_radiance,
     tile_pitch,
     tristimulus,
@@ -107,6 +109,21 @@ def test_uneven_or_falling_tiles_are_refused(dim):
     for bad in (good.assign_coords({dim: moved}), good.isel({dim: slice(None, None, -1)})):
         with pytest.raises(UnitError, match="evenly spaced"):
             check_mixed(bad)
+
+
+@pytest.mark.parametrize("value", [np.nan, np.inf])
+def test_tiles_without_a_place_are_refused(value):
+    good = inputs.mixed()
+    moved = good.x.values.copy()
+    moved[3] = value
+    for bad in (good.assign_coords(x=moved), good.isel(x=[0]).assign_coords(x=[value])):
+        with pytest.raises(UnitError, match="x with NaN or infinite values"):
+            check_mixed(bad)
+
+
+def test_photocurrent_without_channels_is_refused():
+    with pytest.raises(UnitError, match="photocurrent is empty"):
+        check_photocurrent(photocurrent(np.ones((0, 2, 3)), [], [0, 1, 2], [0, 1], [550.0], []))
 
 
 @pytest.mark.parametrize(

@@ -157,6 +157,27 @@ def test_motion_is_in_pixels_of_the_picture():
     assert np.ptp(found[..., 0]) > 0.02
 
 
+@pytest.mark.parametrize(
+    ("distortion", "far_is_lost"),
+    [
+        ({"model": "brown_conrady", "k1": -0.1}, False),
+        ({"model": "kannala_brandt", "k1": -0.02}, False),
+        ({"model": "table", "angle_deg": [1, 2], "radius_per_focal_length": [0.0174, 0.034]}, True),
+    ],
+)
+def test_motion_to_where_a_lens_images_nothing_is_not_known(distortion, far_is_lost):
+    moving = scene(np.ones((12, 16)), [])
+    motion = np.full((12, 16, 2), 1e-4, np.float32)
+    motion[:, :8] = np.nan  # behind the camera in the next frame
+    motion[:6, 8:] = 0.1  # beyond the table of angles
+    moving["motion"] = (("y", "x", "uv"), motion)
+    picture = blank(ny=4, nx=6)
+    picture.attrs["distortion"] = distortion
+    found = np.isfinite(labels_on(moving, picture)["motion"].values).all(-1)
+    assert not found[:, :3].any() and found[2:, 3:].all()
+    assert found[:2, 3:].any() != far_is_lost
+
+
 def test_bad_input_is_named():
     with pytest.raises(UnitError, match="do not fit the scene"):
         truth(cube(np.ones((3, 4, 4))), blank())

@@ -207,6 +207,12 @@ def test_a_moment_at_which_the_scene_does_not_exist_is_refused_before_any_work()
         check_motion(chain_of(time_s=999.999))
 
 
+def test_a_shot_too_short_for_the_motion_of_a_scene_is_refused_before_any_work():
+    sensor = SimpleNamespace(pitch_um=3.0, shot_time_s=lambda width_m, height_m: 1e-7)
+    with pytest.raises(ConfigError, match="a shot takes 1e-07 s, .* type motion.within_exposure="):
+        check_motion(replace(chain_of(), motion=MotionSettings(), cameras={"one": sensor}))
+
+
 def test_a_sensor_without_shot_time_is_refused():
     chain = replace(chain_of(), cameras={"one": SimpleNamespace(pitch_um=3.0)})
     with pytest.raises(ConfigError, match="how long its shot takes"):

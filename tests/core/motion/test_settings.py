@@ -23,6 +23,11 @@ def test_an_impossible_setting_is_named(table, message):
         motion_settings({"motion": table})
 
 
+def test_a_switch_in_place_of_the_table_is_refused_with_what_to_type():
+    with pytest.raises(ConfigError, match="is True; .* type for example motion.within_exposure="):
+        motion_settings({"motion": True})
+
+
 @pytest.mark.parametrize("config", [{}, {"motion": None}, {"motion": {"step_px": 2.0}}])
 def test_nothing_moves_unless_asked_for(config):
     assert motion_settings(config) is None

@@ -55,6 +55,7 @@ def test_what_is_well_declared_is_read(declared):
         ("lens", (dataclasses.replace(GOOD, field="ray"),), "'ray', which is no field; .* rays"),
         ("lens", (dataclasses.replace(GOOD, independent={"sed": 1}),), "'sed', which is no field"),
         ("lens", (dataclasses.replace(GOOD, values=(1,)),), "at least 2"),
+        ("lens", (dataclasses.replace(GOOD, values=8),), "at least 2"),
         ("lens", (dataclasses.replace(GOOD, error_of="colour"),), "expected one of radiance"),
         ("lens", (dataclasses.replace(GOOD, budgeted=True),), "default is 8; expected None"),
         ("lens", (dataclasses.replace(TOLD, cost=None),), r"expected Cost\(seconds, power\)"),
@@ -81,6 +82,12 @@ def test_what_no_study_and_no_budget_could_use_is_refused_at_loading(kind, knob,
 def test_shares_that_cannot_be_divided_are_refused_at_loading(kind, share, said):
     with pytest.raises(PluginError, match=said):
         abilities.check(kind, "toy", lens(error_shares=share))
+
+
+def test_values_of_an_iterator_can_be_read_again():
+    knob = AccuracyKnob("rays", map(int, "48"), Quantity.IRRADIANCE)
+    abilities.check("lens", "toy", lens(accuracy_knobs=(knob,)))
+    assert knob.tried() == (4, 8) and knob.finest() == 8
 
 
 def test_a_misspelt_declaration_is_refused_with_the_right_name():

@@ -11,6 +11,7 @@ import sys
 import pytest
 
 from isethdr_core.plugins import descriptions as d
+from isethdr_core.plugins import presets
 from isethdr_core.plugins.component import Component
 
 SOURCE = '''
@@ -80,3 +81,12 @@ def test_what_does_not_load_is_said_with_its_package():
     assert not found and broken.package == "acme_lost" and broken.entry_point == "lens/lost"
     assert "acme_lost.lenses:Lost: ModuleNotFoundError" in broken.reason
     assert not d.cache_file().exists()
+
+
+def test_a_preset_in_another_encoding_does_not_hide_the_others(tmp_path, monkeypatch):
+    (tmp_path / "conf" / "sensor").mkdir(parents=True)
+    text = "# Gerät\ndefaults: [ideal]\npitch_um: 3.0\n".encode("latin-1")
+    (tmp_path / "conf" / "sensor" / "mine.yaml").write_bytes(text)
+    monkeypatch.chdir(tmp_path)
+    found = presets.presets.__wrapped__("sensor")
+    assert found["mine"].fields == (("pitch_um", "3.0"),) and len(found) > 1

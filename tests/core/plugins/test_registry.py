@@ -91,6 +91,8 @@ def test_what_a_component_must_be():
         (Component("sensor", "x", int), "must be a frozen dataclass"),
         (Component("sensor", "x", NoDefault), "'rows' has no default"),
         (Component("sensr", "x", Nano), "unknown kind; did you mean 'sensor'"),
+        (Component("sensor", 3, Nano), "a sensor has the name 3"),
+        (Component("sensor", "", Nano), "a sensor has the name ''"),
         ("nano", "expected isethdr_core.Component"),
         (Component("sensor", "x", "acme.Nano"), 'expected a class or "package.module:Class"'),
         (Component("sensor", "x", None), 'expected a class or "package.module:Class"'),
@@ -120,6 +122,12 @@ def test_built_ins_come_through_the_same_entry_points():
         "isethdr_isp",
         "isethdr_metrics",
     }
+
+
+def test_spaces_between_the_names_of_plugins_do_not_matter(monkeypatch):
+    monkeypatch.setenv("ISETHDR_PLUGINS", "core, isp")
+    loaded = [name for name, _ in plugin_manager.__wrapped__().list_name_plugin()]
+    assert sorted(loaded) == ["core", "isp"]
 
 
 def test_a_class_registered_by_its_place_is_imported_on_use():

@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+from types import SimpleNamespace
+
 import pytest
 
 from isethdr_core.demand import Demand
 from isethdr_core.runs.radiance_cache import what_is_missing
+from isethdr_core.runs.radiance_cache.stored_radiance import held
 
 BLUE = 450.0
 GREEN = 550.0
@@ -31,12 +35,12 @@ def test_nothing_stored_lacks_everything():
 
 
 def test_groups_and_bands_are_lacking_one_by_one():
-    held = [stored(["sky"], [BLUE, GREEN]), stored(["lamps"], [BLUE])]
+    found = [stored(["sky"], [BLUE, GREEN]), stored(["lamps"], [BLUE])]
     both = Demand(groups=("sky", "lamps"))
-    assert what_is_missing(held, Demand(groups=("sky",), wavelength_nm=(BLUE, GREEN))) is None
-    lacking = what_is_missing(held, Demand(groups=both.groups, wavelength_nm=(BLUE, GREEN)))
+    assert what_is_missing(found, Demand(groups=("sky",), wavelength_nm=(BLUE, GREEN))) is None
+    lacking = what_is_missing(found, Demand(groups=both.groups, wavelength_nm=(BLUE, GREEN)))
     assert (lacking.groups, lacking.wavelength_nm) == (("lamps",), (GREEN,))
-    lacking = what_is_missing(held, Demand(groups=both.groups, wavelength_nm=(BLUE, GREEN, RED)))
+    lacking = what_is_missing(found, Demand(groups=both.groups, wavelength_nm=(BLUE, GREEN, RED)))
     assert (lacking.groups, lacking.wavelength_nm) == (("sky", "lamps"), (GREEN, RED))
 
 
@@ -52,6 +56,19 @@ def test_a_demand_for_all_bands_takes_no_store_of_a_few(asked):
 
 def test_a_group_without_a_lamp_is_not_lacking():
     assert what_is_missing([stored(["sky"], [BLUE], None, absent=("lamps",))], Demand()) is None
+
+
+def test_radiance_without_overscan_serves_beside_a_part_with_overscan():
+    chain = SimpleNamespace(renderer=object())
+    beside = {"labels": [], "effort": {}}
+    narrow = {**stored(["sky", "lamps"], [BLUE], None), **beside, "margin": False}
+    wide = {**stored(["sky"], [BLUE], None), **beside, "margin": True}
+    demand = Demand(groups=("sky", "lamps"), wavelength_nm=(BLUE,), margin=False)
+    assert held(chain, demand, [narrow, wide]) == ([narrow], None)
+    of_sky = replace(demand, groups=("sky",))
+    assert held(chain, of_sky, [narrow, wide]) == ([wide], None)
+    lacking = held(chain, replace(demand, margin=True), [narrow, wide])
+    assert lacking.stores == [wide] and lacking.missing.groups == ("lamps",)
 
 
 def test_radiance_rendered_for_cameras_serves_who_allows_as_much_of_their_noise():

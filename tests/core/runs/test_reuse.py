@@ -3,15 +3,18 @@
 import shutil
 import time
 from collections import Counter
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from types import SimpleNamespace
 
+import numpy as np
 import pytest
 from isethdr_isp.linear import LinearIsp
 from isethdr_sensors.bayer import BayerSensor
 
 import isethdr_core as hdr
 from isethdr_core.errors import ConfigError
-from isethdr_core.runs import reuse
+from isethdr_core.pipeline.demand import Response
+from isethdr_core.runs import result_names, reuse
 from isethdr_core.storage.bounded_cache import entries
 from isethdr_core.storage.manifest import read_manifest
 
@@ -166,6 +169,23 @@ def test_results_that_are_computed_together_are_kept_one_by_one(tmp_path, monkey
     assert keeping.values(["c", "a"], squares) == [4.0, 0.0]
     assert asked == [[0, 1], [1, 2]]
     assert reuse.NOTHING_KEPT.values(["a"], squares) == [0.0]
+
+
+def test_light_is_named_by_the_pixels_for_which_it_was_planned():
+    """A lens compares the blur of near objects with a pixel. With four times the area and a quarter
+    of the exposure, two sensors differ in nothing else.
+    """
+    chain = SimpleNamespace(
+        cameras={"one": hdr.build("sensor", "ideal")},
+        lens=hdr.build("lens", "ideal"),
+        flares={},
+        leave_out=True,
+    )
+    mixed = SimpleNamespace(wavelength=SimpleNamespace(values=np.array([500.0, 510.0])))
+    small = Response(("W",), lambda nm: np.ones((1, len(nm))), 1e-13, 2.0, pixel_m=2e-6)
+    demands = [hdr.Demand(response=r) for r in (small, replace(small, pixel_m=4e-6))]
+    one, other = (result_names.of_light("mixed", chain, demand, mixed) for demand in demands)
+    assert one is not None and one != other
 
 
 @pytest.mark.slow

@@ -29,6 +29,7 @@ def test_no_table_is_no_frame_and_leaves_the_name_of_a_run_as_it_was():
         ({"bayer": {"exposure_s": -1.0}}, "numbers above 0"),
         ({"bayer": {"exposure_s": 0.1, "gain": 0.5}}, "expected 1 or more"),
         ({"bayer": {"exposure_s": 0.1, "ratios": [1.0, "x"]}}, "numbers above 0"),
+        ({"bayer": {"exposure_s": 0.1, "ratios": 0.1}}, "bayer.ratios is 0.1; expected a list"),
     ],
 )
 def test_a_wrong_table_is_refused_with_what_to_type(table, message):

@@ -48,10 +48,19 @@ def test_only_dead_writers_of_this_machine_are_cleaned_up(tmp_path):
     child.wait()
     mine = temporary_path(tmp_path, "a.zarr")
     mine.mkdir()
-    dead = tmp_path / f".b.zarr.{socket.gethostname()}-{child.pid}-abcdef.tmp"
+    of_child = mine.name.replace(f"-{os.getpid()}-", f"-{child.pid}-", 1)
+    dead = tmp_path / of_child.replace("a.zarr", "b.zarr", 1)
     dead.mkdir()
+    earlier = tmp_path / f".b.html.{socket.gethostname()}-{child.pid}-abcdef.tmp"
+    earlier.touch()
     (dead / "zarr.json").write_text("{}")
     elsewhere = tmp_path / f".c.html.another-host-{child.pid}-abcdef.tmp"
     elsewhere.touch()
-    assert remove_leftovers(tmp_path) == [dead]
-    assert sorted(tmp_path.iterdir()) == sorted([mine, elsewhere]) and str(os.getpid()) in mine.name
+    # a machine whose name is that of this one, followed by a number
+    numbered = tmp_path / f".d.html.{socket.gethostname()}-{child.pid}-{child.pid}-abcdef.tmp"
+    numbered.touch()
+    container = tmp_path / f".e.html.{socket.gethostname()}-{child.pid}-1-abcdef.tmp"
+    container.touch()
+    assert set(remove_leftovers(tmp_path)) == {dead, earlier}
+    others = {elsewhere, numbered, container}
+    assert set(tmp_path.iterdir()) == {mine, *others} and str(os.getpid()) in mine.name

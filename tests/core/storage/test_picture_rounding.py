@@ -101,6 +101,15 @@ def test_a_picture_without_variance_keeps_five_digits(tmp_path, variance):
     np.testing.assert_array_equal(back["variance"], picture["variance"])
 
 
+def test_a_fixed_pattern_beside_an_unknown_variance_is_rounded_by_itself(tmp_path):
+    picture = noisy_picture()
+    picture["variance"] = xr.full_like(picture["variance"], np.nan)
+    back = stored(tmp_path, picture)
+    fixed = picture[FIXED_PATTERN].values
+    off = np.abs(back[FIXED_PATTERN].values - fixed) / fixed
+    assert off[..., 1].max() <= 2.0**-7 * (1 + 1e-6) and off.max() <= 2.0**-3 * (1 + 1e-6)
+
+
 def test_no_light_stays_no_light_and_what_is_not_finite_passes(tmp_path):
     picture = noisy_picture()
     picture["xyz"][:2, 0] = 0.0

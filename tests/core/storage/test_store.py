@@ -83,6 +83,14 @@ def test_round_trip_of_values_labels_names_and_attributes_without_a_warning(tmp_
     q.check_scene(back)
 
 
+def test_the_list_of_coordinates_is_no_attribute_of_the_data(tmp_path):
+    ds = scene().assign_coords(exposure=0.01)
+    path = store.write_store(tmp_path, "a", {"": ds, "copy": ds}, {})
+    for group in ("", "copy"):
+        back = store.open_store(path, group)
+        assert "exposure" in back.coords and "coordinates" not in back.attrs
+
+
 def test_all_bits_are_kept_on_request(tmp_path):
     ds = scene()
     back = store.open_store(store.write_store(tmp_path, "a", {"": ds}, {}, keepbits=None))

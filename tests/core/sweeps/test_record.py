@@ -7,6 +7,7 @@ from dataclasses import replace
 import pytest
 
 from isethdr_core.errors import ConfigError
+from isethdr_core.sweeps import record
 from isethdr_core.sweeps.record import (
     Job,
     check_free,
@@ -25,6 +26,14 @@ def test_a_sweep_and_its_jobs_are_read_as_they_were_written(isethdr_home):
     jobs = read_jobs(sweep.folder)
     assert [job.number for job in jobs] == [0, 1, 2, 3] and jobs[3].error == "glass broke"
     assert read_sweep(isethdr_home / "sweeps" / "other") is None
+
+
+def test_a_sweep_that_begins_in_two_terminals_at_once_has_one_folder(isethdr_home, monkeypatch):
+    sweep = stored_sweep(isethdr_home)
+    # the other terminal makes the folder again after this one has removed it
+    monkeypatch.setattr(record.shutil, "rmtree", lambda *_, **__: None)
+    record.begin(sweep)
+    assert read_sweep(sweep.folder) == sweep
 
 
 def test_two_sweeps_of_one_name_are_an_error_and_the_same_command_is_not(isethdr_home):

@@ -5,8 +5,10 @@ from __future__ import annotations
 import csv
 import io
 import math
+from dataclasses import replace
 
 from isethdr_core.cli.sweep_summary import finish, print_sweep
+from isethdr_core.sweeps.record import read_jobs, write_job
 from isethdr_core.sweeps.score_order import differ, larger_is_better, most_telling_first
 from isethdr_core.sweeps.table import Scored, as_csv, best_rows, short_names, sweep_table
 
@@ -20,6 +22,14 @@ def test_a_row_has_its_parameters_and_the_scores_of_the_frame_alone(isethdr_home
     assert table.units == {"ssim": "", "vividness": "vv"} and table.tags == ("wet",)
     assert table.values("sensor.exposure_s") == ["0.004", "0.016"]
     assert table.rows[0].report == isethdr_home / "runs" / "exposures0.html"
+
+
+def test_a_key_that_a_sweep_adds_to_a_table_has_its_values(isethdr_home):
+    added = "lighting.weights.sky"
+    sweep = replace(stored_sweep(isethdr_home), varied=(added,))
+    for job in read_jobs(sweep.folder):
+        write_job(sweep.folder, replace(job, overrides=(f"+{added}={job.number}",)))
+    assert sweep_table(sweep).values(added) == ["0", "1", "2"]
 
 
 def test_the_best_row_says_how_many_others_are_as_good(isethdr_home):

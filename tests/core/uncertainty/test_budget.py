@@ -65,6 +65,8 @@ def test_a_share_of_no_number_is_refused():
     assert budget.allowed({}) == budget.Allowed()  # earlier configs have no such node
     with pytest.raises(ConfigError, match="no key 'noise'"):
         budget.allowed({"accuracy": {"noise": 0.1}})
+    with pytest.raises(ConfigError, match="accuracy is 0.05; .* accuracy.noise_fraction_allowed="):
+        budget.allowed({"accuracy": 0.05})
 
 
 def test_the_renderer_is_told_or_it_is_said_why_not():

@@ -74,6 +74,12 @@ def test_degrees_of_freedom_lie_between_those_of_the_larger_part_and_of_all():
     # equal parts: (1 + 1)^2 / (1 / 3 + 1 / 5)
     assert degrees_of_freedom((2.0, 2.0), (3, 5)) == pytest.approx(7.5)
     assert degrees_of_freedom((0.0, 0.0), (3, 5)) == math.inf
+    assert degrees_of_freedom((0.0, 1.0), (3, math.inf)) == math.inf
+
+
+def test_a_renderer_error_that_is_known_exactly_is_a_normal_error():
+    low, high = interval([1.0, 1.0], RendererError(0.1, math.inf))
+    assert (low, high) == pytest.approx((1 - 0.196, 1 + 0.196), rel=1e-4)
 
 
 def test_student_factors_are_those_of_tables():

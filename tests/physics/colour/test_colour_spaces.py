@@ -255,3 +255,5 @@ def test_codes_from_the_table_are_rounded_encoded_values_next_to_every_step():
     codes = colour_spaces.srgb_codes(values)
     assert codes.dtype == np.uint8
     np.testing.assert_array_equal(codes, np.rint(255 * colour_spaces.srgb_encode(values)))
+    single = [int(colour_spaces.srgb_codes(value)) for value in steps[:20]]
+    assert single == colour_spaces.srgb_codes(steps[:20]).tolist()

@@ -80,6 +80,12 @@ def test_reaching_outside_is_an_error_that_says_by_how_much():
     overlaps(grid(4, 1.0), np.array([1.5 + 1e-10]), 1.0)  # rounding is no error
 
 
+def test_a_rectangle_without_a_place_is_an_error():
+    tiles = np.arange(4.0)
+    with pytest.raises(ValueError, match="reach nan"):
+        resample_mean(np.ones((4, 4)), tiles, tiles, [1.0, np.nan], [1.0], 1.0, 1.0)
+
+
 def test_float32_is_summed_in_float64():
     v = np.ones((1000, 1000), np.float32)
     v[0, 0] = 1e9  # added to this value in float32, most of the ones would be lost

@@ -1,4 +1,4 @@
-"""Row chords: chords of a shape at Gauss's two places in every row, or part of a row.
+"""Row chords: chords of a shape at two Gauss-Legendre positions in every row, or part of a row.
 
 Rows are divided where the ends of chords move fast along x, so that few rows are enough elsewhere.
 """

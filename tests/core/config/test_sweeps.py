@@ -1,0 +1,82 @@
+"""Sweeps (`-m`) are prepared for Hydra: values are listed, and fields of swept components kept."""
+
+from __future__ import annotations
+
+import pytest
+
+from isethdr_core.config import sweeps
+from isethdr_core.config.composition import register_with_hydra
+from isethdr_core.errors import ConfigError
+from isethdr_core.plugins.presets import presets
+
+
+@pytest.fixture
+def tried(monkeypatch, tmp_path, isethdr_home):
+    """Return the list of jobs that are tried in an empty working folder. None of them is built."""
+    register_with_hydra()
+    jobs = []
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(sweeps, "compose", lambda job: jobs.append(job) or {})
+    monkeypatch.setattr(sweeps, "chain", lambda config: None)
+    return jobs
+
+
+def test_a_pattern_sweeps_over_the_names_that_it_matches(tried):
+    sweep = sweeps.prepared(["-m", "sensor=glob(typical_*)"]).sweep
+    names = sorted(name for name in presets("sensor") if name.startswith("typical_"))
+    assert len(names) > 1 and sweep.total == len(names) and sweep.varied == ("sensor",)
+    assert tried == [[f"sensor={name}"] for name in names]
+
+
+@pytest.mark.parametrize(
+    ("typed", "message"),
+    [
+        ("sensor=glob(no_such_*)", "has no value; expected one or more"),
+        ("seed=range(0,0)", r"seed=range\(0,0\) has no value; .* type for example seed=1,2"),
+        ("seed=interval(0,1)", "is an interval, .* type for example seed=1,2"),
+        ("name=a,b", "name=a,b sweeps over the name; .* type for example name=night"),
+    ],
+)
+def test_values_that_cannot_be_listed_are_refused_before_the_first_job(tried, typed, message):
+    with pytest.raises(ConfigError, match=message):
+        sweeps.prepared(["-m", typed])
+    assert not tried
+
+
+@pytest.mark.parametrize(
+    ("typed", "field"),
+    [
+        ("flare@flare.dirt=haze,film", "flare.dirt.scattered=0.01"),
+        ("+flare@flare.veil=haze,film", "flare.veil.scattered=0.01"),
+        ("experiment=night_drive,tunnel", "lens.f_number=2"),
+        ("sensor=bayer,rgbw", "sensor.bits=12"),
+    ],
+)
+def test_a_field_of_a_swept_component_is_a_sweep_of_one_value(tried, typed, field):
+    key, _, value = field.partition("=")
+    arguments = sweeps.prepared(["-m", typed, field, "lighting=ideal", "seed=1"]).arguments
+    assert arguments[:-1] == ["-m", typed, f"{key}=choice({value})", "lighting=ideal", "seed=1"]
+    kept = sweeps.prepared(["-m", "seed=1,2", field]).arguments
+    assert field in kept, "a component that is not swept owns its field"
+
+
+def test_values_of_a_config_file_are_part_of_the_sweep(tried, tmp_path):
+    mine = tmp_path / "conf" / "experiment" / "mine.yaml"
+    mine.parent.mkdir(parents=True)
+    text = "# @package _global_\nhydra: {sweeper: {params: {seed: '1,2', draws: '2,3,4'}}}\n"
+    mine.write_text(text)
+    ready = sweeps.prepared(["-m", "experiment=mine", "seed=7"])
+    assert ready.sweep.varied == ("draws",) and ready.sweep.total == 3
+    assert ready.sweep.overrides == ("draws=2,3,4", "experiment=mine", "seed=7")
+    assert ready.arguments[1:3] == ["experiment=mine", "seed=7"], "Hydra adds the others itself"
+
+
+def test_a_sweep_from_another_folder_has_a_name_and_a_record(tried, tmp_path):
+    folder = tmp_path / "studies"
+    folder.mkdir()
+    ready = sweeps.prepared(["-m", "--config-dir", str(folder), "name=night", "seed=1,2"])
+    assert ready.sweep.name == "night" and ready.sweep.total == 2
+    assert ready.arguments[:4] == ["-m", "--config-dir", str(folder), "seed=1,2"]
+    assert not tried, "Hydra alone reads that folder"
+    shown = ["-m", "--cfg", "job", "seed=1,2"]
+    assert sweeps.prepared(shown) == sweeps.Prepared(shown, None)
