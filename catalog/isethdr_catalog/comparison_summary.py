@@ -46,7 +46,7 @@ def print_comparison(homes: Sequence[StoredHome], a: str, b: str) -> None:
     several = len({pair.cameras for pair in found.scores}) > 1
     print()
     print_table(
-        ["score", "unit", *(["camera"] if several else []), "A", "B", "differ"],
+        ["score", "unit", *(["camera"] if several else []), "A", "B", "B - A", "differ"],
         [
             [
                 pair.score,
@@ -54,6 +54,7 @@ def print_comparison(homes: Sequence[StoredHome], a: str, b: str) -> None:
                 *([pair.cameras] if several else []),
                 scored_text(pair.a),
                 scored_text(pair.b),
+                f"{pair.difference:+.3g}",
                 VERDICT[pair.differs],
             ]
             for pair in changed

@@ -244,8 +244,11 @@ def find_one(folder: str | os.PathLike[str], name: str) -> Path:
         some = ", ".join(p.stem for p in matches[:MOST_LISTED])
         more = len(matches) - MOST_LISTED
         several = f"could be any of {some}" + (f" and {more} more" if more > 0 else "")
-        none = f"names no store{did_you_mean(name, [p.stem for p in known])}"
-        raise CatalogError(f"{name!r} {several if matches else none}; looked in {folder}")
+        none = f"begins the key of no store{did_you_mean(name, [p.stem for p in known])}"
+        raise CatalogError(
+            f"{name!r} {several if matches else none}; looked in {folder}; type the first digits of"
+            " one key, which isethdr catalog find prints"
+        )
     return matches[0]
 
 

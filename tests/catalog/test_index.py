@@ -311,3 +311,11 @@ def test_a_property_of_removed_stores_is_not_known(tmp_path):
     shutil.rmtree(tmp_path / "runs/a.zarr")
     with pytest.raises(CatalogError, match="no record has the property 'config.old'"):
         find(tmp_path, **{"config.old": 1})
+
+
+def test_a_misspelt_operator_gets_the_list_of_operators(tmp_path):
+    put(tmp_path, "a", sensor="bayer")
+    with pytest.raises(CatalogError, match=r"'like' is no operator; .* ge, le, gt, lt, ne, in"):
+        find(tmp_path, sensor__like="bayer")
+    with pytest.raises(CatalogError, match="no record has the property 'senso.like'; did"):
+        find(tmp_path, senso__like="bayer")

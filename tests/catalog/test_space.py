@@ -100,7 +100,7 @@ def test_rm_removes_a_run_with_its_report_once_it_may(home):
     assert called("rm", "reader", answer="y\n").exit_code == 0
     assert not list((home / "runs").glob("*reader*"))
     assert called("rm", "read", "--yes").exit_code == 0
-    with pytest.raises(CatalogError, match="names no store.*looked in"):
+    with pytest.raises(CatalogError, match="begins the key of no store.*looked in.*first digits"):
         space.find_one(home, "reader")
 
 

@@ -11,6 +11,7 @@ from ..joined_index import home_column
 from .connection import HOME, PLAIN
 
 OPERATORS = {"ge": ">=", "le": "<=", "gt": ">", "lt": "<"}
+ALL_OPERATORS = (*OPERATORS, "ne", "in")  # as the keyword of a condition ends
 DATE = "created"  # property with dates such as 2026-01-31T12:00:00, of which a year is a beginning
 
 
@@ -29,7 +30,7 @@ def property_and_operator(key: str) -> tuple[str, str]:
     key : for example `kind`, or `person__distance_m__le`.
     """
     name, _, operator = key.rpartition("__")
-    if name and operator in (*OPERATORS, "ne", "in"):
+    if name and operator in ALL_OPERATORS:
         return name.replace("__", "."), operator
     return key.replace("__", "."), "eq"
 

@@ -16,7 +16,7 @@ from isethdr_core.errors import CatalogError, did_you_mean
 from isethdr_core.storage.home_folder import StoredHome
 
 from .. import index_file
-from .conditions import column_of, condition_sql, order_sql, property_and_operator
+from .conditions import ALL_OPERATORS, column_of, condition_sql, order_sql, property_and_operator
 from .connection import HOME, PLAIN, Homes, homes_of, reading
 
 if TYPE_CHECKING:
@@ -139,6 +139,13 @@ def _check_known(
             others = [n for n, found in known.items() if _has_values(base, found)]
             if not others:
                 return
+            shorter, _, ending = name.rpartition(".")
+            if shorter in (*others, *PLAIN):
+                raise CatalogError(
+                    f"no record has the property {name!r}, and {ending!r} is no operator; type for"
+                    f" example {shorter}=VALUE, or {shorter}__OPERATOR=VALUE with one of the"
+                    f" operators {', '.join(ALL_OPERATORS)}"
+                )
             raise CatalogError(
                 f"no record has the property {name!r}{did_you_mean(name, [*others, *PLAIN])}"
             )
