@@ -21,4 +21,5 @@ key = hdr.generator(seed=0, device="A", scene="file")  # source of all random nu
 captures = sensor(light, key)  # DN
 picture = hdr.build("isp", "linear")(captures)  # cd/m2
 
-print(picture["xyz"].sel(xyz_channel="Y").max().item(), "cd/m2")
+brightest = picture["xyz"].sel(xyz_channel="Y").max().item()
+print(f"{brightest:.4g} cd/m2 in the brightest pixel")

@@ -14,4 +14,5 @@ sensor = hdr.build("sensor", "bayer")
 captures = sensor(light, hdr.generator(seed=0, device="A", scene="point_lights"))
 
 clean = lens(mixed)
-print(float(light.min() / clean.min()), "times the light in the darkest place")
+ratio = float(light.min() / clean.min())
+print(f"{ratio:.4g} times the light in the darkest place")

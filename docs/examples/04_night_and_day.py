@@ -16,4 +16,4 @@ day, captures = (
 )
 
 for name, shot in (("day", day), ("night", captures)):
-    print(name, float(shot["raw"].mean()), "DN")
+    print(name, f"{float(shot['raw'].mean()):.4g} DN")

@@ -35,4 +35,4 @@ captures = hdr.build("sensor", "bayer")(
 )
 picture = hdr.build("isp", "linear")(captures)
 [score] = DarkerThan(limit_cd_m2=20.0)(picture, truth(mixed, picture), None)
-print(score.value, "of the pixels are darker than 20 cd/m2")
+print(f"{score.value:.1%} of the pixels are darker than 20 cd/m2")

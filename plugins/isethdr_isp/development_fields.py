@@ -35,7 +35,7 @@ class Development:
     # pixels in the sensor's map of defects: kept, or interpolated from neighbours
     defects: Literal["kept", "interpolated"] = "kept"
     denoise: Literal["none", "nl_means"] = "none"  # denoise method, applied before the demosaic
-    # strength of nl_means: noise that the surroundings of averaged samples may differ by, as a
+    # strength of nl_means: noise by which the surroundings of averaged samples may differ, as a
     # multiple of the stated standard deviation
     nl_means_strength: Annotated[float, Range(0.1, 10.0)] = 1.0
     # file with measured relative illumination, as `isethdr_isp.readout.shading` writes it; empty:

@@ -129,8 +129,8 @@ class ImagingSensor:
     hot_dark_e_per_s: DarkCurrent = 1000.0
     row_e: Noise = 0.0  # rms over rows of the offset; persistent
     row_noise_e: Noise = 0.0  # rms over rows of the offset; new in every reading
-    # rms noise behind the analog gain; divided by conversion gain and analog gain, it adds to
-    # `read_noise_e` in squares
+    # rms noise behind the analog gain; divided by conversion gain and analog gain, its square is
+    # added to that of `read_noise_e`
     after_gain_noise_uv: NoiseVoltage = 0.0
     # share of pixels with 5 times the read noise of the others; the rms over all pixels does not
     # change

@@ -16,7 +16,7 @@
 | `merge_rules`         | merge rules over eight decades of light                                  |
 | `network_cost`        | seconds and memory of `isp=network`, with an untrained stand-in          |
 | `photographs`         | statistics of rendered streets compared with those of photographs        |
-| `renderer_noise`      | noise and light of renderings that choose the paths of each tile by need |
+| `renderer_noise`      | noise and light of adaptive renderings, against even passes              |
 | `accuracy/`           | error against run time of each stage of the bundled components           |
 | `budget/`             | whether the error allowed is kept                                        |
 | `omission/`           | runs that leave out unneeded work, against runs that compute everything  |

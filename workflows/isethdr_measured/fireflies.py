@@ -2,10 +2,10 @@
 
 A tile stands out if its luminance is more than 8 times the median of the tiles of the same instance
 in the 5 x 5 tiles around it, and more than 5 standard deviations of the least noisy camera above
-that median. A second rendering, the judge, follows paths through these tiles alone, with other
+that median. A second rendering, the check, follows paths through these tiles alone, with other
 random numbers and ten times the largest number of paths that a tile of the first rendering may
-have. The judge confirms a tile if its own luminance there is at least half as high. A tile that
-stands out and is not confirmed is a firefly.
+have. It confirms a tile if its own luminance there is at least half as high. A tile that stands out
+and is not confirmed is a firefly.
 """
 
 from __future__ import annotations

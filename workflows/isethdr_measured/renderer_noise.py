@@ -87,8 +87,7 @@ def renderer_light(
     width: int = 48,
     overrides: str = "",
 ) -> list[dict[str, Any]]:
-    """Return a row for each light group: its light where the number of paths follows need, over
-    that of even passes.
+    """Return a row for each light group: its light by adaptive sampling, over that of even passes.
 
     The light is that before rare light is moved to other tiles, which keeps its sum. Two ratios are
     given: that of all light, in which a few glints count most, and that of the tiles whose light
@@ -97,7 +96,7 @@ def renderer_light(
     Parameters
     ----------
     scene : name of the scene, a key of `SCENES`.
-    renderings : number of renderings by need, with different random numbers.
+    renderings : number of adaptive renderings, with different random numbers.
     judges : number of renderings by even passes, with different random numbers. Half of them choose
         the tiles.
     samples : paths per tile of an even pass.
@@ -146,7 +145,7 @@ def _ratio(ours: Array, judge: Array) -> tuple[float, float]:
 
 
 def _unmoved(job: JobPaths, seed: int, share: float) -> Array:
-    """Return luminance (group, tile) by need, before rare light is moved to other tiles."""
+    """Return luminance (group, tile) of adaptive sampling, before rare light is moved away."""
     rounds = _rounds(job, seed)
     rounds.pilot()
     rounds.until_done(job.limit(rounds.radiance()), share)
@@ -189,7 +188,7 @@ def by_need(job: JobPaths, seed: int, share: float) -> Rendering:
 
 
 def _rounds(job: JobPaths, seed: int) -> Rounds:
-    """Return the buffers of a rendering by need, still without paths."""
+    """Return the buffers of an adaptive rendering, still without paths."""
     return Rounds(
         job.paths,
         job.instance,

@@ -1,10 +1,11 @@
 """Depth layers: the light of a lens that is focused at one distance, by the depth of every tile.
 
 Tiles of nearly the same blur form a layer. Each layer is spread by the geometric disc of its blur,
-the layers are added, and the sum is imaged by the lens in focus. So the light of every tile is
-conserved, and no tile hides another; the error of this at depth edges is stated. Diffraction and
+the layers are added, and the sum is imaged by the lens in focus. The light of every tile is
+conserved, and no tile hides another; the resulting error at depth edges is stated. Diffraction and
 defocus are treated as independent. Blur diameters are in tiles, the resolution of the light. Blur
-below a share of the sensors' pixels is left out; if the demand states no pixels, tiles count.
+below a share of the sensors' pixels is left out; if the demand states no pixel size, a tile takes
+the place of the pixel.
 """
 
 from __future__ import annotations

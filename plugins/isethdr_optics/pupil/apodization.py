@@ -1,5 +1,5 @@
-"""Uneven: light that does not fill the stop evenly, as an amplitude in Zernike terms whose mean
-square over the stop is 1.
+"""Apodization: light that does not fill the stop evenly, as an amplitude in Zernike terms whose
+mean square over the stop is 1.
 """
 
 from __future__ import annotations

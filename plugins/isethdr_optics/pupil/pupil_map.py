@@ -1,8 +1,7 @@
-"""Pupil map: from places in the stop to places in the pupil that the image sees, for functions
-given over the stop.
+"""Pupil map: from points of the stop to points of the exit pupil, for functions over the stop.
 
-A lens has a `pupil_matrix` where both differ (`place_lens`). It is written for x right and y down;
-Zernike terms have y up.
+A lens whose stop and exit pupil differ has a `pupil_matrix` (`field_point_lens`). The matrix is for
+x right and y down; Zernike terms have y up.
 """
 
 from __future__ import annotations

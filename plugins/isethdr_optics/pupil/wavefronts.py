@@ -1,5 +1,5 @@
-"""Wavefronts of a lens at a wavelength: its own, its colour's and its focus's, as Zernike
-coefficients; and how steep they are.
+"""Wavefront of a lens at a wavelength, as Zernike coefficients, and its steepness. It is the sum of
+the lens's own terms, terms that depend on the wavelength, and a shift of focus.
 """
 
 from __future__ import annotations

@@ -25,7 +25,7 @@ def input_referred_e(
     """Return the read noise, electrons rms: a floor, and noise behind the analog gain divided by
     the gains in front of it.
 
-    Both are independent, so they add in squares (EMVA 1288 release 4.0 counts both as dark noise).
+    Both are independent, so their squares add up (EMVA 1288 release 4.0 counts both as dark noise).
 
     Parameters
     ----------

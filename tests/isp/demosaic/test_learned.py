@@ -17,7 +17,7 @@ from isethdr_isp.demosaic.learned import (
 )
 from isethdr_isp.demosaic.local_classes import COUNT, classes
 
-from isethdr_core.errors import UnitError
+from isethdr_core.errors import ConfigError, UnitError
 
 SIDE = 56
 INNER = np.s_[..., 4:-4, 4:-4]  # leaves out the border, where samples are repeated
@@ -134,6 +134,23 @@ def test_training_beats_the_bilinear_rule_on_pictures_it_never_saw(tmp_path):
 
     [row] = train_demosaic(str(tmp_path / "filters.npz"), pictures=2, arrays="RG/GB")
     assert row["learned_error"] < 0.8 * row["bilinear_error"]  # with two pictures; 0.61 with all
+
+
+@pytest.mark.parametrize(
+    ("settings", "match"),
+    [
+        ({"pictures": 2}, "would replace all filters of the installed isp"),
+        ({"arrays": "RG/GB"}, "would replace all filters of the installed isp"),
+        ({"path": "filters"}, "ends in .npz"),
+        ({"path": "/nowhere/filters.npz"}, "in a folder that exists"),
+        ({"path": "filters.npz", "pictures": 0}, "pictures is 0"),
+    ],
+)
+def test_a_training_that_would_lose_filters_is_refused_before_its_work(settings, match):
+    from isethdr_workflows.isp.train_demosaic import train_demosaic
+
+    with pytest.raises(ConfigError, match=match):
+        train_demosaic(**settings)
 
 
 def test_what_was_not_learned_is_said(bench):

@@ -43,6 +43,11 @@ def noted(call):
     return result, rows[0]
 
 
+def test_an_unknown_falloff_does_not_count_as_none():
+    with pytest.raises(UnitError, match="falloff 'cos' is unknown; did you mean 'cos4'"):
+        camera_geometry.relative_illumination({"falloff": "cos"}, 0.1, 0.0)
+
+
 def flux(light):
     return (
         light.values.sum(axis=(1, 2), dtype=float)

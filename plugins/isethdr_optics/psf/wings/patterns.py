@@ -1,8 +1,8 @@
 """Patterns: the diffraction pattern of one wavelength on two lattices of points.
 
 Without phase, one pattern scales to all wavelengths: two lattices, offset by half a step, serve
-every band. With a wavefront or a third-party pupil, a pair of lattices serves a part of a band in
-which the phase hardly changes.
+every band. With a wavefront or a third-party pupil, each part of a band in which the phase hardly
+changes has a pair of lattices of its own.
 """
 
 from __future__ import annotations
