@@ -101,7 +101,7 @@ def test_a_training_that_was_killed_goes_on_and_ends_alike(isethdr_home, monkeyp
     assert steps == [row["step"] for row in whole.progress.history]
 
 
-def test_ctrl_c_within_a_step_does_not_change_the_weights(isethdr_home, monkeypatch):
+def test_ctrl_c_within_a_step_does_not_change_the_weights(isethdr_home, monkeypatch, interrupts):
     """Ctrl-C arrives after the weights of step 7 have changed and before that step is counted."""
     quick = {**QUICK, "steps": 12, "checks": 4, "precision": "float32"}
     whole = trained(Settings(**quick, name="whole"), 8)

@@ -110,7 +110,15 @@ def test_a_full_disk_is_one_error_where_curves_and_cards_are_written(tmp_path, m
         write_card(tmp_path, "a card", {"purpose": "pictures"})
 
 
-def test_ctrl_c_takes_effect_between_two_steps():
+def test_ctrl_c_that_is_ignored_stays_ignored(interrupts):
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    with between_steps() as stop_if_typed:
+        signal.raise_signal(signal.SIGINT)
+        stop_if_typed()
+    assert signal.getsignal(signal.SIGINT) == signal.SIG_IGN
+
+
+def test_ctrl_c_takes_effect_between_two_steps(interrupts):
     done = []
     with pytest.raises(KeyboardInterrupt), between_steps() as stop_if_typed:
         for step in range(3):

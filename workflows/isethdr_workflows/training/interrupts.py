@@ -15,7 +15,8 @@ def between_steps() -> Iterator[Callable[[], None]]:
     """Delay Ctrl-C within the block. Yield a function that raises KeyboardInterrupt if Ctrl-C was
     typed; call it after each step.
 
-    Only the main thread of a process handles signals. In other threads nothing is delayed.
+    Only the main thread of a process handles signals. In other threads nothing is delayed. A process
+    in the background that ignores Ctrl-C goes on ignoring it.
     """
     typed = threading.Event()
 
@@ -23,7 +24,8 @@ def between_steps() -> Iterator[Callable[[], None]]:
         if typed.is_set():
             raise KeyboardInterrupt
 
-    if threading.current_thread() is not threading.main_thread():
+    ignored = signal.getsignal(signal.SIGINT) == signal.SIG_IGN
+    if ignored or threading.current_thread() is not threading.main_thread():
         yield stop_if_typed
         return
     before = signal.signal(signal.SIGINT, lambda *_: typed.set())
