@@ -28,7 +28,7 @@ def checked_path(out: str) -> Path:
 
     Raises
     ------
-    ConfigError : the name has the ending of no picture.
+    ConfigError : the name ends in no known format of pictures.
     """
     path = Path(out)
     if path.suffix.lower() not in FORMATS:

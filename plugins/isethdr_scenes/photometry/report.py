@@ -56,7 +56,7 @@ def report(lamp: str, rules: str = "", plot: str = "") -> bool:
 
     Raises
     ------
-    ConfigError : as `lamp_of`; or the picture has the ending of no picture.
+    ConfigError : as `lamp_of`; or the format of the picture is unknown.
     CatalogError : the picture cannot be written.
     """
     lamp_data = lamp_of(lamp, rules)
