@@ -15,8 +15,8 @@ def between_steps() -> Iterator[Callable[[], None]]:
     """Delay Ctrl-C within the block. Yield a function that raises KeyboardInterrupt if Ctrl-C was
     typed; call it after each step.
 
-    Only the main thread of a process handles signals. In other threads nothing is delayed. A process
-    in the background that ignores Ctrl-C goes on ignoring it.
+    Only the main thread of a process handles signals. In other threads nothing is delayed. A
+    process in the background that ignores Ctrl-C goes on ignoring it.
     """
     typed = threading.Event()
 
