@@ -259,7 +259,7 @@ def test_a_lamp_turned_inside_out_is_refused(make):
     ],
 )
 def test_a_lamp_without_a_direction_or_a_cone_is_refused(make, fields, message):
-    """Its luminance would be NaN."""
+    """Without an axis or an angle the luminance of a lamp would be NaN."""
     camera = make.camera((0, 0, 0), (1, 0, 0))
     with pytest.raises(ConfigError, match=message):
         placed_lamps(one_lamp(make, facing(make, 0.1, 0.1), camera, **fields))

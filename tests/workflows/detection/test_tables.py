@@ -18,7 +18,7 @@ from isethdr_workflows.detection.results.levels import at_levels, crossing
 from isethdr_workflows.detection.results.markdown import markdown
 from isethdr_workflows.detection.results.number_text import d_text, roads_text, share_text
 from isethdr_workflows.detection.results.page import page
-from isethdr_workflows.detection.results.recall import Recognised, recalls
+from isethdr_workflows.detection.results.recall import SoughtObject, recalls
 from isethdr_workflows.detection.results.recall_picture import bins_of, draw_recalls
 from isethdr_workflows.detection.results.shares import (
     Found,
@@ -274,7 +274,7 @@ def test_recall_is_drawn_in_bins_of_equally_many_objects(tmp_path):
     """Objects in any order: the bins are of increasing d', and their recall is the mean in each."""
     shares = [0.9, 0.1, 0.5, 0.2, 0.8, 0.6]
     members = [
-        Recognised("small", "a", found(k, "a", share, d=10 * share), float(share > 0.55), share)
+        SoughtObject("small", "a", found(k, "a", share, d=10 * share), float(share > 0.55), share)
         for k, share in enumerate(shares)
     ]
     bins = bins_of(members, 2)

@@ -12,7 +12,7 @@ from .csv_tables import means_csv, objects_csv
 from .curve_picture import draw_curves
 from .markdown import markdown
 from .page import page
-from .recall import FILE, recognised
+from .recall import FILE, sought_objects
 from .recall_picture import draw_recalls
 from .shares import lines
 from .study_results import Results
@@ -25,7 +25,7 @@ def write_files(results: Results) -> list[tuple[str, Path]]:
     folder.mkdir(parents=True, exist_ok=True)
     tables = [] if results.curve else lines(results.rows, results.cameras)
     if find_spec("matplotlib") is not None:
-        common = [] if results.curve else recognised(folder / FILE, results.rows)
+        common = [] if results.curve else sought_objects(folder / FILE, results.rows)
         if results.curve:
             draw_curves(results, folder / f"{stem}.png")
         elif common:

@@ -41,7 +41,7 @@ class Recall(NamedTuple):
     rank: float
 
 
-class Recognised(NamedTuple):
+class SoughtObject(NamedTuple):
     """An object that both a detector and the observer looked for.
 
     Parameters
@@ -67,8 +67,8 @@ def recalls(path: Path, rows: Sequence[Found]) -> list[Recall]:
     path : file with the rows of the detectors; without it there are no recalls.
     rows : rows of the observer.
     """
-    groups: dict[tuple[str, str, str], list[Recognised]] = {}
-    for one in recognised(path, rows):
+    groups: dict[tuple[str, str, str], list[SoughtObject]] = {}
+    for one in sought_objects(path, rows):
         for kind in (one.own.kind, "all"):
             groups.setdefault((one.detector, one.camera, kind), []).append(one)
     order = ["all", *CLASSES]
@@ -78,7 +78,7 @@ def recalls(path: Path, rows: Sequence[Found]) -> list[Recall]:
     ]
 
 
-def recognised(path: Path, rows: Sequence[Found]) -> list[Recognised]:
+def sought_objects(path: Path, rows: Sequence[Found]) -> list[SoughtObject]:
     """Return the objects that detectors and the observer have in common.
 
     Parameters
@@ -97,7 +97,7 @@ def recognised(path: Path, rows: Sequence[Found]) -> list[Recognised]:
                 continue
             found = float(row["found"] or 0)
             score = float(row["score"] or 0)
-            common.append(Recognised(row["detector"], row["camera"], own, found, score))
+            common.append(SoughtObject(row["detector"], row["camera"], own, found, score))
     return common
 
 
@@ -105,7 +105,7 @@ def _order(key: tuple[str, str, str], order: Sequence[str]) -> tuple[str, str, i
     return key[0], key[1], order.index(key[2])
 
 
-def _recall(key: tuple[str, str, str], members: Sequence[Recognised]) -> Recall:
+def _recall(key: tuple[str, str, str], members: Sequence[SoughtObject]) -> Recall:
     roads = [one.own.road for one in members]
     scores = [one.score for one in members]
     d = [one.own.d for one in members]

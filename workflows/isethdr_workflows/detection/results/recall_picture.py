@@ -13,7 +13,7 @@ from isethdr_core.extras import needed
 
 from ...dataset.study.files import colour_of
 from ...dataset.study.intervals import Mean, mean_over_roads
-from .recall import Recognised
+from .recall import SoughtObject
 from .shares import few_roads
 
 BINS = 4  # bins of a camera, with equally many objects
@@ -36,7 +36,7 @@ class Bin(NamedTuple):
     detector: Mean
 
 
-def bins_of(members: Sequence[Recognised], count: int = BINS) -> list[Bin]:
+def bins_of(members: Sequence[SoughtObject], count: int = BINS) -> list[Bin]:
     """Return the objects of one detector and camera in bins of increasing d', with equally many
     objects up to one.
 
@@ -59,7 +59,7 @@ def bins_of(members: Sequence[Recognised], count: int = BINS) -> list[Bin]:
     return bins
 
 
-def draw_recalls(members: Sequence[Recognised], path: Path) -> None:
+def draw_recalls(members: Sequence[SoughtObject], path: Path) -> None:
     """Write a picture of the recall of each detector, with its 95 % interval, against the share
     that the observer finds, to `path` (png). Each detector has a panel and each camera a colour.
 
