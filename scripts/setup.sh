@@ -4,7 +4,7 @@ set -eu
 VENV=${VENV:-.venv}
 
 python=
-for candidate in python3 python3.13 python3.12 python3.11; do
+for candidate in python3 python3.13 python3.12 python3.11 python3.14; do
     if command -v "$candidate" >/dev/null && "$candidate" -c 'import sys; sys.exit(not (3, 11) <= sys.version_info[:2] < (3, 15))'; then
         python=$candidate
         break

@@ -52,12 +52,12 @@ def find(
 ) -> None:
     """Print one row per scene, and per camera of a run."""
     places = homes()
-    pairs = dict(c.split("=", 1) for c in conditions or () if "=" in c)
     if wrong := [c for c in conditions or () if "=" not in c]:
         raise CatalogError(
             f"{wrong[0]!r} is no condition; expected name=value, for example kind=run or"
             " person.distance_m__le=30"
         )
+    pairs: dict[str, Any] = _query().typed_conditions(conditions or ())
     order_by = pairs.pop("order_by", order_by)
     limit = _count(pairs.pop("limit", limit))
     also = () if order_by or pairs.keys() - {"kind"} else ALSO
@@ -240,14 +240,16 @@ def du(stores: bool = typer.Option(False, help="list every store, the largest fi
 @catalog.command(
     help=(
         "Remove files that are made again when needed. --dry-run only lists them, --scenes adds"
-        " radiance that no run has read. In an object home interrupted uploads are removed as well,"
-        " and the index of its bucket is completed;"
+        " radiance that no run has read and no dataset holds. In an object home interrupted uploads"
+        " are removed as well, and the index of its bucket is completed;"
         " --copies adds local files of stores that the bucket holds."
     )
 )
 def gc(
     dry_run: bool = typer.Option(False, "--dry-run", help="list only, remove nothing"),
-    scenes: bool = typer.Option(False, help="also remove radiance that no stored run has read"),
+    scenes: bool = typer.Option(
+        False, help="also remove radiance that no stored run has read and no dataset holds"
+    ),
     copies: bool = typer.Option(
         False, help="also remove local files of stores that the bucket holds"
     ),
@@ -284,7 +286,12 @@ def gc(
         merged = number_of(upkeep.merged, "segment")
         verb = "would be" if dry_run else "were"
         print(f"index of the bucket: {added} {verb} added, {removed} removed, {merged} merged")
-    unread = [] if scenes else space.unread_scenes(folder)
+    unread: list[space.Removable] = []
+    if not scenes:
+        try:
+            unread = space.unread_scenes(folder)
+        except CatalogError as error:  # the removal asked for is done
+            print(f"radiance that no run has read is not counted: {error}")
     if unread:
         size = _megabytes(sum(item.size for item in unread))
         scenes_kept = number_of(len(unread), "scene")
@@ -301,7 +308,9 @@ def gc(
 def rm(
     name: str,
     yes: bool = typer.Option(False, "--yes", "-y", help="do not ask for confirmation"),
-    force: bool = typer.Option(False, help="also remove radiance that runs have read"),
+    force: bool = typer.Option(
+        False, help="also remove radiance that runs have read or datasets hold"
+    ),
 ) -> None:
     """Print the removed path; exit with code 1 if the user answers no.
 
@@ -309,14 +318,14 @@ def rm(
     ----------
     name : name of the store, or its first digits.
     yes : whether to remove without asking.
-    force : whether to remove radiance that runs have read.
+    force : whether to remove radiance that runs have read or datasets hold.
     """
     from . import space
 
     folder = home()
     path = space.find_one(folder, name)
     users = space.dependents(folder, path)
-    if force or not (users.readers or users.unknown):
+    if force or not users.is_any:
         size = _megabytes(space.size_of(path))
         if not (yes or typer.confirm(f"remove {path.parent.name}/{path.name}, {size} MB?")):
             raise typer.Exit(1)

@@ -165,11 +165,17 @@ def attach(
                 _remember(folder, compared | {"index": index})
             return None
         index_file.detach(base, alias)
-    with tempfile.TemporaryDirectory(prefix="isethdr-index-") as scratch:
-        copy = Path(scratch) / INDEX
-        changes = _changes(base, folder, current, alias)
-        _write(changes, copy, changes.reading)
-        index_file.attach(base, copy, alias)  # stays open after its name is gone
+    try:
+        with tempfile.TemporaryDirectory(prefix="isethdr-index-") as scratch:
+            copy = Path(scratch) / INDEX
+            changes = _changes(base, folder, current, alias)
+            _write(changes, copy, changes.reading)
+            index_file.attach(base, copy, alias)  # stays open after its name is gone
+    except OSError as error:
+        raise CatalogError(
+            f"cannot write an index of {folder} into the folder of temporary files: {error}; make"
+            " room, or choose another one with TMPDIR=/path"
+        ) from error
     return None
 
 
@@ -254,12 +260,19 @@ def _refresh(changes: _Changes) -> Refreshed:
 def _write(
     changes: _Changes, fresh: Path, stores: Iterable[tuple[str, str, list[dict[str, Any]]]]
 ) -> int:
-    """Write `fresh`, the index with its changes, and return the number of its records."""
+    """Write `fresh`, the index with its changes, and return the number of its records.
+
+    Raises
+    ------
+    OSError : it cannot be written, for example because the disk is full.
+    """
     if changes.records:
         shutil.copyfile(changes.index, fresh)
-    with index_file.connected() as base:
+    with index_file.errors_of_duckdb(), index_file.connected() as base:
         writer = index_file.Writer(base, fresh)
-        writer.remove(changes.stale)
+        # another process may have replaced the file by one that holds some of the new stores
+        held = index_file.known(base).keys() & changes.reading.stamps.keys()
+        writer.remove({*changes.stale, *held})
         writer.add(stores)
         return writer.close()
 

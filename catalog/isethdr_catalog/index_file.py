@@ -99,6 +99,24 @@ def connected() -> Iterator[duckdb.DuckDBPyConnection]:
         yield base
 
 
+@contextmanager
+def errors_of_duckdb() -> Iterator[None]:
+    """Raise OSError where DuckDB cannot write within the block, for example because the disk is
+    full.
+
+    Raises
+    ------
+    OSError : the block raised an error of DuckDB.
+    """
+    with needed("the index of the catalog", extra="catalog"):
+        import duckdb
+
+    try:
+        yield
+    except duckdb.Error as error:
+        raise OSError(" ".join(str(error).split())) from error
+
+
 def attach(base: duckdb.DuckDBPyConnection, path: Path, alias: str = ALIAS) -> bool:
     """Attach an index file for reading; return False if it is missing, damaged or of another
     layout.

@@ -1,6 +1,7 @@
 """Reproduce: repeat a stored run from its record, and list the numbers that differ.
 
-The run is computed in a temporary home folder, so that it neither reads nor changes stored data.
+The run is computed in a temporary home folder, so that it neither reads nor changes stored data,
+except for radiance that its scene names as a store.
 """
 
 from __future__ import annotations
@@ -12,6 +13,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from enum import IntEnum
+from typing import Any
 
 import numpy as np
 from omegaconf import OmegaConf
@@ -89,7 +91,7 @@ def reproduce(homes: Homes, name: str) -> Reproduction:
     IsetHdrError : the installed version cannot run its config.
     """
     stored = stored_run(homes, name)
-    config = OmegaConf.create(stored.attributes["config"] | {"report": False})
+    config = OmegaConf.create(with_radiance_of(stored) | {"report": False})
     with _temporary_home():
         again = run(config)
         versions = versions_that_differ(stored, again)
@@ -110,6 +112,27 @@ def reproduce(homes: Homes, name: str) -> Reproduction:
         if not _same(one.value, other.value)
     ]
     return Reproduction(versions, len(pairs), differences)
+
+
+def with_radiance_of(stored: Result) -> dict[str, Any]:
+    """Return the config of a stored run. If its scene names a store of radiance, the path of this
+    store in the home of the run replaces the name, because a temporary home holds no scene.
+
+    Parameters
+    ----------
+    stored : the stored run.
+    """
+    config: dict[str, Any] = dict(stored.attributes["config"])
+    scene = config.get("scene")
+    if not isinstance(scene, dict):
+        return config
+    named = str(scene.get("store") or "")
+    if not named or named.endswith(".zarr"):
+        return config
+    folder = stored.path.resolve().parents[1] / "scenes"
+    exact = folder / f"{named}.zarr"
+    found = [exact] if exact.exists() else sorted(folder.glob(f"{named}*.zarr"))
+    return config | {"scene": scene | {"store": str(found[0])}} if found else config
 
 
 def print_reproduction(found: Reproduction) -> None:

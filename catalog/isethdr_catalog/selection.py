@@ -54,7 +54,7 @@ def select(what: Sequence[str]) -> Selection:
             " conditions alone; type for example sensor=bayer lighting=night_rural"
         )
     if conditions:
-        return found(dict(text.split("=", 1) for text in conditions))
+        return found(query.typed_conditions(conditions))
     existing_homes()
     shots: set[StoredShot] = set()
     for name in what:
@@ -70,7 +70,7 @@ def found(conditions: Mapping[str, Any]) -> Selection:
     CatalogError : nothing meets the conditions, or no record has a property.
     """
     homes = existing_homes()
-    rows = query.find(homes, limit=EVERY, **{"kind": "run", **conditions})
+    rows = query.find(homes, **{"limit": EVERY, "kind": "run", **conditions})
     shots: dict[tuple[str, str], StoredShot] = {}
     scenes: dict[str, Path] = {}
     for row in rows:

@@ -7,12 +7,15 @@ reads an incomplete store.
 
 from __future__ import annotations
 
+import json
 import os
 import shutil
 import time
 from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import chain
 from pathlib import Path
+from typing import Any
 
 from isethdr_core.errors import MOST_LISTED, CatalogError, did_you_mean
 from isethdr_core.runs.labels import SUFFIX as LABELS
@@ -81,10 +84,18 @@ class Removable:
 
 @dataclass(frozen=True)
 class Dependents:
-    """The runs that depend on a store, and damaged runs that may depend on it."""
+    """The runs that depend on a store, damaged runs that may depend on it, and the datasets that
+    hold it.
+    """
 
     readers: tuple[str, ...]
     unknown: tuple[str, ...] = ()
+    datasets: tuple[str, ...] = ()
+
+    @property
+    def is_any(self) -> bool:
+        """Whether something depends on the store, or may."""
+        return bool(self.readers or self.unknown or self.datasets)
 
 
 def usage(folder: str | os.PathLike[str]) -> list[Usage]:
@@ -139,7 +150,8 @@ def removable(folder: str | os.PathLike[str], scenes: bool = False) -> list[Remo
     Parameters
     ----------
     folder : home folder.
-    scenes : include rendered radiance that no stored run has read. It takes long to render.
+    scenes : include rendered radiance that no stored run has read and no dataset holds. It takes
+        long to render.
 
     Raises
     ------
@@ -160,7 +172,8 @@ def removable(folder: str | os.PathLike[str], scenes: bool = False) -> list[Remo
 
 
 def unread_scenes(folder: str | os.PathLike[str]) -> list[Removable]:
-    """Return the radiance that no stored run has read and no run in progress can be using.
+    """Return the radiance that no stored run has read, no dataset holds, and no run in progress can
+    be using.
 
     Raises
     ------
@@ -173,9 +186,10 @@ def unread_scenes(folder: str | os.PathLike[str]) -> list[Removable]:
             f"the run {unknown[0]} is damaged and does not state which radiance it has read; remove"
             f" it first: type isethdr catalog rm {unknown[0]}"
         )
+    kept = {*read_by, *_datasets(root)}
     unread = []
     for path in sorted((root / "scenes").glob("*.zarr")):
-        if path.stem not in read_by and time.time() - path.stat().st_mtime > MAY_BE_IN_USE_S:
+        if path.stem not in kept and _age_s(path) > MAY_BE_IN_USE_S:
             unread.append(Removable(path, "radiance that no run has read", size_of(path)))
     return unread
 
@@ -187,7 +201,7 @@ def local_copies(folder: str | os.PathLike[str]) -> list[Removable]:
     return [
         Removable(path, "local copy of a store in the bucket", size_of(path))
         for path in stores(folder)
-        if is_copy(path) and time.time() - path.stat().st_mtime > MAY_BE_IN_USE_S
+        if is_copy(path) and _age_s(path) > MAY_BE_IN_USE_S
     ]
 
 
@@ -223,11 +237,17 @@ def collect(folder: str | os.PathLike[str], items: list[Removable]) -> int:
 
 
 def dependents(folder: str | os.PathLike[str], path: Path) -> Dependents:
-    """Return the stored runs that have read a store of radiance; other stores have no readers."""
+    """Return the stored runs that have read a store of radiance, and the datasets that hold it;
+    nothing depends on other stores.
+    """
     if path.parent.name != "scenes":
         return Dependents(())
     read_by = _readers(Path(folder))
-    return Dependents(tuple(read_by.get(path.stem, ())), tuple(read_by.get("", ())))
+    return Dependents(
+        tuple(read_by.get(path.stem, ())),
+        tuple(read_by.get("", ())),
+        tuple(sorted(_datasets(Path(folder)).get(path.stem, ()))),
+    )
 
 
 def find_one(folder: str | os.PathLike[str], name: str) -> Path:
@@ -259,8 +279,8 @@ def remove_store(folder: str | os.PathLike[str], path: Path, force: bool = False
     ----------
     folder : home folder.
     path : path of the store.
-    force : also remove radiance that runs have read. The runs stay complete; missing radiance is
-        rendered again.
+    force : also remove radiance that runs have read or datasets hold. The runs stay complete;
+        missing radiance is rendered again.
 
     Returns
     -------
@@ -268,9 +288,15 @@ def remove_store(folder: str | os.PathLike[str], path: Path, force: bool = False
 
     Raises
     ------
-    CatalogError : without `force`, if runs have read the store or a damaged run may have.
+    CatalogError : without `force`, if runs have read the store, a damaged run may have, or a
+        dataset holds it.
     """
     users = dependents(folder, path)
+    if users.datasets and not force:
+        raise CatalogError(
+            f"the radiance {path.stem} is a scene of the dataset {', '.join(users.datasets[:4])},"
+            " which would have to render it again; type --force to remove it all the same"
+        )
     if not force and (users.readers or users.unknown):
         runs = ", ".join((users.readers + users.unknown)[:4])
         count = len(users.readers) + len(users.unknown)
@@ -312,16 +338,42 @@ def _remove(path: Path) -> None:
 def _readers(root: Path) -> dict[str, list[str]]:
     """Return {radiance: runs that have read it}; damaged runs are listed under ""."""
     readers: dict[str, list[str]] = {}
+    stored = [path.stem for path in (root / "scenes").glob("*.zarr")]
     for path in sorted((root / "runs").glob("*.zarr")):
         try:
             attributes = read_attrs(path)
         except CatalogError:
-            readers.setdefault("", []).append(path.stem)
+            if path.exists():  # not removed by another process just now
+                readers.setdefault("", []).append(path.stem)
             continue
-        for scene in attributes.get("scene_ids") or [attributes.get("scene_id")]:
-            if scene:
-                readers.setdefault(str(scene), []).append(path.stem)
+        named = _named_radiance(attributes)
+        by_name = {stem for stem in stored if named and stem.startswith(named)}
+        for scene in _radiance_of(attributes) | by_name:
+            readers.setdefault(scene, []).append(path.stem)
     return readers
+
+
+def _datasets(root: Path) -> dict[str, set[str]]:
+    """Return {radiance: names of the datasets that hold it}, from the records of their scenes."""
+    found: dict[str, set[str]] = {}
+    for path in (root / "datasets").glob("*/scenes/*.json"):
+        try:
+            stores_of_scene = json.loads(path.read_bytes())["stores"]
+        except (OSError, ValueError, KeyError, TypeError):
+            continue  # a damaged record counts as missing
+        for scene in stores_of_scene:
+            found.setdefault(str(scene), set()).add(path.parents[1].name)
+    return found
+
+
+def _radiance_of(attributes: dict[str, Any]) -> set[str]:
+    """Return the stores of radiance that a run has read, also those of the sub-frames of a shot
+    during which the scene moves.
+    """
+    of_start = attributes.get("scene_ids") or [attributes.get("scene_id")]
+    of_sub_frames = (attributes.get("motion") or {}).get("scene_ids") or []
+    every = chain(of_start, *of_sub_frames)
+    return {str(scene) for scene in every if scene}
 
 
 def _visible(folder: Path) -> Iterator[Path]:
@@ -332,6 +384,26 @@ def _visible(folder: Path) -> Iterator[Path]:
 
 def _sum(paths: list[Path]) -> int:
     return sum(map(size_of, paths))
+
+
+def _named_radiance(attributes: dict[str, Any]) -> str:
+    """Return the beginning of the names of the stores that the scene of a run names itself, as
+    `scene.store` or `scene.path`; "" if it names none. Stores of one recipe are read together.
+    """
+    scene = (attributes.get("config") or {}).get("scene")
+    fields = scene if isinstance(scene, dict) else {}
+    path = Path(str(fields.get("path") or ""))
+    of_path = path.stem if path.suffix == ".zarr" and path.parent.name == "scenes" else ""
+    named = Path(str(fields.get("store") or "")).name.removesuffix(".zarr") or of_path
+    return named.partition("-")[0]
+
+
+def _age_s(path: Path) -> float:
+    """Return the time since the last change of a store; 0 if another process has removed it."""
+    try:
+        return time.time() - path.stat().st_mtime
+    except FileNotFoundError:
+        return 0.0
 
 
 def _blocks(path: Path) -> int:

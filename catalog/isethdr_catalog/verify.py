@@ -12,7 +12,9 @@ from isethdr_core.storage.manifest import problems, read_manifest
 from isethdr_core.storage.object_home.calls import home_of_stub, problems_in_bucket
 from isethdr_core.store import holes, read_attrs
 
-from .index import stores
+from .index import FOLDERS, stores
+
+UNFINISHED = "being written, or left by a killed process; the next command that writes removes it"
 
 
 @dataclass(frozen=True)
@@ -24,6 +26,7 @@ class Report:
     arrays: int
     problems: tuple[str, ...]
     protected: bool = True  # whether a manifest protects it
+    remark: str = ""  # state of a file that is no store
 
     @property
     def state(self) -> str:
@@ -33,16 +36,16 @@ class Report:
             if self.protected
             else "readable, but without a manifest: type isethdr catalog adopt"
         )
-        return "; ".join(self.problems) or whole
+        return "; ".join(self.problems) or self.remark or whole
 
 
 def verify(folder: Path) -> list[Report]:
-    """Return a report for every store of a home folder, and one for every temporary file of an
-    interrupted write.
+    """Return a report for every store of a home folder, and one without problems for every
+    temporary file: a process writes it, or was interrupted. No temporary file is ever read.
     """
     unfinished = [
-        Report(p, 0, ("left by a killed process; the next command that writes removes it",))
-        for sub in ("scenes", "runs")
+        Report(p, 0, (), remark=UNFINISHED)
+        for sub in FOLDERS
         for p in sorted((Path(folder) / sub).glob(".*.tmp"))
     ]
     return [verify_store(path) for path in stores(folder)] + unfinished

@@ -21,7 +21,7 @@ from ..errors import ConfigError, IsetHdrError, did_you_mean
 from ..plugins.registry import plugin_manager
 from .completion import SHELLS, complete, script
 from .deferred_libraries import defer
-from .home_option import use_homes, without_homes
+from .home_option import command_of, use_homes, without_homes
 from .run_help import print_run_help
 
 if TYPE_CHECKING:
@@ -145,7 +145,7 @@ def main() -> None:
     defer()
     try:
         sys.argv[1:], homes = without_homes(sys.argv[1:])
-        use_homes(homes, next(iter(sys.argv[1:]), ""))
+        use_homes(homes, command_of(sys.argv[1:]))
         _with_plugins(plugin_manager())()
     except IsetHdrError as err:
         print(f"error: {err}", file=sys.stderr)

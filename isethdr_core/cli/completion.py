@@ -24,7 +24,9 @@ from ..storage.home_folder import home
 SCRIPTS = Path(__file__).parent / "completion_scripts"
 SHELLS = {"bash": "isethdr.bash", "zsh": "isethdr.zsh", "fish": "isethdr.fish"}
 COMPOSING = ("run", "plan")  # commands that take overrides
-OF_RUNS = ("show", "compare", "score", "rm")  # subcommands of `catalog` that take a store's key
+# subcommands of `catalog` that take a store's key
+OF_RUNS = ("show", "compare", "report", "score", "rm")
+REPRODUCE = "reproduce"  # takes the key of a run
 KINDS_ONLY = "plugins"
 NEW_PLUGIN = "new-plugin"
 
@@ -73,7 +75,7 @@ def complete(app: typer.Typer, words: list[str]) -> list[str]:
         return _beginning(current, places[len(before) - 1] if len(before) <= len(places) else [])
     if command == NEW_PLUGIN:
         return _beginning(current, known_words.names) if len(before) == 1 else []
-    if before[1:2] and before[1] in OF_RUNS:
+    if before == [REPRODUCE] or before[1:2] and before[1] in OF_RUNS:
         return _beginning(current, _stored())
     return _beginning(current, known_words.commands.get(command, [])) if len(before) == 1 else []
 

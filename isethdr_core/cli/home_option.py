@@ -17,6 +17,8 @@ from ..storage.object_home.calls import prepare_writing
 OPTION = "--home"
 # commands that write into a home, and make it where it is missing
 MAKES_HOMES = ("run", "sequence", "study", "dataset", "train", "experiments", "import-iset")
+# subcommands of these commands that only read a home
+READS_ONLY = tuple(f"dataset {name}" for name in ("report", "verify", "splits", "describe", "list"))
 READS_SEVERAL = ("catalog", "export", "reproduce")  # some of their subcommands read several homes
 
 
@@ -44,13 +46,21 @@ def without_homes(arguments: list[str]) -> tuple[list[str], list[str]]:
     return rest, homes
 
 
+def command_of(arguments: Sequence[str]) -> str:
+    """Return the command of a command line without `--home`: the first word, or the first two of a
+    subcommand that only reads; "" if there is no word.
+    """
+    subcommand = " ".join(arguments[:2])
+    return subcommand if subcommand in READS_ONLY else next(iter(arguments), "")
+
+
 def use_homes(paths: Sequence[str], command: str) -> None:
     """Make the first path the home of this process, and have queries read the others as well.
 
     Parameters
     ----------
     paths : folders, and addresses of object homes; none leaves the variables as they are.
-    command : the first word, for example `catalog`.
+    command : the command, as `command_of` returns it, for example `catalog`.
 
     Raises
     ------
@@ -83,7 +93,7 @@ def use_home(path: str, command: str) -> None:
     Parameters
     ----------
     path : a folder, or the address of an object home.
-    command : the first word, for example `run`.
+    command : the command, as `command_of` returns it, for example `run`.
 
     Raises
     ------

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from ..config.main_config import default_choices, settings
 from ..plugins.component import KINDS
+from ..plugins.presets import EXPERIMENT, presets
 from .terminal import print_text
 
 HEAD = """\
@@ -49,7 +50,7 @@ Options
 
 
 def print_run_help() -> None:
-    """Print how to run, which kinds there are with their defaults, and the settings of a run."""
+    """Print how to run, the kinds with their defaults, the experiments, and the settings."""
     print(HEAD)
     print("Kinds, and what the main job chooses")
     chosen = default_choices()
@@ -58,6 +59,10 @@ def print_run_help() -> None:
         if kind == "lighting":  # the other lightings are versions that the report shows
             names = names[:1]
         print_text(f"{kind:<10} {', '.join(names)}", "  ", 13 * " ")
+    print("\nExperiments, chosen with experiment=NAME")
+    for experiment in presets(EXPERIMENT).values():
+        print(f"  {experiment.name}")
+        print_text(experiment.summary, "      ")
     print("\nSettings, with their defaults")
     for setting in settings():
         print(f"  {setting.name}={setting.default}")

@@ -30,6 +30,7 @@ from omegaconf.errors import (
 
 from ..errors import ConfigError, IsetHdrError, did_you_mean
 from ..plugins.component import KEYED, KINDS, Component
+from ..plugins.presets import EXPERIMENT
 from ..plugins.registry import class_of, components, plugin_manager
 from .hydra_shortcuts import take_shortcuts
 from .kept_choices import CONFIG_MODULE, composed
@@ -84,7 +85,15 @@ def check_choices(overrides: Iterable[Override]) -> None:
     for override in overrides:
         group = override.key_or_group.partition("@")[0]
         value = override.value()
-        if group not in (*KINDS, "experiment"):
+        if group in TABLES and group not in KEYED and not isinstance(value, dict | None):
+            kind = TABLES[group]
+            single = "sensor=<name> for a single camera, " if kind == "sensor" else ""
+            raise ConfigError(
+                f"{override.input_line} names no entry of the table {group}; type {single}"
+                f"~{group}.KEY to leave one out, {kind}@{group}.KEY=<name> to replace one, or"
+                f" +{kind}@{group}.KEY=<name> to add one; `isethdr run --cfg job` shows all"
+            )
+        if group not in (*KINDS, EXPERIMENT):
             continue
         name = override.get_key_element().lstrip("+~")
         if group in KEYED and override.package is None and not isinstance(value, dict):
@@ -175,7 +184,8 @@ def explain(err: BaseException) -> str:
         if group == LAUNCHER:
             install = f"; type pip install 'isethdr[{EXTRAS[name]}]'" if name in EXTRAS else hint
             return f"{group} {name!r} is not installed{install}"
-        return f"{group} {name!r} is not installed{hint}; `isethdr plugins` describes all of them"
+        lists = "isethdr run --help" if group == EXPERIMENT else "isethdr plugins"
+        return f"{group} {name!r} is not installed{hint}; `{lists}` describes all of them"
     # Hydra wraps what OmegaConf raises about an override
     for missing in (err, err.__cause__):
         if isinstance(missing, ConfigAttributeError | ConfigKeyError):

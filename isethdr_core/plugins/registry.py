@@ -195,7 +195,11 @@ def build_from_config(kind: str, config: Mapping[str, Any] | DictConfig) -> Any:
         node = config
     params = {str(key): value for key, value in node.items()} if isinstance(node, Mapping) else {}
     if "name" not in params:
-        raise ConfigError(f"a {kind} in the config has no name; choose one: {kind}=<name>")
+        raise ConfigError(
+            f"a {kind} in the config has no name; choose one: {kind}=<name>, or"
+            f" {kind}@TABLE.KEY=<name> for an entry of a table (flare, metric, cameras, versions),"
+            " for example metric@metric.ssim=ssim_pu21"
+        )
     return build(kind, params.pop("name"), **params)
 
 

@@ -52,8 +52,9 @@ def _path_of(name: str | os.PathLike[str], home: str | os.PathLike[str] | Iterab
         if not path.name.startswith(".")
     ]
     candidates = [p for p in stored if p.stem == text]
-    candidates = candidates or [p for p in stored if text and p.stem.startswith(text)]
+    # a name goes before first digits, because a short name such as `a` also begins keys
     candidates = candidates or [p for p in stored if text and read_labels(p).name == text]
+    candidates = candidates or [p for p in stored if text and p.stem.startswith(text)]
     keys = {path.stem for path in candidates}
     if len(keys) == 1:
         return candidates[0]  # a run that several homes hold is the same in each

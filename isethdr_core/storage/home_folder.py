@@ -18,6 +18,8 @@ PARTS = (
     *("scenes", "runs", "studies", "sweeps", "intermediate", "kernels", "failed"),
     *("datasets", "training", "experiments"),
 )
+# further folders of a home, whose names other folders have too
+COMMON_PARTS = ("arrays", "comparisons", "pairs", "questions", "spectra", "without_people")
 
 
 @dataclass(frozen=True)
@@ -44,11 +46,15 @@ def _folder_of(named: str) -> Path:
 
 
 def is_home(folder: Path) -> bool:
-    """Return whether a folder is a home: it holds one of its parts, or nothing yet."""
+    """Return whether a folder is a home: it holds one of `PARTS`, or nothing but parts of a
+    home.
+    """
     if not folder.is_dir():
         return False
-    visible = [name for name in os.listdir(folder) if not name.startswith(".")]
-    return not visible or MARK in visible or any((folder / part).is_dir() for part in PARTS)
+    visible = {name for name in os.listdir(folder) if not name.startswith(".")}
+    if visible <= {*PARTS, *COMMON_PARTS}:
+        return True
+    return MARK in visible or any((folder / part).is_dir() for part in PARTS)
 
 
 def existing_home() -> Path:

@@ -8,10 +8,12 @@ from isethdr_catalog import index
 from isethdr_catalog.commands import catalog
 from isethdr_catalog.index import refresh
 from isethdr_catalog.query import find, show, sql
+from isethdr_catalog.selection import select
 from isethdr_catalog.verify import verify
 from typer.testing import CliRunner
 
 from isethdr_core.errors import CatalogError
+from isethdr_core.results.stored import open_run
 
 
 def put(folder, name, **attrs):
@@ -303,3 +305,24 @@ def test_find_without_a_condition_on_a_property_shows_scene_and_lighting(tmp_pat
     )
     named = call(catalog, ["find", "scene.seed=3"]).output.splitlines()[0]
     assert named.split() == ["id", "kind", "camera", "scene.seed"]
+
+
+def test_the_name_of_a_run_goes_before_first_digits(folder):
+    text = json.dumps({"name": "n", "tags": [], "sweeps": []})
+    (folder / "runs" / "run1.labels.json").write_text(text)
+    assert show(folder, "n")["scene_id"] == "far"  # and not the scene `near`
+    text = json.dumps({"name": "run", "tags": [], "sweeps": []})
+    (folder / "runs" / "run1.labels.json").write_text(text)
+    assert open_run("run", home=folder).path.stem == "run1"  # and not any of run0, run1, run2
+    assert show(folder, "ne")["recipe"] == "near"
+
+
+def test_names_that_are_no_properties_are_refused_and_a_limit_is_kept(folder, monkeypatch):
+    monkeypatch.setenv("ISETHDR_HOME", str(folder))
+    found = CliRunner().invoke(catalog, ["find", "homes=here"])
+    assert isinstance(found.exception, CatalogError) and "mean 'home'" in str(found.exception)
+    found = CliRunner().invoke(catalog, ["find", "lighting=day", "lighting=night"])
+    assert "type for example lighting__in=day,night" in str(found.exception)
+    assert len(select(["sensor=rgbw", "limit=2"]).shots) == 2
+    with pytest.raises(CatalogError, match="limit is 'two'; expected a whole number"):
+        select(["sensor=rgbw", "limit=two"])

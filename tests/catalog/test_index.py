@@ -11,6 +11,7 @@ import sys
 import threading
 from pathlib import Path
 
+import duckdb
 import pytest
 from isethdr_catalog import index
 from isethdr_catalog.index import refresh
@@ -319,3 +320,41 @@ def test_a_misspelt_operator_gets_the_list_of_operators(tmp_path):
         find(tmp_path, sensor__like="bayer")
     with pytest.raises(CatalogError, match="no record has the property 'senso.like'; did"):
         find(tmp_path, senso__like="bayer")
+
+
+def test_a_store_that_another_process_indexed_meanwhile_has_one_record(tmp_path, monkeypatch):
+    put(tmp_path, "first")
+    refresh(tmp_path)
+    put(tmp_path, "second")
+    real = index._remove_scratch
+
+    def meanwhile(folder):
+        """Refresh in another process, after this one has compared and before it writes."""
+        monkeypatch.setattr(index, "_remove_scratch", real)
+        refresh(tmp_path)
+
+    monkeypatch.setattr(index, "_remove_scratch", meanwhile)
+    assert refresh(tmp_path).records == 2
+    assert names(tmp_path) == ["first", "second"]
+
+
+def test_a_truth_value_is_found_as_typed_in_python_and_in_json(tmp_path):
+    put(tmp_path, "on", leave_out=True)
+    put(tmp_path, "off", leave_out=False)
+    for text in (True, "True", "true"):
+        assert [row["id"] for row in find(tmp_path, leave_out=text)] == ["on"]
+    assert [row["id"] for row in find(tmp_path, leave_out__ne="True")] == ["off"]
+
+
+def test_a_full_disk_is_one_line(tmp_path, monkeypatch):
+    put(tmp_path, "a")
+
+    def full(_writer, _stores):
+        raise duckdb.IOException("IO Error: Could not write: No space left on device")
+
+    monkeypatch.setattr(index.index_file.Writer, "add", full)
+    with pytest.raises(CatalogError, match=r"cannot write .*index.duckdb: .*No space left on dev"):
+        refresh(tmp_path)
+    with pytest.raises(CatalogError, match=r"folder of temporary files: .*No space left on device"):
+        find(tmp_path)
+    assert [path.name for path in tmp_path.iterdir()] == ["runs"]

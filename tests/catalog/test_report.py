@@ -20,6 +20,8 @@ import isethdr_core as hdr
 from isethdr_core.cli.summary_tables import merged
 from isethdr_core.data.reference_picture import before_denoising
 from isethdr_core.display import display_view
+from isethdr_core.runs.run import Result
+from isethdr_core.storage.store import write_store
 from isethdr_core.truth import total_variance
 from isethdr_core.uncertainty import ledger
 
@@ -402,3 +404,10 @@ def test_the_profile_is_drawn_over_the_angle_at_which_a_pixel_looks(attrs, angle
         np.testing.assert_allclose(
             page._angles_deg(picture, 1), page._angles_deg(picture, 0), atol=1e-9
         )
+
+
+def test_a_run_without_a_report_stores_no_scene_for_a_page(tmp_path):
+    """Its page, written later, has no section of the scene."""
+    attributes = {"kind": "run", "key": "r", "lighting": "ideal", "versions_shown": []}
+    path = write_store(tmp_path, "r", {}, attributes)
+    assert page._scene(Result(path, attributes, computed=False)) == []

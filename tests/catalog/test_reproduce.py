@@ -5,9 +5,15 @@ from __future__ import annotations
 import shutil
 
 import pytest
-from isethdr_catalog.reproduce import Outcome, print_reproduction, reproduce
+from isethdr_catalog.reproduce import (
+    Outcome,
+    print_reproduction,
+    reproduce,
+    with_radiance_of,
+)
 
 import isethdr_core as hdr
+from isethdr_core.runs.run import Result
 from isethdr_core.storage.manifest import problems, read_manifest
 from isethdr_core.storage.store import open_store, read_attrs, write_store
 
@@ -72,3 +78,13 @@ def test_other_seeds_and_versions_are_named(stored, tmp_path, capsys):
     assert shown.index("numpy: 0.1") < shown.index("relative to interval")
     assert "without an interval: bayer " in shown
     shutil.rmtree(other)
+
+
+def test_radiance_that_a_scene_names_is_found_from_the_temporary_home(tmp_path):
+    path = tmp_path / "scenes" / "8f35-1.zarr"
+    path.mkdir(parents=True)
+    for name, found in (("8f", str(path)), ("gone", "gone"), ("/a/b.zarr", "/a/b.zarr")):
+        attributes = {"config": {"scene": {"name": "stored", "store": name}, "seed": 1}}
+        run = Result(tmp_path / "runs" / "a.zarr", attributes, computed=False)
+        assert with_radiance_of(run) == {"scene": {"name": "stored", "store": found}, "seed": 1}
+        assert attributes["config"]["scene"]["store"] == name, "the record does not change"

@@ -14,6 +14,7 @@ from typer.testing import CliRunner
 
 import isethdr_core as hdr
 from isethdr_core.errors import CatalogError
+from isethdr_core.storage.atomic_write import temporary_path
 from isethdr_core.storage.bounded_cache import BoundedCache
 from isethdr_core.storage.store import write_store
 
@@ -128,3 +129,47 @@ def test_a_run_is_complete_without_what_is_kept_for_reuse(isethdr_home, monkeypa
     assert not hdr.run(hdr.compose(asked)).computed
     assert "macbeth" in result.path.with_suffix(".html").read_text()
     assert scores_of(result.path, hdr.build("metric", "pixel_shares"))
+
+
+def test_gc_without_scenes_is_not_stopped_by_a_damaged_run(home):
+    (home / "runs" / "reader.zarr" / "zarr.json").write_text("{")
+    done = called("gc")
+    assert done.exit_code == 0 and not list((home / "kernels").iterdir())
+    assert "is not counted: the run reader is damaged" in done.output
+    assert isinstance(called("gc", "--scenes").exception, CatalogError)
+
+
+def test_radiance_of_the_sub_frames_of_a_run_is_in_use(home):
+    run = {"kind": "run", "key": "moving", "scene_ids": ["read"], "cameras": []}
+    motion = {"scene_ids": [["read"], ["unread"]]}
+    write_store(home / "runs", "moving", {}, {**run, "motion": motion})
+    assert space.unread_scenes(home) == []
+    with pytest.raises(CatalogError, match="was read by 1 run: moving"):
+        space.remove_store(home, home / "scenes" / "unread.zarr")
+
+
+def test_a_file_that_a_process_writes_is_no_damage(home):
+    temporary_path(home / "runs", "third").mkdir()
+    done = called("verify")
+    assert done.exit_code == 0 and "being written" in done.output
+    assert "damaged" not in done.output
+
+
+def test_radiance_of_a_dataset_is_in_use_as_long_as_its_records_exist(home):
+    records = home / "datasets" / "tiny" / "scenes"
+    records.mkdir(parents=True)
+    (records / "00000.json").write_text('{"stores": ["unread"]}')
+    (records / "00001.json").write_text("{")
+    assert space.unread_scenes(home) == []
+    refused = called("rm", "unread", "--yes")
+    assert "is a scene of the dataset tiny" in str(refused.exception)
+    (records / "00000.json").unlink()
+    assert [one.path.stem for one in space.unread_scenes(home)] == ["unread"]
+
+
+@pytest.mark.parametrize("scene", [{"store": "unread"}, {"path": "scenes/unread.zarr"}])
+def test_radiance_that_the_scene_of_a_run_names_is_in_use(home, scene):
+    run = {"kind": "run", "key": "named", "cameras": [], "config": {"scene": scene}}
+    write_store(home / "runs", "named", {}, {**run, "scene_ids": [], "scene_id": ""})
+    assert space.unread_scenes(home) == []
+    assert space.dependents(home, home / "scenes" / "unread.zarr").readers == ("named",)

@@ -23,6 +23,7 @@ MADE_BY_READERS = {
     "card.yaml",
     "classical_grid.csv",
     "curves.csv",
+    "darker_than/metric.py",
     "detection.csv",
     "detection_objects.csv",
     "detector_objects.csv",

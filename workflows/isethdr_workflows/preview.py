@@ -34,7 +34,7 @@ def preview(
     overrides : overrides of scene, renderer and lighting, as for `isethdr run`: scene=street_city
         lighting=night_city.
     experiment : experiment that gives scene, renderer and lighting.
-    samples, width : paths per tile, and tiles across; the height is 9/16 of the width.
+    samples, width : samples per tile, and tiles across; the height is 9/16 of the width.
     denoise : 1 denoises by averaging similar tiles, 0 shows the rendering as it is.
     picture : file to write (png or jpg).
 
@@ -47,7 +47,7 @@ def preview(
     Raises
     ------
     ConfigError : `denoise` is neither 0 nor 1, or the renderer refuses its settings.
-    UnitError : there are too few paths to estimate their noise.
+    UnitError : there are too few samples to estimate their noise.
     """
     from PIL import Image
 

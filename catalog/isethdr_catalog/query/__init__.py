@@ -11,9 +11,10 @@ All three functions read one home or several (`storage.home_folder.existing_home
 | `connection`    | a database with the records of homes, which can reach nothing else     |
 """
 
+from .conditions import typed_conditions
 from .connection import SANDBOX, Homes
 from .found_records import find, path_of
 from .one_store import show, shown
 from .sql_queries import sql
 
-__all__ = ["SANDBOX", "Homes", "find", "path_of", "show", "shown", "sql"]
+__all__ = ["SANDBOX", "Homes", "find", "path_of", "show", "shown", "sql", "typed_conditions"]

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any, NamedTuple
 
+from isethdr_core.errors import CatalogError
 from isethdr_core.storage.home_folder import StoredHome
 
 from .. import index_file
@@ -20,6 +22,26 @@ class Column(NamedTuple):
 
     text: str
     kind: str
+
+
+def typed_conditions(texts: Sequence[str]) -> dict[str, str]:
+    """Return {name: value} of conditions as they are typed, `name=value`.
+
+    Raises
+    ------
+    CatalogError : a name is typed twice, so that one of the two would have no effect.
+    """
+    found: dict[str, str] = {}
+    for text in texts:
+        name, _, value = text.partition("=")
+        if name in found:
+            several = f"; type for example {name}__in={found[name]},{value}"
+            raise CatalogError(
+                f"{name} is typed twice; expected one condition for each name and operator"
+                f"{several if '__' not in name else ''}"
+            )
+        found[name] = value
+    return found
 
 
 def property_and_operator(key: str) -> tuple[str, str]:
@@ -106,7 +128,9 @@ def _alternatives(operator: str, value: Any) -> list[str]:
         several = list(value)
     else:
         several = str(value).split(",") if operator == "in" else [value]
-    return [str(v).lower() if isinstance(v, bool) else str(v) for v in several]
+    texts = [str(v) for v in several]
+    # JSON writes truth values in small letters; a user may type them as in Python
+    return texts + [text.lower() for text in texts if text in ("True", "False")]
 
 
 def _equal(column: Column, value: str) -> tuple[str, list[Any]]:

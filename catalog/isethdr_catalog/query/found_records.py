@@ -28,6 +28,7 @@ SHARE = "valid_share"
 
 def find(
     homes: Homes,
+    /,
     order_by: str | None = None,
     limit: int = 50,
     also: Sequence[str] = (),
@@ -52,11 +53,11 @@ def find(
 
     Raises
     ------
-    CatalogError : no record has a property, or `limit` is below 0.
+    CatalogError : no record has a property, or `limit` is not a whole number from 0.
     """
-    if int(limit) < 0:
+    if not str(limit).isdecimal():
         raise CatalogError(
-            f"limit is {limit}; expected a whole number of rows; type for example limit=50"
+            f"limit is {limit!r}; expected a whole number of rows; type for example limit=50"
         )
     tests = [(*property_and_operator(key), value) for key, value in conditions.items()]
     ordered = (order_by or "").removeprefix("-").replace("__", ".")
@@ -147,7 +148,7 @@ def _check_known(
                     f" operators {', '.join(ALL_OPERATORS)}"
                 )
             raise CatalogError(
-                f"no record has the property {name!r}{did_you_mean(name, [*others, *PLAIN])}"
+                f"no record has the property {name!r}{did_you_mean(name, {*others, *PLAIN, HOME})}"
             )
 
 

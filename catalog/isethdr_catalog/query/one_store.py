@@ -17,8 +17,9 @@ from .connection import Homes, homes_of
 def show(homes: Homes, name: str) -> dict[str, Any]:
     """Return the root attributes of a store, with its `path`.
 
-    `name` is the beginning of its key, or the name of a run. If several homes hold the store, the
-    attributes are those in the first home, and `homes` lists all of them.
+    `name` is the beginning of its key, or the name of a run. The name of a run goes first, because
+    a short name such as `a` also begins keys. If several homes hold the store, the attributes are
+    those in the first home, and `homes` lists all of them.
 
     Raises
     ------
@@ -26,10 +27,11 @@ def show(homes: Homes, name: str) -> dict[str, Any]:
     """
     places = homes_of(homes)
     known = [(path, home.name) for home in places for path in stores(home.folder)]
-    found = [entry for entry in known if entry[0].stem.startswith(str(name).removesuffix(".zarr"))]
-    found = found or [entry for entry in known if read_labels(entry[0]).name == name]
-    exact = [entry for entry in found if entry[0].stem == name] or found
-    keys = list(dict.fromkeys(path.stem for path, _ in exact))
+    key = str(name).removesuffix(".zarr")
+    found = [entry for entry in known if entry[0].stem == key]
+    found = found or [entry for entry in known if name and read_labels(entry[0]).name == name]
+    found = found or [entry for entry in known if entry[0].stem.startswith(key)]
+    keys = list(dict.fromkeys(path.stem for path, _ in found))
     if len(keys) != 1:
         some = ", ".join(keys[:MOST_LISTED])
         more = f" and {len(keys) - MOST_LISTED} more" if len(keys) > MOST_LISTED else ""
@@ -40,8 +42,8 @@ def show(homes: Homes, name: str) -> dict[str, Any]:
         )
         looked = ", ".join(home.name for home in places)
         raise CatalogError(f"{name!r} {problem}; looked in {looked}")
-    path = exact[0][0]
-    found_in = {"homes": [home for _, home in exact]} if len(places) > 1 else {}
+    path = found[0][0]
+    found_in = {"homes": [home for _, home in found]} if len(places) > 1 else {}
     return {"path": str(path), **found_in, **read_attrs(path)}
 
 

@@ -12,6 +12,7 @@ from isethdr_core.display import display_view
 from isethdr_core.physics.optics import projection
 from isethdr_core.runs.run_warnings import sentence
 
+from ..record import assets
 from . import pictures, plots, tables
 from .pictures import Figure
 from .templates import filled, script
@@ -92,11 +93,16 @@ def _notes(notes: dict) -> list[str]:
 
 
 def _scene(result: Result) -> list[Figure]:
-    """Return scene radiance without a camera: in the run's lighting, then in others."""
+    """Return scene radiance without a camera: in the run's lighting, then in others. A run with
+    `report=false` stores none.
+    """
+    stored = assets(result.path)
     title_names = {result.attributes["lighting"]: "main"}
     title_names |= {name: name for name in result.attributes["versions_shown"]}
     figures = []
     for title, name in title_names.items():
+        if f"versions/{name}" not in stored:
+            continue
         version = _inside(result.open(f"versions/{name}"))
         white = pictures.shown_white_cd_m2(version)
         compressed = pictures.compression(version, white)

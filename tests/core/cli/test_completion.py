@@ -59,7 +59,8 @@ def test_fields_are_those_of_what_was_chosen():
 
 def test_runs_are_offered_where_a_run_is_expected(isethdr_home):
     write_store(isethdr_home / "runs", "1f3a", {}, {"kind": "run", "cameras": []})
-    assert complete(app, ["catalog", "compare", "1"]) == ["1f3a"]
+    for before in (["catalog", "compare"], ["catalog", "report"], ["reproduce"]):
+        assert complete(app, [*before, "1"]) == ["1f3a"]
     assert complete(app, ["catalog", "find", "1"]) == []
 
 

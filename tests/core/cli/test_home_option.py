@@ -7,7 +7,7 @@ import os
 import pytest
 
 from isethdr_core.cli import home_option
-from isethdr_core.cli.home_option import use_home, use_homes, without_homes
+from isethdr_core.cli.home_option import command_of, use_home, use_homes, without_homes
 from isethdr_core.errors import CatalogError, ConfigError
 
 
@@ -56,12 +56,33 @@ def test_a_command_that_writes_makes_a_home_and_says_so(tmp_path, monkeypatch, c
     assert capsys.readouterr().err == ""
 
 
+@pytest.mark.parametrize("typed", [["dataset", "list"], ["dataset", "report", "night"]])
+def test_a_subcommand_that_reads_makes_no_home(tmp_path, monkeypatch, capsys, typed):
+    monkeypatch.setenv("ISETHDR_HOME", "elsewhere")
+    with pytest.raises(CatalogError, match="there is no folder"):
+        use_home(str(tmp_path / "new"), command_of(typed))
+    assert capsys.readouterr().err == ""
+    assert command_of(["dataset", "generate", "night"]) == "dataset"
+
+
 def test_a_home_with_a_network_alone_is_a_home(tmp_path, monkeypatch, capsys):
     monkeypatch.setenv("ISETHDR_HOME", "elsewhere")
     (tmp_path / "new/training").mkdir(parents=True)
     for command in ("train", "run", "catalog"):
         use_home(str(tmp_path / "new"), command)
     assert capsys.readouterr().err == ""
+
+
+def test_a_home_with_an_array_alone_is_a_home(tmp_path, monkeypatch, capsys):
+    monkeypatch.setenv("ISETHDR_HOME", "elsewhere")
+    (tmp_path / "new/arrays").mkdir(parents=True)
+    for command in ("run", "catalog"):
+        use_home(str(tmp_path / "new"), command)
+    assert capsys.readouterr().err == ""
+    # other programs have a folder of this name too
+    (tmp_path / "new/letters").mkdir()
+    with pytest.raises(CatalogError, match="no home folder"):
+        use_home(str(tmp_path / "new"), "catalog")
 
 
 @pytest.mark.parametrize("command", ["run", "catalog"])

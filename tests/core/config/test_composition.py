@@ -149,6 +149,9 @@ def test_every_component_is_a_config_group_entry_with_its_name():
         (["metric=null"], r"metric=null names no entry .* type ~metric.KEY to leave one out"),
         (["~metric"], "~metric names no entry of the table metric; type ~metric.KEY to leave"),
         (["+flare=haze"], r"names no entry .* or \+flare@flare.KEY=<name> to add one"),
+        (["cameras=[bayer,rgbw]"], "table cameras; type sensor=<name> for a single camera, ~cam"),
+        (["versions=night"], r"or \+lighting@versions.KEY=<name> to add one"),
+        (["experiment=night"], "did you mean 'night_city'.*`isethdr run --help` describes all"),
         (
             ["lighting=targets", "lighting.targets.sky={statistic: max, cd_m2: 9}"],
             r"to add it to the table type '\+lighting.targets.sky={statistic: max, cd_m2: 9}'",

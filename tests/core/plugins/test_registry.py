@@ -49,6 +49,12 @@ def test_lists_become_tuples():
     hash(made)
 
 
+def test_a_component_without_a_name_says_how_to_choose_one():
+    """`metric.ssim=ssim_pu21` sets a text where a table is expected."""
+    with pytest.raises(ConfigError, match="metric@TABLE.KEY=<name> for an entry of a table"):
+        build_from_config("metric", "ssim_pu21")
+
+
 @pytest.mark.parametrize(
     ("fields", "message"),
     [

@@ -7,17 +7,26 @@ import json
 import os
 import shlex
 import signal
+import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
+import typer
 from isethdr_workflows.dataset import generate as module
 from isethdr_workflows.dataset import summary
-from isethdr_workflows.dataset.actions import OF_WORKERS, divided, workers_of
+from isethdr_workflows.dataset.actions import OF_WORKERS, check, divided, workers_of
 from isethdr_workflows.dataset.card import card
-from isethdr_workflows.dataset.generate import Request, begun, generate, generated
+from isethdr_workflows.dataset.generate import Generated, Request, begun, generate, generated
 from isethdr_workflows.dataset.page import write_page
-from isethdr_workflows.dataset.record import Definition, folder_of, read_dataset, read_scenes
+from isethdr_workflows.dataset.recipe import parsed
+from isethdr_workflows.dataset.record import (
+    Definition,
+    SceneRecord,
+    folder_of,
+    read_dataset,
+    read_scenes,
+)
 from isethdr_workflows.dataset.runtime_estimate import runtime_estimate
 from isethdr_workflows.dataset.splits import splits
 from isethdr_workflows.dataset.study import cameras
@@ -97,7 +106,7 @@ def test_a_dataset_is_made_once_whatever_interrupts_it(recipe, isethdr_home, mon
     assert len(RENDERED) == len({record.stores for record in whole.made})
 
 
-def test_a_scene_that_fails_is_recorded_and_the_others_go_on(recipe):
+def test_a_scene_that_fails_is_recorded_and_the_others_go_on(recipe, capsys):
     dataset = generate(Request("tiny", count=6, seed=5, recipe=recipe), silent)
     seeds = [int(s.road.rsplit("-", 1)[1]) for s in dataset.definition.scenes()]
     failing = [number for number, seed in enumerate(seeds) if seed % 5 == 0]
@@ -111,6 +120,9 @@ def test_a_scene_that_fails_is_recorded_and_the_others_go_on(recipe):
     assert all(0 < record.cpu_seconds for record in dataset.made)
     problems = verify(dataset)
     assert [(p.number, "failed" in p.what) for p in problems] == [(n, True) for n in failing]
+    with pytest.raises(typer.Exit):
+        check("tiny")
+    assert f"{6 - len(failing)} of 6 scenes are made; {len(failing)}" in capsys.readouterr().out
 
 
 @pytest.mark.parametrize(
@@ -228,6 +240,7 @@ def test_the_command_of_a_dataset_can_be_typed_into_a_shell():
         ({"sample": 0}, "sample is 0; expected 1 or more"),
         ({"overrides": ("scene.intensity=3",)}, "the config has no key 'scene.intensity'"),
         ({"overrides": ("~renderer",)}, "there is nothing to render"),
+        ({"overrides": ("scene.seed=4",)}, "scene.seed=4 sets the seed of every scene"),
     ],
 )
 def test_a_mistake_is_found_before_the_first_scene(
@@ -293,6 +306,10 @@ def test_who_images_the_scenes_is_no_override_and_a_seed_is_one():
     assert workers_of({}).engine == "here"
     with pytest.raises(ConfigError, match="workers is 'two'; expected a number"):
         divided(["workers=two"], OF_WORKERS)
+    assert workers_of({"workers": 1}).engine == "here"
+    for own in ({"partition": "gpu"}, {"workers": 2, "cpus": 4}, {"workers": 2, "engine": "here"}):
+        with pytest.raises(ConfigError, match="has no effect with engine=.*type for example eng"):
+            workers_of(own)
 
 
 def test_the_command_estimates_run_time_splits_and_lists(recipe, capsys, monkeypatch, isethdr_home):
@@ -403,3 +420,18 @@ def test_an_unreadable_record_is_made_again(recipe):
 
 def test_no_runtime_estimate_from_one_scene(recipe):
     assert runtime_estimate([], 10) is None
+
+
+def test_a_recipe_that_draws_the_seed_of_its_scenes_is_refused():
+    text = RECIPE.replace("scene.intensity_cd: {uniform", "+scene.seed: {uniform")
+    with pytest.raises(ConfigError, match="scene.seed sets the seed of every scene"):
+        module.check_seeds(parsed(text, "mine"), ())
+    module.check_seeds(parsed(RECIPE, "mine"), ("scene.intensity_cd=5", "seed=2"))
+
+
+def test_the_card_counts_the_families_of_the_scenes_that_are_made(monkeypatch):
+    monkeypatch.setattr(sys.modules[card.__module__], "pack_lines", lambda _dataset: [])
+    definition = Definition("tiny", 5, 6, "small", RECIPE, (), {}, "")
+    record = SceneRecord(0, "bright", "bright-1", (), stores=("a",))
+    assert "1 of 6 scenes are made (1 bright)." in card(Generated(definition, {0: record}))
+    assert "0 of 6 scenes are made." in card(Generated(definition, {}))

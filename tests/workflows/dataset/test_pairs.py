@@ -246,6 +246,21 @@ def test_an_interrupted_scene_leaves_nothing_and_is_made_again(quick, monkeypatc
     assert "MB" in lines[0] and lines[1].endswith("written before")
 
 
+def test_pairs_of_a_dataset_that_was_made_again_are_not_mixed(quick):
+    make_pairs(quick, lambda _line: None)
+    labels = quick.target / STORE / "bayer.json"
+    labels.write_text(labels.read_text().replace("lighting=day", "lighting=dusk"))
+    with pytest.raises(ConfigError, match="another recipe or seed.*folder=pairs_2"):
+        make_pairs(quick, print)
+
+
+def test_two_processes_may_write_the_same_pairs(world, tmp_path):
+    sample = world[3]
+    sizes = [files.write_scene(tmp_path, STORE, [sample], "numpy") for _ in range(2)]
+    assert sizes[0] == sizes[1] > 0
+    assert [path.name for path in tmp_path.iterdir()] == [STORE]
+
+
 def test_a_full_disk_is_one_line(quick, monkeypatch):
     def full(_path, _sample):
         raise OSError(errno.ENOSPC, "No space left on device")

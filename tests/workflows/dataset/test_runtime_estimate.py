@@ -51,6 +51,11 @@ def test_nothing_is_left_of_a_dataset_that_is_made():
     assert (expected.seconds.low, expected.seconds.value, expected.seconds.high) == (60.0,) * 3
 
 
+def test_an_estimate_for_fewer_scenes_than_are_made_counts_these_alone():
+    expected = runtime_estimate(records([10.0, 30.0, 20.0, 40.0]), 2)
+    assert (expected.seconds.value, expected.sample) == (40.0, 2)
+
+
 def test_the_interval_holds_the_total_in_95_of_100_cases():
     """Run times are normally distributed, so Student's interval is exact. 500 cases have a standard
     error of 1 %; 0.92 to 0.98 is three of them.

@@ -5,16 +5,20 @@ from __future__ import annotations
 import csv
 import math
 from dataclasses import dataclass, replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 import xarray as xr
 from isethdr_workflows.dataset.generate import Generated, Request, generate
 from isethdr_workflows.dataset.record import Definition, SceneRecord, folder_of
+from isethdr_workflows.detection import study, without
 from isethdr_workflows.detection.exposing import even
+from isethdr_workflows.detection.frame import Layout, SceneObjects, Thing
 from isethdr_workflows.detection.imaging import camera_names, condition_of, overrides_of
 from isethdr_workflows.detection.questions import QUESTIONS
 from isethdr_workflows.detection.study import chosen, detection
+from isethdr_workflows.detection.threads import COMPOSING
 from isethdr_workflows.study_command import run_study
 from omegaconf import OmegaConf
 
@@ -152,6 +156,68 @@ class Drawn:
         ds.attrs["objects"] = [person | lit | {"visible_fraction": 1.0, "distance_m": 40.0}]
         ds.attrs["noise"] = dict.fromkeys(groups, 0.01)
         return ds
+
+
+def test_views_without_people_are_composed_one_at_a_time(monkeypatch, isethdr_home):
+    """Threads prepare several scenes at once, and Hydra has one global state."""
+    locked = []
+
+    def composed(_overrides):
+        locked.append(COMPOSING.locked())
+        raise ConfigError("no config")
+
+    monkeypatch.setattr(without, "compose", composed)
+    with pytest.raises(ConfigError, match="no config"):
+        without.without_people(dataset().scenes[0])
+    assert locked == [True] and not COMPOSING.locked()
+
+
+def test_a_view_that_cannot_be_rendered_without_people_is_not_filled_from_the_ring(monkeypatch):
+    monkeypatch.setattr(study, "rows_read", lambda _scene, _search: slice(None))
+    monkeypatch.setattr(study, "limited", lambda scene, _asked: scene)
+    monkeypatch.setattr(study, "examined", lambda _frame, _search, bare=None: bare)
+
+    def seen(number):
+        frame = SimpleNamespace(number=number)
+        scene = SimpleNamespace(
+            prepared=SimpleNamespace(condition="day"), scene_objects=lambda: frame
+        )
+        return SimpleNamespace(**vars(scene), frame=lambda _factor, _rows: frame)
+
+    bare = {1: seen(1)}
+    forms = [study._forms(seen(n), bare, QUESTIONS["removal"], 1.0, {"day": None}) for n in (0, 1)]
+    assert [list(one) for one in forms] == [[""], ["", study.RENDERED]]
+
+    def failing(_records, _settings, _transfer, bare=False):
+        return [], [(0, "ValueError: no light")] if bare else []
+
+    monkeypatch.setattr(study, "all_prepared", failing)
+    monkeypatch.setattr(study, "_through", lambda *_: ([], {}, {}))
+    found = study.studied([], camera_names("bayer"), [], QUESTIONS["removal"], study.Observer())
+    assert found.failed == ((0, "rendered without people: ValueError: no light"),)
+
+
+def test_a_class_that_only_a_later_camera_shows_has_places(monkeypatch):
+    thing = Thing(1, "deer 1", "animal", 40.0, math.nan, False, (2, 2, 2, 2), 2.0)
+    layout = Layout(np.zeros((8, 8), np.int32))
+    scene = SceneObjects(number=0, road="r", condition="day", layout=layout, things=(thing,))
+    of_camera = SimpleNamespace(
+        prepared=SimpleNamespace(condition="day"), scene_objects=lambda: scene
+    )
+    given = []
+
+    def observed(_known, _how, _row_of, places):
+        given.append(places)
+        return [], study.Check()
+
+    monkeypatch.setattr(study, "view", lambda *_: of_camera)
+    monkeypatch.setattr(study, "_forms", lambda *_: {"": None})
+    monkeypatch.setattr(study, "observed", observed)
+    ready = [SimpleNamespace(record=SimpleNamespace(number=0), light=None)]
+    [name] = camera_names("rgbw:W")
+    before = {"car": 7.0}
+    study._through(name, study.Scenes(ready, []), QUESTIONS[""], study.Observer(), before)
+    assert set(given[0]) == {"car", "animal"} and given[0]["car"] == 7.0
 
 
 @pytest.mark.slow

@@ -293,6 +293,18 @@ def test_detectors_that_differ_widen_the_interval():
     assert widths[1] > 2 * widths[0]
 
 
+def test_the_error_over_detectors_is_that_of_their_mean():
+    """Three detectors with scores s, equal on all roads: the standard error of the mean is
+    std(s) / sqrt(3), with divisor 2 in the variance. 20000 draws give it to 0.5 %; 2 % are allowed.
+    """
+    scores = np.array([0.3, 0.5, 0.6])
+    draws = 20_000
+    picked = bootstrap.picked_detectors(3, draws, 1)
+    drawn = bootstrap.over_detectors(np.repeat(scores[:, None], 1 + draws, 1), picked)
+    assert drawn[0] == pytest.approx(scores.mean())
+    assert drawn[1:].std() == pytest.approx(scores.std(ddof=1) / math.sqrt(3), rel=0.02)
+
+
 def test_one_road_gives_no_interval():
     found = bootstrap.estimate(np.array([0.5, 0.5, 0.5]), 1)
     assert found.value == 0.5 and math.isnan(found.low)

@@ -115,8 +115,10 @@ def test_a_step_that_lacks_a_library_is_left_out(ran):
 
 
 def test_a_step_that_makes_nothing_and_a_full_disk_are_named(ran, monkeypatch):
+    nothing = replace(ONE, makes=("experiments/three.md",))
     with pytest.raises(CatalogError, match=r"ended without experiments/three\.md"):
-        driver.run_steps((replace(ONE, makes=("experiments/three.md",)),), print)
+        driver.run_steps((nothing,), print)
+    assert records.read(nothing).finished == ""
 
     def full(_path, _text):
         raise OSError(errno.ENOSPC, "No space left on device")

@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+
 import numpy as np
 import OpenEXR
 import pytest
 import tifffile
+from isethdr_catalog.selection import StoredShot
 from isethdr_workflows.export.exporting import exported
+from isethdr_workflows.export.job import Job
+from isethdr_workflows.export.pictures import radiance
 from PIL import Image
 
 from isethdr_core.errors import CatalogError
@@ -115,3 +120,10 @@ def test_a_sequence_is_one_moving_picture_in_the_order_of_time(home, run, tmp_pa
     assert [one.media_type for one in job.files if one.format == "animation"] == ["image/apng"]
     with pytest.raises(CatalogError, match="1 pictures at 1 times; expected one sequence"):
         exported([run.key], tmp_path / "other", ["animation"])
+
+
+def test_radiance_is_in_the_home_of_its_run(tmp_path):
+    shot = StoredShot(tmp_path / "other" / "runs" / "a.zarr", "bayer")
+    item = SimpleNamespace(shot=shot, attributes={"scene_ids": ["s"]})
+    job = Job([item], (), tmp_path, "title", "", "")
+    assert list(radiance._scenes(job)) == [tmp_path / "other" / "scenes" / "s.zarr"]

@@ -139,6 +139,14 @@ def test_scores_of_roads_are_read_again_for_the_same_model_and_camera_alone(tmp_
     assert road_scores.read(path, road_scores.made_with(model, typed)) == {}
 
 
+def test_scores_of_a_road_with_several_scenes_are_not_read_as_those_of_one(tmp_path):
+    path = tmp_path / road_scores.FILE
+    rows = [compared(road, better) for road, better in (("a", 1.0), ("a", 3.0), ("b", 2.0))]
+    every = study.scores_by_road([Contest(None, 0.1)], [rows], [dict.fromkeys(SIGNS, Setting())])
+    road_scores.write(path, ("digest", "typed"), every)
+    assert list(road_scores.read(path, ("digest", "typed"))) == [(0.1, "b")]
+
+
 def test_a_folder_that_cannot_be_written_is_refused(tmp_path):
     (tmp_path / "file").touch()
     with pytest.raises(ConfigError, match="expected a folder for the tables"):

@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 import json
+from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 import xarray as xr
-from isethdr_workflows.dataset.record import SCENES
+from isethdr_workflows.dataset.record import SCENES, SceneRecord
 from isethdr_workflows.dataset.splits import part_of
 from isethdr_workflows.training.learned_picture import learned_picture
 from isethdr_workflows.training.learned_picture.study import levels
-from isethdr_workflows.training.picture.roads import cropped, relit_weights, roads_of
+from isethdr_workflows.training.picture import sources
+from isethdr_workflows.training.picture.roads import Road, cropped, relit_weights, roads_of
 
 from isethdr_core.errors import CatalogError, ConfigError
 
@@ -117,3 +120,21 @@ def test_a_study_without_a_model_or_with_wrong_light_is_refused():
     for wrong in ("", "dark", "0.1,-1", "nan,1", "inf"):
         with pytest.raises(ConfigError, match="expected numbers above 0"):
             levels(wrong)
+
+
+def test_roads_under_another_light_are_other_pictures(monkeypatch):
+    """Datasets that differ in their lighting alone share the stores of their scenes."""
+    recipes = []
+    monkeypatch.setattr(sources, "bank", lambda _title, recipe, *_: recipes.append(recipe))
+    bands = xr.Dataset(coords={"wavelength": [500.0]})
+    monkeypatch.setattr(sources, "open_scene", lambda _path: bands)
+    camera = SimpleNamespace(plane_weights=lambda _nm: np.ones((4, 1)))
+    for lighting in ("day", "night_rural"):
+        record = SceneRecord(0, "night", "road", (f"lighting={lighting}",), stores=("s",))
+        sources.roads_source([Road(record, Path("s.zarr"))], camera, [], 1.0)
+    assert recipes[0] != recipes[1]
+
+
+def test_noise_of_rendering_that_is_0_or_not_known_has_no_electrons():
+    assert sources.as_of_sensor(0.01) == ", that of a sensor at 10000 e"
+    assert sources.as_of_sensor(0.0) == sources.as_of_sensor(float("nan")) == ""

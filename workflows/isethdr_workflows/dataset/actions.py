@@ -30,7 +30,7 @@ from .study.files import write_files
 from .study.markdown import with_interval
 from .study.tables import tables_of
 from .verify import verify
-from .workers import PROCESSES, Workers
+from .workers import PROCESSES, RAY, SLURM, Workers
 
 # the command's own settings, which are not overrides, and their types
 OWN = {
@@ -51,6 +51,13 @@ OF_WORKERS = {
     "hours": "hours",
     "partition": "partition",
     "cpus": "cpus",
+}
+# {setting: engines that use it}
+USED_BY = {
+    "workers": (PROCESSES, SLURM, RAY),
+    "hours": (SLURM,),
+    "partition": (SLURM,),
+    "cpus": (SLURM, RAY),
 }
 INTERRUPTED = 130  # exit code after Ctrl-C: 128 + SIGINT
 SAMPLE = 6  # number of scenes that give a useful runtime estimate
@@ -162,10 +169,10 @@ def check(name: str) -> None:
     problems = verify(dataset)
     for problem in problems:
         print(f"scene {problem.number + 1}: {problem.what}")
-    tried = len(dataset.scenes)
+    made = len(dataset.made)
     affected = len({problem.number for problem in problems})
-    print(f"{tried} of {dataset.definition.count} scenes were made; {affected} have a problem")
-    if problems or tried < dataset.definition.count:
+    print(f"{made} of {dataset.definition.count} scenes are made; {affected} have a problem")
+    if problems or made < dataset.definition.count:
         raise typer.Exit(1)
 
 
@@ -255,11 +262,24 @@ def workers_of(own: Mapping[str, Any]) -> Workers:
     Parameters
     ----------
     own : {key: value}, as `divided` returns it.
+
+    Raises
+    ------
+    ConfigError : a setting is wrong, or the engine does not use it.
     """
     fields = {field: own[key] for key, field in OF_WORKERS.items() if key in own}
     if fields.get("count", 1) != 1 and "engine" not in fields:
         fields["engine"] = PROCESSES
-    return Workers(**fields)
+    workers = Workers(**fields)
+    for key, engines in USED_BY.items():
+        is_default = key == "workers" and workers.count == 1
+        if key in own and workers.engine not in engines and not is_default:
+            raise ConfigError(
+                f"{key}={own[key]} has no effect with engine={workers.engine}; expected"
+                f" engine={' or engine='.join(engines)}; type for example engine={engines[0]}"
+                f" {key}={own[key]}"
+            )
+    return workers
 
 
 def print_draws(request: Request) -> None:

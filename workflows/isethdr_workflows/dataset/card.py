@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from pathlib import Path
 
 import numpy as np
@@ -39,9 +40,8 @@ def card(dataset: Generated) -> str:
     made = dataset.made
     scenes = definition.scenes()
     parts = splits(scenes, definition.recipe.splits)
-    families = {}
-    for scene in scenes:
-        families[scene.family] = families.get(scene.family, 0) + 1
+    families = Counter(record.family for record in made)
+    of_families = ", ".join(f"{count} {name}" for name, count in families.items())
     seconds = sum(record.machine_s for record in made)
     size = sum(record.stored_bytes for record in made)
     noise = _noise(dataset)
@@ -51,8 +51,7 @@ def card(dataset: Generated) -> str:
         "",
         definition.recipe.about,
         "",
-        f"{len(made)} of {definition.count} scenes are made"
-        f" ({', '.join(f'{count} {name}' for name, count in families.items())}).",
+        f"{len(made)} of {definition.count} scenes are made{f' ({of_families})' * bool(made)}.",
         "",
         "## What a scene holds",
         "",

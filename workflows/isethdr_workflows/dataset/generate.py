@@ -22,8 +22,8 @@ from isethdr_core.runs.rendering import Rendered, render
 from isethdr_core.runs.run import check_writable
 from isethdr_core.storage import store
 
-from .draw import DrawnScene, overrides_to_try
-from .recipe import read_recipe
+from .draw import SEED, DrawnScene, overrides_to_try
+from .recipe import Recipe, read_recipe
 from .record import (
     Definition,
     SceneRecord,
@@ -121,6 +121,7 @@ def begun(request: Request) -> Definition:
     """
     name = checked("name", request.name)
     recipe = read_recipe(request.recipe)
+    check_seeds(recipe, request.overrides)
     # trying a case lays out a street, which takes half a second; a dataset that is stored with the
     # same recipe and overrides was tried before
     cases = [] if is_tried(name, recipe.text, request.overrides) else overrides_to_try(recipe)
@@ -140,6 +141,28 @@ def begun(request: Request) -> Definition:
             created=datetime.now(UTC).isoformat(timespec="seconds"),
         )
     )
+
+
+def check_seeds(recipe: Recipe, overrides: Sequence[str]) -> None:
+    """Check that nothing sets the seed of all scenes, because the name of a road is that of its
+    seed, and roads decide the parts of a dataset.
+
+    Parameters
+    ----------
+    recipe : recipe of the dataset.
+    overrides : overrides of all scenes, after those of the recipe.
+
+    Raises
+    ------
+    ConfigError : an override or the recipe sets `scene.seed`.
+    """
+    of_families = (text for family in recipe.families for text in (*family.overrides, *family.draw))
+    for text in (*overrides, *of_families):
+        if text.lstrip("+~").partition("=")[0] == SEED:
+            raise ConfigError(
+                f"{text} sets the seed of every scene; expected {SEED} to be drawn for each scene,"
+                " from the seed of the dataset; type for example seed=5"
+            )
 
 
 def tried(family: str, overrides: Sequence[str]) -> None:

@@ -44,14 +44,15 @@ def runtime_estimate(records: Sequence[SceneRecord], count: int) -> RuntimeEstim
     records : records of the scenes that are made.
     count : number of scenes of the dataset.
     """
-    if len(records) < FEWEST:
+    own = [record for record in records if record.number < count]  # fewer scenes may be asked for
+    if len(own) < FEWEST:
         return None
-    cpu_s = [record.cpu_seconds for record in records]
+    cpu_s = [record.cpu_seconds for record in own]
     return RuntimeEstimate(
-        _total([record.machine_s for record in records], count),
+        _total([record.machine_s for record in own], count),
         _total(cpu_s, count) if all(cpu_s) else None,
-        _total([float(record.stored_bytes) for record in records], count),
-        len(records),
+        _total([float(record.stored_bytes) for record in own], count),
+        len(own),
     )
 
 

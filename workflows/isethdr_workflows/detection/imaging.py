@@ -10,7 +10,6 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
-from threading import Lock
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -44,6 +43,7 @@ from ..dataset.summary import illuminance
 from .exposing import Exposing, exposing, in_darkness
 from .frame import Boxes, Frame, Layout, SceneObjects, Thing, boxes, cells, kind_of, owners_of
 from .stabilising import Stabiliser, readings
+from .threads import COMPOSING
 from .without import without_people
 
 LAMP_CD_M2 = 1000.0  # least luminance of a lamp that counts as bright
@@ -55,7 +55,6 @@ AS_BUILT = "ideal"  # the lighting that leaves each light group as the scene was
 TRANSFER = "detection"  # key of the metric in the config
 OWN = ("report=false",)
 HALF_DIFFERENCE = "relative_half_difference"  # variable (y, x) of a prepared scene
-COMPOSING = Lock()  # Hydra has one global state, so only one thread may compose at a time
 
 
 class CameraName(NamedTuple):

@@ -10,8 +10,8 @@ from isethdr_core.errors import ConfigError, did_you_mean
 # level at which a camera exposes an even field, over full scale; low, so that a scene's sky does
 # not saturate
 GREY = 0.15
-# the three cameras of the main job (typical_bayer, typical_split_pixel, typical_rgbw), and all
-# other bundled sensors
+# the three cameras of the main job (typical_bayer, typical_split_pixel, typical_rgbw), and the
+# other bundled presets of sensors
 BUNDLED = (
     "bayer",
     "split_pixel",

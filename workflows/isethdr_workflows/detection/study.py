@@ -189,7 +189,10 @@ def studied(
     """
     transfer = list(dict.fromkeys(name.sensor for name in names)) if asked.transfer else []
     ready, failed = all_prepared(records, settings, transfer)
-    bare = all_prepared(records, settings, [], bare=True)[0] if asked.bare else []
+    bare: list[Prepared] = []
+    if asked.bare:
+        bare, not_bare = all_prepared(records, settings, [], bare=True)
+        failed += [(number, f"rendered without people: {why}") for number, why in not_bare]
     rows: list[Found] = []
     checks: dict[str, Check] = {}
     places: dict[str, float] = {}
@@ -232,7 +235,8 @@ def _through(
     places: dict[str, float],
 ) -> tuple[list[Found], dict[str, Check], dict[str, float]]:
     """Return the rows of all scenes through one camera, its checks, and the number of places of
-    each class in a picture, which is counted once if `places` is empty.
+    each class in a picture. It is that of the first camera that shows the class, so that cameras
+    have the same thresholds.
     """
     views = at_once(
         lambda one: view(one, name, even(one.light) if asked.grey_field else None), scenes.ready
@@ -240,7 +244,7 @@ def _through(
     light = {one.record.number: one.light for one in scenes.ready}
     bare = {one.record.number: view(one, name, light.get(one.record.number)) for one in scenes.bare}
     outlines = [limited(one.scene_objects(), asked) for one in views]
-    places = places or places_of(outlines)
+    places = places_of(outlines) | places
     read = searches(outlines, how.order, how.windows)
     suffixes = ["", *([RENDERED] if bare else []), *([NOISIER] if asked.noisier else [])]
     rows: list[Found] = []
@@ -251,7 +255,8 @@ def _through(
         for suffix in suffixes:
             text = name.text + suffix
             row_of = RowOf(text, level, transfer_of(views, name))
-            found, check = observed([one[suffix] for one in forms], how, row_of, places)
+            known = [one[suffix] for one in forms if suffix in one]
+            found, check = observed(known, how, row_of, places)
             rows += found
             checks[text] = checks.get(text, Check()) + check
     return rows, checks, places
@@ -280,10 +285,9 @@ def _forms(
     rows = rows_read(limited(one.scene_objects(), asked), search)
     frame = limited(one.frame(factor, rows), asked)
     forms = {"": examined(frame, search)}
-    if bare:
-        without = bare.get(frame.number)
-        shown = None if without is None else without.frame(level, rows)
-        forms[RENDERED] = examined(frame, search, shown)
+    if frame.number in bare:  # else the view without objects failed
+        without = bare[frame.number].frame(factor, rows)
+        forms[RENDERED] = examined(frame, search, without)
     if asked.noisier:
         forms[NOISIER] = examined(noisier(frame), search)
     return forms

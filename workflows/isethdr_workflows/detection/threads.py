@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from threading import Lock
 from typing import TypeVar
 
 from isethdr_optics.imaging.threads import cpus, executor
+
+COMPOSING = Lock()  # Hydra has one global state, so only one thread may compose at a time
 
 One = TypeVar("One")
 Made = TypeVar("Made")

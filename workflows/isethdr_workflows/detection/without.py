@@ -14,6 +14,7 @@ from isethdr_core.uncertainty.ledger import Ledger
 
 from ..dataset.record import SceneRecord
 from .frame import CLASSES
+from .threads import COMPOSING
 
 PEOPLE = ("person", *CLASSES["animal"], "bicycle")
 FOLDER = "without_people"  # name of the folder of these scenes in the home folder
@@ -38,8 +39,9 @@ def without_people(record: SceneRecord) -> Path:
     name = store.content_hash([FOLDER, list(record.stores), list(record.overrides)])
     if path := store.find_complete(folder, name):
         return path
-    config = compose(record.overrides)
-    whole = replace(chain(config), leave_out=False)
+    with COMPOSING:
+        config = compose(record.overrides)
+        whole = replace(chain(config), leave_out=False)
     description = whole.scene()
     if whole.renderer is None or not isinstance(description, SceneDescription):
         raise ConfigError(

@@ -45,7 +45,9 @@ def over_detectors(values: np.ndarray, picked: np.ndarray | None) -> np.ndarray:
     """Return the mean over detectors of each draw, with the detectors drawn again as well.
 
     This is the second level of the bootstrap, because training again from another seed gives
-    another detector.
+    another detector. The deviations of the drawn detectors from the mean of all D are widened by
+    sqrt(D / (D - 1)), because draws of D detectors vary by the standard deviation with divisor D,
+    not D - 1.
 
     Parameters
     ----------
@@ -53,11 +55,14 @@ def over_detectors(values: np.ndarray, picked: np.ndarray | None) -> np.ndarray:
     picked : (draws, detectors) numbers of the drawn detectors; the first row is ignored. None: the
         detectors are not drawn again.
     """
-    if picked is None or len(values) == 1:
-        return values.mean(0)
+    of_all = values.mean(0)
+    count = len(values)
+    if picked is None or count == 1:
+        return of_all
     drawn = np.take_along_axis(values.T, picked, 1).mean(1)
-    drawn[0] = values[:, 0].mean()
-    return drawn
+    widened = of_all + math.sqrt(count / (count - 1)) * (drawn - of_all)
+    widened[0] = of_all[0]
+    return widened
 
 
 def picked_detectors(detectors: int, draws: int, seed: int) -> np.ndarray:

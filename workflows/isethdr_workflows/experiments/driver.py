@@ -59,11 +59,11 @@ def run_steps(steps: Sequence[Step], tell: Tell = print) -> list[str]:
             for command in step.commands:
                 tell(f"  {typed(command)}")
                 run_command(command, LONGEST_MIN * 60 - (time.monotonic() - started))
-            ended = True
+            missing = [path for path in step.makes if not (home() / path).exists()]
+            ended = not missing
         finally:
             minutes = (time.monotonic() - started) / 60
             write(step, minutes, ended, os.getloadavg()[0])
-        missing = [path for path in step.makes if not (home() / path).exists()]
         if missing:
             raise CatalogError(
                 f"step {step.name} ended without {missing[0]}; expected its commands to make it;"

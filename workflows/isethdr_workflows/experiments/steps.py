@@ -188,7 +188,7 @@ STEPS = (
     Step(
         "low_sun",
         "eight small roads towards a low sun: one capture of the split pixel against three, and,"
-        " under night light, all bundled sensors",
+        " under night light, all bundled presets of sensors",
         (
             LOW_SUN,
             f"dataset splits {SMALL}",

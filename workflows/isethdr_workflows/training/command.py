@@ -13,9 +13,22 @@ app = typer.Typer(
     help="Train networks on simulated data. Needs pip install 'isethdr[train]'.",
 )
 
-Typed = Annotated[
+OfPicture = Annotated[
     list[str] | None,
-    typer.Argument(help="settings as key=value; other keys are overrides of the config"),
+    typer.Argument(
+        help="minutes or steps, size (small, large), network (unet, nafnet, restormer), captures"
+        " (merged, apart), loss (electrons, view), dataset, seed, name and others"
+        " (docs/how-to/train_picture.md), each as key=value; and overrides of the config, for"
+        " example sensor=typical_bayer"
+    ),
+]
+OfDetector = Annotated[
+    list[str] | None,
+    typer.Argument(
+        help="dataset (required), minutes or steps, cameras, lightings, realisations, size (small,"
+        " large), seed, name and others (docs/how-to/detectors.md), each as key=value; and"
+        " overrides of all runs, for example lens=ideal"
+    ),
 ]
 
 
@@ -25,24 +38,15 @@ def about() -> None:
 
 
 @app.command("picture", help="Train a network that develops raw captures, for isp=network.")
-def picture(settings: Typed = None) -> None:
-    """Train, or continue the training with these settings.
-
-    Settings: sensor, size (small, large), network (unet, nafnet, restormer), minutes or steps,
-    dataset, loss (electrons, view), captures (merged, apart), seed, name;
-    docs/how-to/train_picture.md.
-    """
+def picture(settings: OfPicture = None) -> None:
+    """Train, or continue the training with these settings."""
     # imported late, because `isethdr --help` must not import NumPy
     action = import_module(".picture.action", __package__)
     raise typer.Exit(action.train_picture(settings or []))
 
 
 @app.command("detector", help="Train a small detector of road users, for study detector_scores.")
-def detector(settings: Typed = None) -> None:
-    """Train, or continue the training with these settings.
-
-    Settings: dataset, cameras, lightings, realisations, size (small, large), minutes or steps,
-    seed, name; docs/how-to/detectors.md.
-    """
+def detector(settings: OfDetector = None) -> None:
+    """Train, or continue the training with these settings."""
     action = import_module(".detector.action", __package__)
     raise typer.Exit(action.train_detector(settings or []))

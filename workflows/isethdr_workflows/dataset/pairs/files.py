@@ -45,13 +45,13 @@ def write_scene(folder: Path, name: str, samples: Sequence[Sample], form: str) -
             labels = one.labels | {"file": path.name, "sha256": sha256(path)}
             text = json.dumps(labels, ensure_ascii=False, allow_nan=False, indent=1)
             (temporary / f"{one.camera}.json").write_text(text, encoding="utf-8")
-        size = sum(path.stat().st_size for path in temporary.iterdir())
         temporary.rename(folder / name)
     except OSError as err:
-        raise cannot_write(folder / name, err) from err
+        if not (folder / name).is_dir():  # else another process has written the same pairs
+            raise cannot_write(folder / name, err) from err
     finally:
         shutil.rmtree(temporary, ignore_errors=True)
-    return size
+    return sum(path.stat().st_size for path in (folder / name).iterdir())
 
 
 def cannot_write(path: Path, err: OSError) -> CatalogError:

@@ -69,6 +69,7 @@ def make_pairs(request: PairRequest, tell: Tell = print) -> Made:
     folder = request.target
     check_writable(folder)
     begun(request, folder)
+    check_same_scenes(found, folder)
     failed = []
     started = time.monotonic()
     computed = 0
@@ -136,6 +137,32 @@ def begun(request: PairRequest, folder: Path) -> None:
             " was typed; expected the same settings, or another folder; type for example"
             f" folder={folder.name}_2"
         )
+
+
+def check_same_scenes(found: Sequence[Source], folder: Path) -> None:
+    """Check that the scenes in a folder are those of the dataset, which may have been made again
+    with another recipe or seed.
+
+    Parameters
+    ----------
+    found : scenes to make pairs of.
+    folder : folder of the pairs.
+
+    Raises
+    ------
+    ConfigError : the folder holds pairs of another scene of the same name.
+    """
+    for source in found:
+        path = next((folder / source.name).glob("*.json"), None)
+        if path is None:
+            continue
+        stored = json.loads(path.read_text(encoding="utf-8"))
+        if stored.get("overrides") != list(source.overrides):
+            raise ConfigError(
+                f"the folder {folder} holds pairs of another scene {source.name}, whose dataset"
+                " had another recipe or seed; expected the same scenes, or another folder; type"
+                f" for example folder={folder.name}_2"
+            )
 
 
 def built_for(source: Source) -> tuple[DictConfig, Chain]:

@@ -95,8 +95,9 @@ def _header(scene: xr.Dataset, group: str, bands: list[float]) -> dict[str, Any]
 
 
 def _scenes(job: Job) -> Iterator[Path]:
-    folder = store.home() / "scenes"
     of_runs = (
-        folder / f"{name}.zarr" for item in job.items for name in item.attributes["scene_ids"]
+        item.shot.path.parents[1] / "scenes" / f"{name}.zarr"  # in the home of the run
+        for item in job.items
+        for name in item.attributes["scene_ids"]
     )
     yield from dict.fromkeys([*job.scenes, *of_runs])

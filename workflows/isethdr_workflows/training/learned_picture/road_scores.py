@@ -4,9 +4,12 @@ from __future__ import annotations
 
 import csv
 import hashlib
+import io
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import NamedTuple
+
+from isethdr_core.storage.atomic_write import write_text
 
 from .settings import SIGNS, Scores
 
@@ -39,12 +42,13 @@ def write(path: Path, made_with: tuple[str, str], rows: Iterable[HeldOut]) -> No
     rows : scores of all roads and illuminances.
     """
     columns = [f"{kind}_{score}" for kind in ("network", "classical") for score in SIGNS]
-    with open(path, "w", newline="") as file:
-        writer = csv.writer(file, lineterminator="\n")
-        writer.writerow([*KEYS, *columns])
-        for row in rows:
-            values = [*row.network.values(), *row.classical.values()]
-            writer.writerow([*made_with, row.lux, row.road, *values])
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow([*KEYS, *columns])
+    for row in rows:
+        values = [*row.network.values(), *row.classical.values()]
+        writer.writerow([*made_with, row.lux, row.road, *values])
+    write_text(path, text.getvalue())
 
 
 def made_with(model: Path, overrides: Sequence[str]) -> tuple[str, str]:
@@ -60,7 +64,8 @@ def made_with(model: Path, overrides: Sequence[str]) -> tuple[str, str]:
 
 def read(path: Path, of: tuple[str, str]) -> dict[tuple[float, str], HeldOut]:
     """Return the stored scores by illuminance and road. There are none if the file is missing, or
-    if it belongs to another model or other overrides.
+    if it belongs to another model or other overrides. A road with several scenes is left out,
+    because the table does not name the scene of a row.
 
     Parameters
     ----------
@@ -69,7 +74,8 @@ def read(path: Path, of: tuple[str, str]) -> dict[tuple[float, str], HeldOut]:
     """
     if not path.is_file():
         return {}
-    found = {}
+    found: dict[tuple[float, str], HeldOut] = {}
+    several = set()
     with open(path, newline="") as file:
         for row in csv.DictReader(file):
             if (row["model_sha256"], row["overrides"]) != of:
@@ -79,5 +85,7 @@ def read(path: Path, of: tuple[str, str]) -> dict[tuple[float, str], HeldOut]:
                 for kind in ("network", "classical")
             )
             one = HeldOut(float(row["lux"]), row["road"], network, classical)
+            if (one.lux, one.road) in found:
+                several.add(one.road)
             found[one.lux, one.road] = one
-    return found
+    return {key: one for key, one in found.items() if one.road not in several}

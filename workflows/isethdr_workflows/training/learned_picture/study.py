@@ -5,6 +5,7 @@ road, for each illuminance.
 from __future__ import annotations
 
 import csv
+import io
 import math
 import os
 from collections.abc import Callable, Sequence
@@ -18,6 +19,7 @@ import numpy as np
 from isethdr_core.errors import ConfigError
 from isethdr_core.pipeline.chain.side_by_side import threads_for
 from isethdr_core.plugins.registry import build
+from isethdr_core.storage.atomic_write import write_text
 
 from ...accuracy.diagram import draw
 from ...accuracy.isp_cost import Cost, costs_alone
@@ -368,7 +370,8 @@ def write_grid(path: Path, contests: Sequence[Contest], searches: Sequence[Searc
     searches : search of each contest, in the same order.
     """
     rows = [{"lux": c.lux, **row} for c, search in zip(contests, searches) for row in search.rows()]
-    with open(path, "w", newline="") as file:
-        writer = csv.DictWriter(file, list(rows[0]), lineterminator="\n")
-        writer.writeheader()
-        writer.writerows(rows)
+    text = io.StringIO()
+    writer = csv.DictWriter(text, list(rows[0]), lineterminator="\n")
+    writer.writeheader()
+    writer.writerows(rows)
+    write_text(path, text.getvalue())

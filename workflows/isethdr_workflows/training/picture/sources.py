@@ -85,11 +85,18 @@ def data_of(settings: Settings, camera: TrainingCamera, overrides: Sequence[str]
         "light_of_roads": f"{VARIANTS} variants of each: as drawn through a clean lens, and with"
         " light groups in other proportions through the flares of the config",
         "truth_of_roads": "the light that reaches the sensor. Its noise of rendering is"
-        f" {noise:.2g} of the luminance of a tile (median over tiles of {len(noisy)} roads), that"
-        f" of a sensor at {1 / noise**2:.0f} e; unbiased, so that it does not move a squared loss",
+        f" {noise:.2g} of the luminance of a tile (median over tiles of {len(noisy)} roads)"
+        f"{as_of_sensor(noise)}; unbiased, so that it does not move a squared loss",
     }
     stores = [road.path.stem for part in (TRAIN, VALIDATION) for road in roads.of(part)]
     return Data(tuple(training), tuple(held_out), stated, [], stores)
+
+
+def as_of_sensor(noise: float) -> str:
+    """Return a text about the electrons whose shot noise equals a relative noise; "" if the noise
+    is 0, as where more than half of the tiles are black, or not known (NaN).
+    """
+    return f", that of a sensor at {1 / noise**2:.0f} e" if noise > 0 else ""
 
 
 def check_size(pictures: Sequence[np.ndarray], settings: Settings) -> None:
@@ -130,8 +137,9 @@ def roads_source(
     """
     wavelength_nm = tuple(map(float, open_scene(roads[0].path).wavelength.values))
     weights = camera.plane_weights(wavelength_nm)
-    stores = [road.path.stem for road in roads]
-    recipe = ["roads", VERSION, stores, sorted(overrides), _rounded(weights), VARIANTS]
+    # the name of a store holds no lighting, and the number of a scene is the seed of its variants
+    scenes = [[r.path.stem, list(r.record.overrides), r.record.number] for r in roads]
+    recipe = ["roads", VERSION, scenes, sorted(overrides), _rounded(weights), VARIANTS]
     pictures = bank(
         "roads",
         recipe,
