@@ -31,6 +31,7 @@ from .street_models import (
     ground_of,
     lamp_kinds,
     later_poses,
+    model_names,
     own_headlamps,
     things_of,
     visible,
@@ -236,7 +237,7 @@ class Street:
         models, objects = ground_of(now.layout.base, light)
         for more_models, more in (
             own_headlamps(now.own_pose, light, own_beam),
-            things_of(now.layout, shown, place, light, self.headlamp_beam),
+            things_of(now.layout, shown, place, light, self.headlamp_beam, self._model_names()),
         ):
             models |= more_models
             objects += more
@@ -251,6 +252,11 @@ class Street:
             self._next_frame(objects),
             fog_of(self.visibility_m),
         )
+
+    def _model_names(self) -> dict[str, str]:
+        """Return the names of the models of all things, those of the first moment."""
+        place = eye(self.base().pose(), self.mounting())
+        return model_names(self._placed, visible(self._placed, place, self.horizontal_field_deg))
 
     def _next_frame(self, objects: list[Placed]) -> NextFrame | None:
         """Return camera and objects one frame later; None for a single picture."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from functools import lru_cache
 
@@ -25,6 +25,7 @@ from .things import build
 from .things.detail import clean, coarser
 from .things.packs.asset import AssetThing
 from .things.thing import Thing
+from .variation import AGAIN
 
 DISTANT_CELL_M = 0.25  # width of the cells in which the level `distant` merges vertices
 COARSE = ("car", "truck", "bus")  # groups with a level `distant` of their own
@@ -68,8 +69,31 @@ def visible(layout: Layout, eye: Eye, field_deg: float) -> list[Standing]:
     return out
 
 
+def model_names(layout: Layout, shown: list[Standing]) -> dict[str, str]:
+    """Return the name of each thing's model by the name of the thing; equal things share a name.
+
+    The name selects the paint, the cloth and the dirt (`variation`). In a sequence it is that of
+    the first moment, so that nothing changes its looks when another thing leaves the picture.
+
+    Parameters
+    ----------
+    layout : all things on and beside the road at the first moment.
+    shown : things that the camera may see then (`visible`).
+    """
+    some = {one.name for one in shown}
+    keys: dict[tuple, str] = {}
+    for one in sorted(layout.standing, key=lambda one: one.name not in some):
+        keys.setdefault((one.foot.thing, one.foot.lamps), f"{one.foot.thing.family}{len(keys)}")
+    return {one.name: keys[one.foot.thing, one.foot.lamps] for one in layout.standing}
+
+
 def things_of(
-    layout: Layout, shown: list[Standing], eye: Eye, spectra: dict[str, str], beam: str
+    layout: Layout,
+    shown: list[Standing],
+    eye: Eye,
+    spectra: dict[str, str],
+    beam: str,
+    names: Mapping[str, str] | None = None,
 ) -> tuple[dict[str, Model], list[Placed]]:
     """Return the models and the placed objects of things; equal things share a model.
 
@@ -83,9 +107,11 @@ def things_of(
     eye : place of the camera, which decides the level of detail.
     spectra : name of a lamp spectrum per light group.
     beam : family of all headlamps that are on.
+    names : names of the models (`model_names`); None: those of this layout.
     """
     at = levels(shown, eye.position_m)
     some = {one.name for one in shown}
+    names = names or model_names(layout, shown)
     keys: dict[tuple, str] = {}
     models: dict[str, Model] = {}
     objects = []
@@ -95,9 +121,11 @@ def things_of(
             models[HIDDEN] = Model(HIDDEN, ())
             objects.append(Placed(one.name, HIDDEN, thing.category, _pose_of(one)))
             continue
-        key = (thing, one.foot.lamps)
+        own = names[one.name]
+        key = (own, thing, one.foot.lamps)
         if key not in keys:
-            name = keys[key] = f"{thing.family}{len(keys)}"
+            # things that were equal at first may have other lamps on now, or another pose
+            name = keys[key] = own if own not in models else f"{own}{AGAIN}{len(keys)}"
             model = _built(thing, at[thing])
             models[name] = switched(replace(model, name=name), one.foot.lamps, spectra, beam)
         objects.append(Placed(one.name, keys[key], thing.category, _pose_of(one)))
@@ -146,7 +174,8 @@ def switched(model: Model, lamps: tuple[str, ...], spectra: dict[str, str], beam
     model : model with all of its lamps.
     lamps : kinds that are on, or `kind:left` and `kind:right` of one side.
     spectra : name of a lamp spectrum by light group.
-    beam : family of low beams without a table of their own.
+    beam : family of low beams without a table of their own; its intensity is that of low beams
+        without an intensity of their own.
     """
     pattern = family(beam)
 
@@ -157,9 +186,11 @@ def switched(model: Model, lamps: tuple[str, ...], spectra: dict[str, str], beam
         side = "left" if float(part.vertices[:, 1].mean()) > 0 else "right"
         if lamp.kind not in lamps and f"{lamp.kind}:{side}" not in lamps:
             return replace(part, lamp=None)
-        # a low beam of an asset pack with a table of its own keeps it
+        # a low beam of an asset pack keeps a table or an intensity of its own
         if lamp.kind == "low_beam" and lamp.table is AS_BUILT.table:
-            lamp = replace(lamp, table=pattern.table, intensity_cd=pattern.intensity_cd)
+            own = lamp.intensity_cd != AS_BUILT.intensity_cd
+            candela = lamp.intensity_cd if own else pattern.intensity_cd
+            lamp = replace(lamp, table=pattern.table, intensity_cd=candela)
         if lamp.group in spectra:
             lamp = replace(lamp, spectrum=spectrum_of(spectra[lamp.group]))
         return replace(part, lamp=lamp)

@@ -31,6 +31,7 @@ DUST_PATCH_M = 0.8
 DUST_GRAIN_M = 0.03
 DUST_GRAIN = 0.25
 STEP_NM = 20.0
+AGAIN = "+"  # between the name of a model and the number of a model with the same materials
 
 
 def varied(
@@ -40,18 +41,20 @@ def varied(
 
     Parameters
     ----------
-    models, materials : models and materials of a scene, by name.
+    models, materials : models and materials of a scene, by name. Models whose names differ only
+        behind `AGAIN` have the same materials.
     seed : seed of the scene.
     """
     out: dict[str, Material] = {}
     changed = {}
     for key, model in models.items():
+        looks = key.partition(AGAIN)[0]
         parts = []
         for part in model.parts:
             name = part.material
             if name.startswith(VARIED):
-                name = f"{part.material}@{key}"
-                out[name] = _of_model(materials[part.material], key, seed)
+                name = f"{part.material}@{looks}"
+                out[name] = _of_model(materials[part.material], looks, seed)
             else:
                 out[name] = materials[name]
             parts.append(replace(part, material=name))

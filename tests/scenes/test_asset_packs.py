@@ -4,8 +4,10 @@ reported in one error; a changed byte changes the name of a scene.
 
 from __future__ import annotations
 
+import json
 import re
 import shutil
+import struct
 from dataclasses import replace
 
 import numpy as np
@@ -16,6 +18,7 @@ from isethdr_scenes.coloured import material_of, name_of
 from isethdr_scenes.contact_sheets.choice import chosen
 from isethdr_scenes.geometry.mesh.piece import Piece
 from isethdr_scenes.lamp_spectra import spectrum_of
+from isethdr_scenes.lamps import lamp
 from isethdr_scenes.materials import used
 from isethdr_scenes.photometry.families import family
 from isethdr_scenes.placing.plan import Layout, Standing
@@ -27,14 +30,18 @@ from isethdr_scenes.street_models import switched, things_of
 from isethdr_scenes.things import build, rider_of
 from isethdr_scenes.things.detail import extent_m
 from isethdr_scenes.things.packs.asset import creased
+from isethdr_scenes.things.packs.mesh_file import read_mesh
 from isethdr_scenes.things.packs.pack import load_pack, stock_of
 from isethdr_scenes.things.packs.soundness import open_edges
+from isethdr_scenes.things.packs.surfaces import material_names
 from isethdr_scenes.things.stock import BUNDLED
+from PIL import Image
 
 from isethdr_core.errors import ConfigError
 from isethdr_core.physics.colour.colour_spaces import linear_srgb, srgb_encode
 from isethdr_core.physics.photometry import luminance, xyz
 from isethdr_core.runs.provenance import input_digests
+from isethdr_core.scene import Model, Part
 
 from ..house.source import ROOT
 
@@ -163,7 +170,8 @@ def broken(folder):
             "huge": good | {"scale": 10, "licence": "MIT"},
             "ship": good | {"group": "ship", "licence": "MIT"},
             "axisless": good | {"lamps": [{"kind": "tail", "part": "x"}], "licence": "MIT"},
-            "unlit": good | {"lamps": [lamp | {"axis": [0, 0, -1]}], "licence": "MIT"},
+            "unlit": good | {"lamps": [lamp | {"axis": [0.1, 0, -1]}], "licence": "MIT"},
+            "steep": good | {"lamps": [lamp | {"axis": [0, 0, -2]}], "licence": "MIT"},
             "nameless": good | {"lamps": [lamp | {"kind": "tial"}], "licence": "MIT"},
             "free": good,
             "typo": good | {"matrials": {}, "licence": "MIT"},
@@ -186,6 +194,7 @@ MISTAKES = {
     "ship": r"group is 'ship'; expected another one .*person",
     "axisless": r"lamps\.0\.axis is missing; expected where the lamp shines",
     "unlit": r"lamps\[0\] \(tail\): no face of its box looks along the axis",
+    "steep": r"axis is \[0\.0, 0\.0, -2\.0\], straight up or down, .* axis: \[0\.01, 0, -1\]",
     "nameless": r"lamps\[0\]: kind is 'tial'; expected another one; did you mean 'tail'",
     "free": r"states no licence; type licence: ",
     "typo": r"matrials is no field; did you mean 'materials'",
@@ -265,6 +274,121 @@ def test_axes_scale_obj_colours_and_beams(tmp_path):
     assert {p.material for p in model.parts} == {name_of("#ff0000", "satin")}
     rider = rider_of(thing, np.random.default_rng(0))
     assert rider.vehicle == thing and 1.0 < rider.size_m[2] + 0.3 < 2.3
+
+
+def test_colours_of_a_glb_are_linear(tmp_path):
+    """Compare with IEC 61966-2-1: linear 128 of 255 is code 188, and code 188 is linear 0.503."""
+    ball = trimesh.creation.box()
+    pbr = trimesh.visual.material.PBRMaterial
+    texture = Image.new("RGB", (2, 2), (188, 188, 188))
+    materials = {
+        "factor": pbr(name="factor", baseColorFactor=[128, 255, 0, 255]),
+        "plain": pbr(name="plain"),
+        "texture": pbr(
+            name="texture", baseColorFactor=[128, 255, 0, 255], baseColorTexture=texture
+        ),
+    }
+    found = {}
+    for name, material in materials.items():
+        uv = np.full((len(ball.vertices), 2), 0.5)
+        ball.visual = trimesh.visual.TextureVisuals(uv=uv, material=material)
+        ball.export(tmp_path / f"{name}.glb")
+        found[name] = read_mesh(tmp_path / f"{name}.glb")[0].colours[0].tolist()
+    assert found["factor"] == [188, 255, 0, 255]
+    assert found["plain"] == [255, 255, 255, 255]
+    # 0.503 x 0.502 is code 138; colours of textures are rounded to steps of 8
+    assert found["texture"] == [136, 192, 0, 255]
+    ball.visual = trimesh.visual.ColorVisuals(vertex_colors=np.tile([128, 255, 0, 255], (8, 1)))
+    for name, code in (("v.glb", 188), ("v.ply", 128)):
+        ball.export(tmp_path / name)
+        assert read_mesh(tmp_path / name)[0].colours[0].tolist() == [code, 255, 0, 255]
+
+
+def glb(content: dict, arrays: list[np.ndarray]) -> bytes:
+    """Return a GLB file whose accessors are `arrays`: float32 (n, 3) or uint32 (n,)."""
+    blob = b"".join(array.tobytes() for array in arrays)
+    starts = np.cumsum([0] + [array.nbytes for array in arrays]).tolist()
+    views = [
+        {"buffer": 0, "byteOffset": start, "byteLength": array.nbytes}
+        for start, array in zip(starts, arrays)
+    ]
+    kinds = {"float32": (5126, "VEC3"), "uint32": (5125, "SCALAR")}
+    accessors = [
+        {"bufferView": k, "count": len(array)}
+        | dict(zip(("componentType", "type"), kinds[str(array.dtype)]))
+        for k, array in enumerate(arrays)
+    ]
+    head = {"asset": {"version": "2.0"}, "buffers": [{"byteLength": len(blob)}]}
+    text = json.dumps(head | content | {"bufferViews": views, "accessors": accessors}).encode()
+    text += b" " * (-len(text) % 4)
+    whole = struct.pack("<II", len(text), 0x4E4F534A) + text
+    whole += struct.pack("<II", len(blob), 0x004E4942) + blob
+    return struct.pack("<III", 0x46546C67, 2, 12 + len(whole)) + whole
+
+
+def test_a_mesh_of_several_materials_keeps_its_names_and_its_order(tmp_path):
+    ball = trimesh.creation.box()
+    vertices = ball.vertices.astype(np.float32)
+    primitive = {"attributes": {"POSITION": 0, "COLOR_0": 2}, "indices": 1}
+    content = {
+        "scenes": [{"nodes": [0]}],
+        "nodes": [
+            {"name": "root", "children": [2, 1], "rotation": [0, 0.7071068, 0, 0.7071068]},
+            {"name": "left", "mesh": 0, "translation": [1, 0, 0], "scale": [-1, 2, 1]},
+            {"name": "right", "mesh": 0, "translation": [-1, 0, 0]},
+        ],
+        "meshes": [{"name": "Car", "primitives": [primitive | {"material": k} for k in (1, 0)]}],
+        "materials": [{"name": "tyre"}, {"name": "body"}],
+    }
+    colours = np.tile(np.array([0.5, 1.0, 0.0], np.float32), (8, 1))
+    faces = ball.faces.astype(np.uint32).ravel()
+    (tmp_path / "car.glb").write_bytes(glb(content, [vertices, faces, colours]))
+    parts = read_mesh(tmp_path / "car.glb")
+    assert [part.names for part in parts] == [
+        ("body", "Car", "left"),
+        ("tyre", "Car_1", "Car", "left"),
+        ("body", "Car", "right"),
+        ("tyre", "Car_1", "Car", "right"),
+    ]
+    # x turns to -z, and a negative scale leaves the faces outwards
+    assert parts[0].vertices.mean(0) == pytest.approx([0, 0, -1], abs=1e-6)
+    volume = trimesh.Trimesh(parts[0].vertices, parts[0].faces, process=False).volume
+    assert volume == pytest.approx(2.0, rel=1e-6)
+    assert parts[0].colours[0].tolist() == [188, 255, 0, 255]  # colours of vertices are linear
+    names, materials = material_names(parts[1], {"Car": "tyre"})
+    assert materials == ["tyre"] and not names.any()
+
+
+def test_objects_and_opacities_of_an_obj_are_read(tmp_path):
+    ball = trimesh.creation.box()
+    text = ["mtllib m.mtl"]
+    for k, (name, material) in enumerate((("body", "red"), ("wheel", "red"), ("pane", "grey"))):
+        corners = [f"v {x + 3 * k} {y} {z}" for x, y, z in ball.vertices.tolist()]
+        faces = [f"f {a} {b} {c}" for a, b, c in (ball.faces + 1 + 8 * k).tolist()]
+        text += [f"o {name}", *corners, f"usemtl {material}", *faces]
+    (tmp_path / "car.obj").write_text("\n".join(text))
+    (tmp_path / "m.mtl").write_text("newmtl red\nKd 1 0 0\nnewmtl grey\nKd 0.5 0.5 0.5\nd 0.25\n")
+    parts = {part.names[-1]: part for part in read_mesh(tmp_path / "car.obj")}
+    assert {name: part.names[1] for name, part in parts.items()} == {
+        "body": "red",
+        "wheel": "red",
+        "pane": "grey",
+    }
+    assert parts["wheel"].vertices[:, 0].mean() == pytest.approx(3.0)
+    assert parts["pane"].colours[0].tolist() == [128, 128, 128, 64]
+
+
+def test_a_low_beam_of_a_pack_keeps_the_intensity_that_its_manifest_states():
+    beam = lamp("low_beam", (1.0, 0.0, 0.0))
+    part = Part("lens", np.eye(3), np.array([[0, 1, 2]]), "lamp_white", None, beam)
+    own = replace(part, lamp=replace(beam, intensity_cd=5000.0))
+    driving = family("driving")
+    for name in ("dipped_r112_b", "driving"):
+        model = switched(Model("m", (part, own)), ("low_beam",), {}, name)
+        usual, kept = (one.lamp for one in model.parts)
+        assert usual.intensity_cd == family(name).intensity_cd
+        assert kept.intensity_cd == 5000.0
+    assert kept.table is driving.table
 
 
 def test_a_material_has_the_colour_it_states():

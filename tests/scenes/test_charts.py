@@ -293,3 +293,15 @@ def test_sizes_are_angles_in_both_projections(projection):
     )()
     # boxes end at whole tiles
     assert bar.attrs["objects"][0]["box"][2] == pytest.approx(2 * radius_px, abs=1)
+
+
+def test_a_target_that_leaves_the_frame_has_a_cut_box_and_then_no_row():
+    shown = lambda time_s: MovingTarget(time_s=time_s)().attrs["objects"]
+    start = shown(0.0)
+    assert [one["visible_fraction"] for one in start] == [1.0, 1.0]
+    left, _, width, _ = start[0]["box"]
+    # 600 tiles per second: half of the bar is beyond the last of 320 columns
+    (bar,) = shown((320 - left - width / 2) / 600)
+    assert bar["box"][2] == pytest.approx(width / 2) and sum(bar["box"][::2]) == 320
+    assert bar["visible_fraction"] == pytest.approx(0.5)
+    assert shown(1.0) == []

@@ -162,6 +162,48 @@ def test_a_file_that_cannot_be_used_says_why(tmp_path, name, text, message):
         lamp_of(str(path))
 
 
+def test_a_file_of_several_lamp_sets_is_refused_since_its_flux_is_not_known(tmp_path):
+    path = tmp_path / "lamp.ldt"
+    one = "1\nLED\n2000\n4000\n80\n20"
+    text = ldt(1, 4, [[100, 50, 0]])
+    path.write_text(text.replace(f"\n1\n{one}", f"\n2\n{one}\n{one.replace('2000', '3000')}"))
+    with pytest.raises(ConfigError, match="2 sets of lamps .2000 lm, 3000 lm.*1 in line 26"):
+        read_ldt(path)
+
+
+def test_text_of_other_encodings_and_the_end_mark_of_dos_do_not_matter(tmp_path):
+    path = tmp_path / "lamp.ldt"
+    # \x85 is a letter in code page 850, and a part of one in UTF-8
+    text = ldt(1, 4, [[100, 50, 0]]).replace("maker", "mak\x85r").replace("\n", "\r\n")
+    path.write_bytes((text + "\r\n\x1a").encode("latin-1"))
+    assert read_ldt(path).intensity_cd == pytest.approx(200)
+    path = tmp_path / "lamp.ies"
+    text = ies(1, [0, 45, 90], [0], [[100, 50, 0]])
+    path.write_text(text.replace("TILT=NONE", "[TEST] at TILT=0\nTILT=NONE") + "\x1a")
+    assert read_ies(path).intensity_cd == pytest.approx(200)
+
+
+@pytest.mark.parametrize(("angles", "words"), [((0, 90, 45), "gamma 0, 90, 45"), ((0, 0, 0), "0")])
+def test_angles_of_eulumdat_that_do_not_rise_are_one_error(tmp_path, angles, words):
+    path = tmp_path / "lamp.ldt"
+    path.write_text(ldt(1, 4, [[100, 50, 0]], angles))
+    with pytest.raises(ConfigError, match=f"{words}.* degrees; expected two or more angles"):
+        read_ldt(path)
+    path.write_text(ldt(0, 4, [[100, 50, 0]] * 4).replace("\n90.0\n180", "\n190.0\n180"))
+    with pytest.raises(ConfigError, match="C planes at 0, 190, 180, 270 degrees"):
+        read_ldt(path)
+
+
+@pytest.mark.parametrize(
+    ("first", "factor"), [("IESNA91", 0.8), ("a maker", 0.8), ("IESNA:LM-63-1995", 1.0)]
+)
+def test_the_ballast_lamp_factor_counts_in_files_before_1995(tmp_path, first, factor):
+    path = tmp_path / "lamp.ies"
+    text = ies(1, [0, 45, 90], [0], [[100, 50, 0]], 1.0).replace("IESNA:LM-63-2002", first)
+    path.write_text(text.replace(" 1 1 10\n", " 1 0.8 10\n"))
+    assert read_ies(path).intensity_cd == pytest.approx(100 * factor)
+
+
 C_DEG = [0, 90, 180, 270, 360]
 
 

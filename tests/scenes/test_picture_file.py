@@ -255,6 +255,17 @@ def test_a_header_that_states_white_and_chromaticities_is_read(tmp_path, rgb):
     np.testing.assert_allclose(luminances(scene), wanted, rtol=FLOAT32)
 
 
+def test_a_unit_in_an_unknown_spelling_gives_way_to_that_of_the_scene(tmp_path):
+    path = tmp_path / "c.npz"
+    for unit, factor in (("watts", 1e-3), ("mW·m⁻²·sr⁻¹·nm⁻¹", 1e-3)):
+        np.savez(path, radiance=np.ones((2, 4, 6)), wavelength_nm=[500, 600], unit=unit)
+        scene = PictureFile(str(path), "mW/m2/sr/nm", **FIELD)()
+        np.testing.assert_allclose(scene.radiance, factor, rtol=FLOAT32)
+    np.savez(path, radiance=np.ones((2, 4, 6)), wavelength_nm=[500, 600], unit="watts")
+    with pytest.raises(UnitError, match="states the unit 'watts'"):
+        PictureFile(str(path), **FIELD).check_files()
+
+
 def rgbe(lines: bytes, width: int, height: int, more: bytes = b"") -> bytes:
     head = b"#?RADIANCE\n" + more + b"FORMAT=32-bit_rle_rgbe\n\n"
     return head + f"-Y {height} +X {width}\n".encode() + lines
@@ -273,6 +284,10 @@ def test_radiance_hdr_of_all_three_codings(tmp_path):
         np.testing.assert_allclose(
             values[:, 0, :].T * exposure, np.tile(wanted, (values.shape[2], 1))
         )
+    told = " ".join(map(str, CHROMATICITIES["rec2020"])).encode()
+    (tmp_path / "wide.hdr").write_bytes(rgbe(flat, 3, 1, b"PRIMARIES= " + told + b"\n"))
+    with pytest.raises(UnitError, match="type scene.primaries=rec2020"):
+        PictureFile(str(tmp_path / "wide.hdr"), white_cd_m2=179.0, **FIELD).check_files()
     for cut in (b"", flat[:5]):
         (tmp_path / "cut.hdr").write_bytes(rgbe(cut, 3, 1))
         with pytest.raises(CatalogError, match="cut.hdr is not a readable Radiance HDR"):

@@ -10,6 +10,7 @@ from isethdr_scenes.roads.opendrive.file_road import file_of
 from isethdr_scenes.roads.opendrive.road_file import write
 from isethdr_scenes.scenario.scenario_file import read
 from isethdr_scenes.street import Street
+from isethdr_scenes.traffic.later_layout import TURNS_IN_M
 
 from isethdr_core.errors import CatalogError, ConfigError
 
@@ -114,6 +115,45 @@ def test_entities_stand_where_the_scenario_puts_them(tmp_path):
     assert turned_pose[:2, 0] == pytest.approx(
         [np.cos(heading + turn), np.sin(heading + turn)], abs=0.025**2
     )
+
+
+def test_a_car_that_starts_at_an_angle_turns_into_its_lane_as_it_drives(tmp_path):
+    position = LANE.format(-1, 50, 0, '<Orientation type="relative" h="0.2"/>')
+    # a lane from an expression, which is a whole number
+    number = '<ParameterDeclaration name="N" value="-2"/>'
+    position = position.replace('laneId="-1"', 'laneId="${$N + 1}"')
+    street = Street(scenario=str(file_with(tmp_path, {"Ego": (CAR, position)}, number)), **EMPTY)
+    start = street.base().pose()
+    heading = lambda pose: float(np.arctan2(pose[1, 0], pose[0, 0]))
+    lane = heading(street.base().lane.at(street.base().start_m))
+    for time_s in (0.01, 0.5, 3.0):
+        pose = street.moment(time_s).own_pose
+        way = float(np.linalg.norm(pose[:3, 3] - start[:3, 3]))
+        wanted = 0.2 * max(1 - way / TURNS_IN_M, 0.0)
+        assert heading(pose) - lane == pytest.approx(wanted, abs=1e-3)
+    assert way > TURNS_IN_M
+
+
+def test_entities_on_a_bridge_stand_on_its_deck(tmp_path):
+    base = kind("bridge", 1)
+    deck = base.network.road("above")
+    middle = deck.structures[0].start_m + 20.0
+    on = lambda s: deck.points(s, -1.8)
+    world = '<WorldPosition x="{:.3f}" y="{:.3f}" {}/>'
+    entities = {
+        "Ego": (CAR, f'<LanePosition roadId="2" laneId="-1" s="{base.start_m}"/>'),
+        "Road": (CAR, f'<RoadPosition roadId="2" s="{middle}" t="-1.8"/>'),
+        "High": (CAR, world.format(*on(middle + 9)[:2], f'z="{on(middle + 9)[2]:.2f}"')),
+        "Low": (CAR, world.format(*on(middle + 3)[:2], 'z="0"')),
+    }
+    path = file_with(tmp_path, entities)
+    write(file_of(base), tmp_path / "roads" / "way.xodr")
+    found = standing(Street(scenario=str(path), **EMPTY))
+    assert {name: one.foot.level for name, one in found.items()} == {"Road": 1, "High": 1, "Low": 0}
+    for name, one in found.items():
+        s, t, _ = (v[0] for v in deck.line.beside(one.pose[None, :2, 3]))
+        above = float(one.pose[2, 3] - deck.height(s, t))
+        assert abs(above) < 0.1 if name != "Low" else above < -3.0
 
 
 def test_entities_of_catalogs_are_resolved_with_their_parameters(tmp_path):

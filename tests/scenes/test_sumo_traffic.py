@@ -4,6 +4,7 @@ traffic from the same seed.
 
 from __future__ import annotations
 
+import gzip
 from dataclasses import replace
 from importlib import metadata
 from pathlib import Path
@@ -14,15 +15,17 @@ from isethdr_scenes.placing import rules
 from isethdr_scenes.placing.plan import Layout
 from isethdr_scenes.placing.shortage import Shortage
 from isethdr_scenes.roads.kinds import kind, names
+from isethdr_scenes.roads.opendrive.elements import opened
 from isethdr_scenes.roads.opendrive.file_road import file_of
 from isethdr_scenes.roads.opendrive.road_file import write
 from isethdr_scenes.street import Street
 from isethdr_scenes.traffic.sumo.choice import check_traffic
 from isethdr_scenes.traffic.sumo.net import read
 from isethdr_scenes.traffic.sumo.overlaps import fewest, swept, touching
-from isethdr_scenes.traffic.sumo.own_files import check_own
+from isethdr_scenes.traffic.sumo.own_files import _end_s, _types, check_own
 from isethdr_scenes.traffic.sumo.program import call
-from isethdr_scenes.traffic.sumo.trace import STEP_S, Signal
+from isethdr_scenes.traffic.sumo.trace import STEP_S, Signal, seconds
+from isethdr_scenes.traffic.sumo.trace import read as read_trace
 from isethdr_scenes.traffic.sumo.traffic import check_shortage
 
 from isethdr_core.errors import CatalogError, ConfigError
@@ -243,6 +246,28 @@ def test_a_configuration_drives_on_a_shifted_net_of_the_file(tmp_path):
 
 @needs_sumo
 @pytest.mark.slow
+def test_clock_times_and_packed_files_of_sumo_are_read(tmp_path):
+    told = ("90.5", "1:30:00", "2:00:00:10.5", "-1")
+    assert [seconds(text) for text in told] == [90.5, 5400.0, 172_810.5, -1.0]
+    trace = tmp_path / "trace.xml"
+    vehicle = '<vehicle id="a" x="1" y="2" angle="90" speed="3"/>'
+    trace.write_text(f'<fcd><timestep time="00:01:00.20">{vehicle}</timestep></fcd>')
+    assert read_trace(trace, np.zeros(2))["a"].time_s == pytest.approx([60.2])
+    ends = {}
+    for text in ("1:00:30", "-1", "soon"):
+        path = tmp_path / "rush.sumocfg"
+        path.write_text(f'<configuration><time><end value="{text}"/></time></configuration>')
+        ends[text] = opened(path, "configuration", "a configuration")
+    assert [_end_s(ends[text]) for text in ("1:00:30", "-1")] == [3630.0, np.inf]
+    with pytest.raises(CatalogError, match="its end is 'soon'; expected seconds, or hh:mm:ss"):
+        _end_s(ends["soon"])
+    packed = tmp_path / "types.add.xml.gz"
+    packed.write_bytes(
+        gzip.compress(b'<additional><vType id="van" vClass="delivery"/></additional>')
+    )
+    assert _types([packed])["van"]["vClass"] == "delivery"
+
+
 def test_a_density_that_does_not_fit_says_how_many_were_placed(monkeypatch):
     """SUMO places half of 145 vehicles per km, which almost touch; the test requires 80 %."""
     monkeypatch.setattr("isethdr_scenes.traffic.sumo.traffic.LEAST", 0.8)

@@ -2,19 +2,27 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from isethdr_scenes.builders import RECIPES
 from isethdr_scenes.coloured import COATS, FINISHES, material_of, name_of
 from isethdr_scenes.geometry.mesh.piece import face_areas
 from isethdr_scenes.materials import MATERIALS, METAL, RETRO, used
+from isethdr_scenes.placing.camera import Eye
+from isethdr_scenes.placing.plan import Layout, Standing
+from isethdr_scenes.placing.site import Foot
 from isethdr_scenes.retro_reflectors import RED_OVER_WHITE, luminous_mean
+from isethdr_scenes.street_models import HIDDEN, model_names, things_of
 from isethdr_scenes.textures import LOOKS, PLAIN, look_of, textured
+from isethdr_scenes.things import draw
 from isethdr_scenes.variation import DIRTY, MOST_DUST, varied
 
 from isethdr_core.scene import Model, Part
 
 NM = np.arange(400.0, 701.0, 10)
+COATED = (Part("p", np.eye(3), np.array([[0, 1, 2]]), "paint_red"),)
 
 
 def models(count, material):
@@ -47,6 +55,26 @@ def test_the_same_seed_gives_the_same_materials_and_another_others():
     other = own(3, "paint_red", seed=1)
     assert first == again
     assert first[0].reflectance != first[1].reflectance != other[1].reflectance
+
+
+def test_the_looks_of_things_stay_when_others_leave_the_picture_or_lamps_change():
+    rng = np.random.default_rng(1)
+    one, two = (draw("rock", rng) for _ in range(2))
+    feet = [Foot(name, thing, 9.0, 0.0, 0.0) for name, thing in zip("abc", (one, two, two))]
+    layout = Layout(None, tuple(Standing(foot, np.eye(4)) for foot in feet), ())
+    place = Eye(np.zeros(3), np.array([1.0, 0.0, 0.0]))
+    names = model_names(layout, list(layout.standing))
+    assert names["a"] != names["b"] == names["c"]
+    shown = (
+        *layout.standing[1:2],
+        replace(layout.standing[2], foot=replace(feet[2], lamps=("x",))),
+    )
+    later = replace(layout, standing=(layout.standing[0], *shown))
+    built, objects = things_of(later, list(shown), place, {}, "dipped_r112_b", names)
+    hidden, second, third = (placed.model for placed in objects)
+    assert hidden == HIDDEN and second == names["b"] and third != second
+    changed, _ = varied({k: replace(m, parts=COATED) for k, m in built.items()}, MATERIALS, 1)
+    assert changed[second].parts[0].material == changed[third].parts[0].material
 
 
 def test_dust_hides_paint_by_its_share_and_never_reflects_more_than_either():

@@ -82,9 +82,12 @@ class MovingTarget(Chart):
         left = (bar_x - width / 2) / pitch + self.width / 2
         lamp_left = (lamp_x - radius) / pitch + self.width / 2
         across = 2 * radius / pitch
-        ds.attrs["objects"] = [
+        objects = (
             chart_object(1, "bar", left, 0, width / pitch, self.height),
             chart_object(2, "lamp", lamp_left, (self.height - across) / 2, across, across),
+        )
+        ds.attrs["objects"] = [
+            _in_frame(one, self.width) for one in objects if (instance == one["instance"]).any()
         ]
         ds.attrs["lamps"] = [
             {
@@ -95,6 +98,17 @@ class MovingTarget(Chart):
             }
         ]
         return ds
+
+
+def _in_frame(row: dict, columns: int) -> dict:
+    """Return a row of the objects table with the part of its box that lies in the frame."""
+    left, top, width, height = row["box"]
+    first = max(left, 0.0)
+    last = min(left + width, float(columns))
+    if (first, last) == (left, left + width):
+        return row
+    share = (last - first) / width
+    return row | {"box": [first, top, last - first, height], "visible_fraction": share}
 
 
 def _bar(x: np.ndarray, y: np.ndarray, pitch: float, centre: float, width: float) -> np.ndarray:

@@ -53,7 +53,7 @@ def sheet_command(  # noqa: PLR0913 - each parameter is an option of the command
         bool, typer.Option("--quiz", help="shuffle the things, and show numbers in place of names")
     ] = False,
     tile: Annotated[int, typer.Option(help="width of a tile in pixels")] = 160,
-    samples: Annotated[int, typer.Option(help="paths per pixel")] = 24,
+    samples: Annotated[int, typer.Option(help="samples per pixel")] = 24,
 ) -> None:
     """Render the tiles and write the sheet."""
     sheet = import_module(f"{__package__}.sheet")

@@ -13,6 +13,7 @@ from .angles import MeasuredLamp, from_polar
 HEAD_LINES = 26  # lines up to and with the number of lamp sets
 SET_LINES = 6
 RATIO_LINES = 10
+END_OF_FILE = "\x1a"  # programs of DOS end a text with it
 
 
 def read_ldt(path: Path) -> MeasuredLamp:
@@ -20,9 +21,11 @@ def read_ldt(path: Path) -> MeasuredLamp:
 
     Raises
     ------
-    ConfigError : the file does not conform to EULUMDAT.
+    ConfigError : the file does not conform to EULUMDAT, or states several sets of lamps.
     """
-    lines = [line.strip() for line in path.read_text(encoding="latin-1").splitlines()]
+    text = path.read_text(encoding="latin-1").rstrip(END_OF_FILE + " \n")
+    # `splitlines` would also end lines at bytes that are letters in other encodings
+    lines = [line.strip() for line in text.split("\n")]
     number = lambda line: float(lines[line - 1].replace(",", "."))
     try:
         symmetry = int(number(3))
@@ -31,7 +34,7 @@ def read_ldt(path: Path) -> MeasuredLamp:
         factor = number(24)
         sets = int(number(HEAD_LINES))
         # a lamp set has six lines: number of lamps, kind, flux, colour, colour rendering, power
-        flux = sum(number(HEAD_LINES + SET_LINES * k + 3) for k in range(sets))
+        flux = [number(HEAD_LINES + SET_LINES * k + 3) for k in range(sets)]
         first = HEAD_LINES + SET_LINES * sets + RATIO_LINES
         values = np.array([float(v.replace(",", ".")) for v in lines[first:] if v])
         c_deg, gamma_deg, candelas = np.split(values, [planes, planes + angles])
@@ -48,14 +51,45 @@ def read_ldt(path: Path) -> MeasuredLamp:
             f"{path.name} ends early or holds other lines than EULUMDAT has; expected its 26 lines,"
             " the lamp sets, ratios, angles and candela per 1000 lm"
         ) from None
+    if sets != 1:
+        told = ", ".join(f"{lumens:g} lm" for lumens in flux) or "none"
+        raise ConfigError(
+            f"{path.name} states {sets} sets of lamps ({told}), which may be alternatives or used"
+            f" together; expected one set; keep the {SET_LINES} lines of one set with the flux that"
+            f" is meant, and write 1 in line {HEAD_LINES}"
+        )
     if len(candelas) != stored * angles:
         raise ConfigError(
             f"{path.name} has {len(candelas)} values of candela after its angles; expected"
             f" {stored} planes of {angles} values each, {stored * angles}, by its symmetry"
             f" {symmetry} and its lines 4 and 6; correct these lines or the values of the file"
         )
+    _check_angles(path, symmetry, c_deg, gamma_deg)
     c_deg, candela = _whole_turn(symmetry, c_deg, candelas.reshape(stored, angles))
-    return from_polar(c_deg, gamma_deg, candela * factor * flux / 1000)
+    return from_polar(c_deg, gamma_deg, candela * factor * flux[0] / 1000)
+
+
+def _check_angles(path: Path, symmetry: int, c_deg: np.ndarray, gamma_deg: np.ndarray) -> None:
+    """Raise ConfigError unless the planes rise from 0 to below 360 degrees, and gamma rises or
+    falls.
+    """
+    turn = np.diff([*c_deg, 360.0])
+    if symmetry != 1 and not (len(c_deg) and c_deg[0] == 0 and (turn > 0).all()):
+        raise ConfigError(
+            f"{path.name} has C planes at {_told(c_deg)} degrees; expected angles that rise from 0"
+            " to below 360"
+        )
+    steps = np.diff(gamma_deg)
+    if not (len(steps) and ((steps > 0).all() or (steps < 0).all())):
+        raise ConfigError(
+            f"{path.name} has intensities at gamma {_told(gamma_deg)} degrees; expected two or more"
+            " angles that rise"
+        )
+
+
+def _told(angles_deg: np.ndarray) -> str:
+    first = ", ".join(f"{angle:g}" for angle in angles_deg[:5])
+    return first + ", ..." * (len(angles_deg) > 5)
 
 
 def _whole_turn(

@@ -1,12 +1,15 @@
 """Files of ANSI/IES LM-63 (1986 to 2019): candela in C planes (type C), or in level angles (A, B).
 
 Level angles count to the right as seen from the lamp. A file of one quarter or half is completed by
-its symmetry. The intensities are multiplied by the multiplier and the ballast factor of the file.
-The tilt and the luminous opening are not used.
+its symmetry. The intensities are multiplied by the multiplier and the ballast factor of the file,
+and in files of 1986 and 1991 by the ballast-lamp photometric factor; later files have a number of
+another meaning in its place. The luminous opening is not used. The data after `TILT=` apply to a
+luminaire that hangs tilted, and are not used.
 """
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import numpy as np
@@ -16,6 +19,10 @@ from isethdr_core.errors import ConfigError
 from .angles import MeasuredLamp, from_level, from_polar
 
 TYPES = {1: "C", 2: "B", 3: "A"}
+TILT = re.compile(r"^[ \t]*TILT=", re.MULTILINE)
+# in the first line of files of 1995 and later
+LATER = re.compile(r".*LM-63-(?!(19)?(86|91)\b)")
+END_OF_FILE = "\x1a"  # programs of DOS end a text with it
 
 
 def read_ies(path: Path) -> MeasuredLamp:
@@ -25,11 +32,11 @@ def read_ies(path: Path) -> MeasuredLamp:
     ------
     ConfigError : the file does not conform to LM-63.
     """
-    text = path.read_text(encoding="latin-1")
-    head, tilt, after_tilt = text.partition("TILT=")
-    if not tilt:
+    text = path.read_text(encoding="latin-1").rstrip(END_OF_FILE + " \n")
+    tilt = TILT.search(text)
+    if tilt is None:
         raise ConfigError(f"{path.name} has no line TILT=; expected a file of LM-63")
-    kind, _, after_tilt = after_tilt.partition("\n")
+    kind, _, after_tilt = text[tilt.end() :].partition("\n")
     try:
         numbers = [float(v) for v in after_tilt.replace(",", " ").split()]
         if kind.strip() == "INCLUDE":
@@ -38,6 +45,8 @@ def read_ies(path: Path) -> MeasuredLamp:
         numbers = numbers[13:]
         count, across, photometry = (int(head_numbers[k]) for k in (3, 4, 5))
         factor = head_numbers[2] * head_numbers[10]
+        if not LATER.match(text):
+            factor *= head_numbers[11] or 1.0  # 0 states no factor
         vertical, level, candela = np.split(np.array(numbers), [count, count + across])
     except (ValueError, IndexError, OverflowError):  # the last one: an infinite count
         raise ConfigError(

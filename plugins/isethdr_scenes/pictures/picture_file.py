@@ -208,7 +208,7 @@ class PictureFile:
         UnitError : the file states another unit than the scene.
         """
         self._check_colours(content)
-        stated = None if content.unit is None else units.checked_unit(content.unit, self.path)
+        stated = self._stated_unit(content)
         unit = stated if self.unit == units.NOT_STATED else self.unit
         if stated is not None and unit != stated:
             raise UnitError(
@@ -231,6 +231,20 @@ class PictureFile:
             + "; expected spectral radiance, or reflectance with the luminance of white; type"
             " scene.unit=W/m2/sr/nm, or scene.unit=reflectance scene.white_cd_m2=500"
         )
+
+    def _stated_unit(self, content: Content) -> str | None:
+        """Return the unit that the file states; None if it states none, or one in a spelling that
+        is not known while the scene states the unit.
+
+        Raises
+        ------
+        UnitError : the file states an unknown unit, and the scene states none.
+        """
+        if content.unit is None:
+            return None
+        if self.unit != units.NOT_STATED and not units.is_known(content.unit):
+            return None
+        return units.checked_unit(content.unit, self.path)
 
     def _white_of_colours(self, content: Content, unit: str | None, white: float | None) -> float:
         if unit == units.LUMINANCE:
@@ -324,7 +338,7 @@ class PictureFile:
 
     def _cube(self, content: Content, scale: float, bands: np.ndarray) -> np.ndarray:
         """Return the spectra (light_group, wavelength, y, x) of a cube."""
-        stated = None if content.unit is None else units.checked_unit(content.unit, self.path)
+        stated = self._stated_unit(content)
         of_band = np.full(len(bands), scale)
         if units.REFLECTANCE in (self.unit, stated):
             of_band = scale * self._white(bands)

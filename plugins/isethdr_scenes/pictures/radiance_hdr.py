@@ -18,11 +18,15 @@ from .content import RGB_CHANNELS, Content, Wanted, unreadable
 MAGIC = (b"#?RADIANCE", b"#?RGBE")
 FORMAT = b"32-bit_rle_rgbe"
 NEW_RUNS = (8, 0x7FFF)  # widths of scan lines that may be stored channel by channel
+# (x, y) of red, green, blue and white of a file that states none; such files are taken as sRGB
+OWN_PRIMARIES = (0.64, 0.33, 0.29, 0.6, 0.15, 0.06, 1 / 3, 1 / 3)
+SAME = 2e-3  # largest difference of equal chromaticities
 EXPONENT_OFFSET = 136  # 128 of the exponent's code, 8 of the mantissa
 
 
 def read(path: Path, selection: Wanted) -> Content:
-    """Return the content of an HDR file, linear RGB divided by the file's EXPOSURE.
+    """Return the content of an HDR file, linear RGB divided by the file's EXPOSURE, with the
+    PRIMARIES that it states.
 
     Raises
     ------
@@ -37,6 +41,7 @@ def read(path: Path, selection: Wanted) -> Content:
     if not (blank and newline):
         raise unreadable(path, "Radiance HDR", "its header has no end")
     exposure = _exposure(head, path)
+    chromaticities = _chromaticities(head, path)
     height, width = _size(size, path)
     try:
         pixels = _scan_lines(np.frombuffer(body, np.uint8), height, width)
@@ -46,7 +51,8 @@ def read(path: Path, selection: Wanted) -> Content:
     exponent = pixels[..., 3:].astype(np.int32)
     with np.errstate(over="ignore"):
         rgb = np.where(exponent > 0, np.ldexp(mantissa, exponent - EXPONENT_OFFSET), 0.0)
-    return Content(np.moveaxis(rgb / exposure, 2, 0)[None].astype(np.float32), RGB_CHANNELS)
+    planes = np.moveaxis(rgb / exposure, 2, 0)[None].astype(np.float32)
+    return Content(planes, RGB_CHANNELS, chromaticities=chromaticities)
 
 
 def _exposure(head: bytes, path: Path) -> float:
@@ -63,6 +69,23 @@ def _exposure(head: bytes, path: Path) -> float:
     if not 0 < exposure < np.inf:
         raise unreadable(path, "Radiance HDR", f"EXPOSURE={exposure:g}")
     return exposure
+
+
+def _chromaticities(head: bytes, path: Path) -> tuple[float, ...] | None:
+    """Return the chromaticities that the header states; None for those of Radiance, or without."""
+    stated: tuple[float, ...] | None = None
+    for line in head.splitlines():
+        key, _, value = line.partition(b"=")
+        if key.strip() == b"PRIMARIES":
+            try:
+                stated = tuple(map(float, value.split()))
+            except ValueError:
+                stated = ()
+            if len(stated) != len(OWN_PRIMARIES):
+                raise unreadable(path, "Radiance HDR", line.decode(errors="replace"))
+    if stated is None or np.abs(np.subtract(stated, OWN_PRIMARIES)).max() <= SAME:
+        return None
+    return stated
 
 
 def _size(line: bytes, path: Path) -> tuple[int, int]:

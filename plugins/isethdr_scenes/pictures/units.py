@@ -38,6 +38,24 @@ SPELT = {
 }
 
 
+SIGNS = str.maketrans(
+    {
+        **dict(zip("µμ²¹⁻−", "uu21--", strict=True)),
+        **dict.fromkeys(" .*^·⋅"),
+    }
+)
+
+
+def _plain(spelt: str) -> str:
+    plain = spelt.translate(SIGNS)
+    return SPELT.get(plain, plain)
+
+
+def is_known(spelt: str) -> bool:
+    """Return whether a unit, as a file spells it, is one of `Unit`."""
+    return _plain(spelt) in (*SPECTRAL, LUMINANCE, REFLECTANCE)
+
+
 def checked_unit(spelt: str, path: object) -> str:
     """Return a file's unit as `Unit` spells it.
 
@@ -45,11 +63,8 @@ def checked_unit(spelt: str, path: object) -> str:
     ------
     UnitError : the unit is unknown.
     """
-    ascii_text = spelt.translate(
-        str.maketrans({"µ": "u", "μ": "u", "²": "2", **dict.fromkeys(" .*^")})
-    )
-    unit = SPELT.get(ascii_text, ascii_text)
-    if unit not in (*SPECTRAL, LUMINANCE, REFLECTANCE):
+    unit = _plain(spelt)
+    if not is_known(spelt):
         raise UnitError(
             f"{path} states the unit {spelt!r}; expected one of {LUMINANCE},"
             f" {', '.join(SPECTRAL)}, {REFLECTANCE}; type scene.unit=<unit> in its place"

@@ -60,12 +60,17 @@ class BaseRoad:
 
     def pose(self) -> Floats:
         """Return the (4, 4) pose of the camera's car on the surface: x ahead, z up."""
-        pose = self.lane.at(self.start_m, self.aside_m)
-        if self.turn_rad:
-            cos = np.cos(self.turn_rad)
-            sin = np.sin(self.turn_rad)
-            pose[:3, :2] = pose[:3, :2] @ np.array([[cos, -sin], [sin, cos]])
-        return pose
+        return turned(self.lane.at(self.start_m, self.aside_m), self.turn_rad)
+
+
+def turned(pose: Floats, turn_rad: float) -> Floats:
+    """Return a pose (4, 4) turned to the left about its own z axis."""
+    out = pose.copy()
+    if turn_rad:
+        cos = np.cos(turn_rad)
+        sin = np.sin(turn_rad)
+        out[:3, :2] = pose[:3, :2] @ np.array([[cos, -sin], [sin, cos]])
+    return out
 
 
 @cache

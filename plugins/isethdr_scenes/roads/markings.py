@@ -148,9 +148,14 @@ def _arrow(painted: RoadObject) -> list[Patch]:
         rows.append(
             [(middle - high, reach), (middle + high, reach), (middle, tip_t)] + [(middle, tip_t)]
         )
-    turn = round(np.cos(painted.heading_rad))  # along the road or against it
+    cos = float(np.cos(painted.heading_rad))
+    sin = float(np.sin(painted.heading_rad))
+    if abs(sin) < 1e-3:  # along the road or against it
+        cos = float(round(cos))
+        sin = 0.0
+    turn = np.array([[cos, sin], [-sin, cos]])
     found = []
     for quad in rows:
-        st = np.array(quad, float).reshape(2, 2, 2) * turn + [painted.s_m, painted.t_m]
+        st = np.array(quad, float).reshape(2, 2, 2) @ turn + [painted.s_m, painted.t_m]
         found.append(Patch(st, "white", "arrow"))
     return found

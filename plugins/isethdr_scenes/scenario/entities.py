@@ -129,14 +129,7 @@ def _foot(site: Site, entity: Placed, point: Floats, thing: Thing) -> Foot:
         lamps = ()
     elif entity.group == "bicycle":
         lamps = ("bike_front", "bike_tail")
-    lane = entity.place.lane
-    level = 0
-    road = ""
-    if lane is not None and lane.road.name in {r.name for r in site.base.network.roads}:
-        road = lane.road.name
-        here = site.base.network.road(road)
-        s = float(here.line.beside(point[None]).s_m[0])
-        level = int(here.on_structure("bridge", s))
+    road, level = _deck(site, entity.place, point)
     walks = entity.group in ("person", "animal")
     return Foot(
         entity.name,
@@ -150,3 +143,32 @@ def _foot(site: Site, entity: Placed, point: Floats, thing: Thing) -> Foot:
         road=road,
         level=level,
     )
+
+
+def _deck(site: Site, place: Spot, point: Floats) -> tuple[str, int]:
+    """Return the road that carries a place, "" if it is not known, and 1 on a bridge, else 0.
+
+    A place in the world stands on a bridge if it states a height that is nearer to the bridge than
+    to the ground.
+
+    Parameters
+    ----------
+    site : road that is being filled.
+    place : place in the coordinates of the road file.
+    point : (2,) plan point of the place in the coordinates of the site, m.
+    """
+    network = site.base.network
+    for road in network.roads:
+        if place.road not in ("", road.name):
+            continue
+        s, t, beyond = (float(v[0]) for v in road.line.beside(point[None]))
+        above = bool(road.on_structure("bridge", s))
+        if place.road:
+            return road.name, int(above)
+        right, left = (float(v) for v in road.edges(s))
+        if place.z_m is None or not above or beyond > 0.0 or not right <= t <= left:
+            continue
+        ground = float(network.height(*point))
+        if abs(float(road.height(s, t)) - place.z_m) < abs(ground - place.z_m):
+            return road.name, 1
+    return "", 0

@@ -51,7 +51,8 @@ def _worked_out(text: str, values: Mapping[str, str]) -> str:
         return text
     told = NAME.sub(lambda found: f"({values.get(found[1], found[1])})", text[2:-1])
     try:
-        return repr(_number(ast.parse(told.strip(), mode="eval").body))
+        value = _number(ast.parse(told.strip(), mode="eval").body)
+        return str(int(value)) if value.is_integer() else repr(value)  # ids are whole numbers
     except (SyntaxError, ValueError, ZeroDivisionError):
         return text
 

@@ -25,7 +25,9 @@ class Spot(NamedTuple):
     x_m: float
     y_m: float
     heading_rad: float
-    lane: LanePath | None  # lane of the position, if it states one
+    lane: LanePath | None = None  # lane of the position, if it states one
+    road: str = ""  # name of the road, if it states one
+    z_m: float | None = None  # height, if it states one
 
     def ahead(self, x_m: float, y_m: float) -> Spot:
         """Return the place `x_m` ahead and `y_m` to the left of this one."""
@@ -33,7 +35,7 @@ class Spot(NamedTuple):
         sin = np.sin(self.heading_rad)
         x = float(self.x_m + x_m * cos - y_m * sin)
         y = float(self.y_m + x_m * sin + y_m * cos)
-        return Spot(x, y, self.heading_rad, self.lane)
+        return self._replace(x_m=x, y_m=y)
 
 
 def spot(node: Node, network: Network) -> Spot | None:
@@ -45,7 +47,8 @@ def spot(node: Node, network: Network) -> Spot | None:
     """
     form = node.element.tag
     if form == "WorldPosition":
-        return Spot(node.number("x"), node.number("y"), node.number("h", 0.0), None)
+        z = node.number("z") if node.text("z", "") else None
+        return Spot(node.number("x"), node.number("y"), node.number("h", 0.0), z_m=z)
     if form not in KNOWN:
         return None
     road = _road(node, network)
@@ -72,7 +75,7 @@ def _placed(node: Node, road: Road, s: float, t: float, lane: LanePath | None) -
     told = node.first("Orientation")
     turn = told.number("h", 0.0) if told else 0.0
     absolute = told is not None and told.text("type", "absolute") == "absolute"
-    return Spot(x, y, turn if absolute else along + turn, lane)
+    return Spot(x, y, turn if absolute else along + turn, lane, road.name)
 
 
 def _road(node: Node, network: Network) -> Road:

@@ -23,7 +23,9 @@ Longitude = Annotated[float, Range(-180, 360)]
 
 @dataclass(frozen=True)
 class SkyState:
-    """Sun, moon and site. Azimuths count from ahead (the x axis) clockwise: 90 is to the right."""
+    """Sun, moon and site. Azimuths count from the x axis of the scene clockwise: 90 is to the right
+    of a car that drives along it.
+    """
 
     sun_elevation_deg: Altitude = -90.0  # altitude of its middle, without refraction
     sun_azimuth_deg: Azimuth = 0.0
@@ -41,7 +43,7 @@ class PlaceAndTime:
     latitude_deg: Latitude
     longitude_deg: Longitude  # east is positive
     time_utc: str  # such as 2026-06-21T11:15
-    heading_deg: Azimuth = 0.0  # direction of the road ahead, from north clockwise
+    heading_deg: Azimuth = 0.0  # direction of the x axis of the scene, from north clockwise
 
 
 PRESETS = {

@@ -10,6 +10,7 @@ from ..placement import BRAKING
 from ..placing.ground import poses
 from ..placing.plan import Layout, Standing
 from ..placing.site import Foot
+from ..roads.kinds import turned
 from ..roads.network import Network
 from ..things.furniture.traffic_lights import STATES
 from ..things.people.gait import walked
@@ -19,6 +20,8 @@ from .simulation import OWN, STANDING_M_S, Moved, Simulation
 BRAKES_M_S2 = -0.7  # acceleration below which brake lights are on
 DRAWN_S = 0.5  # time for which brake lamps stay as they were drawn
 BLINKS_PER_S = 1.5  # UN R48: 60 to 120 per minute
+# distance within which a camera's car that starts at an angle turns into the direction of its lane
+TURNS_IN_M = 15.0
 BRAKED = ("car", "truck", "bus", "motorcycle")  # groups with brake lights
 
 
@@ -65,7 +68,8 @@ def moment(layout: Layout, simulation: Simulation, time_s: float) -> Moment:
         for foot, pose in zip(feet, poses(network, feet), strict=True)
     )
     own = state.drivers[OWN]
-    own_pose = network.lane(own.lane.key).at(own.lane.s_m, own.lane.aside_m)
+    turn_rad = layout.base.turn_rad * max(1 - state.own_way_m / TURNS_IN_M, 0.0)
+    own_pose = turned(network.lane(own.lane.key).at(own.lane.s_m, own.lane.aside_m), turn_rad)
     return Moment(replace(layout, standing=standing), own_pose, own.gone)
 
 

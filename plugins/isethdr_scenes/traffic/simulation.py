@@ -60,6 +60,7 @@ class State(NamedTuple):
 
     drivers: dict[str, Moved]
     people: dict[str, tuple[float, float]]  # plan points, m
+    own_way_m: float  # distance that the camera's car has driven
 
 
 class Simulation:
@@ -199,11 +200,15 @@ class Simulation:
             self.step()
         part = time_s / STEP_S - before
         drivers = {}
+        way = 0.0
         for one, old, new in zip(
             self._drivers, self._at[before], self._at[before + 1], strict=True
         ):
             aside = old.aside_m + part * (new.aside_m - old.aside_m)
-            lane = one.on_lane(old.at_m + part * (new.at_m - old.at_m))._replace(aside_m=aside)
+            at = old.at_m + part * (new.at_m - old.at_m)
+            lane = one.on_lane(at)._replace(aside_m=aside)
+            if one.name == OWN:
+                way = at - self.base.start_m
             acceleration = new.acceleration_m_s2 if part else old.acceleration_m_s2
             drivers[one.name] = Moved(lane, old.speed_m_s, acceleration, old.gone)
         people = {}
@@ -212,7 +217,7 @@ class Simulation:
         ):
             x, y = (a + part * (b - a) for a, b in zip(here, there, strict=True))
             people[person.name] = (x, y)
-        return State(drivers, people)
+        return State(drivers, people, way)
 
 
 class _Places:

@@ -241,6 +241,55 @@ def test_words_of_the_format_are_mapped_and_noted(tmp_path):
     assert "'walking' is taken as 'sidewalk'" in told and "'tree' are left out" in told
 
 
+OBJECT = '<object id="1" type="roadMark" s="20" t="-1.75" {}/>'
+
+
+def test_marks_across_a_road_and_arrows_have_the_direction_that_the_file_states(tmp_path):
+    told = 'subtype="signalLines" hdg="1.5708" length="3.2" width="0.4"'
+    (line,) = own_road(tmp_path, objects=OBJECT.format(told)).objects
+    assert (line.kind, line.length_m, line.width_m, line.heading_rad) == ("stop_line", 0.4, 3.2, 0)
+    # an arrow against s, told by its heading, by its orientation, or by both
+    for heading, orientation in ((np.pi, "none"), (0.0, "-"), (np.pi, "-")):
+        told = f'subtype="arrowStraight" hdg="{heading!r}" orientation="{orientation}" length="4"'
+        road = own_road(tmp_path, objects=OBJECT.format(told + ' width="1"'))
+        _, head = [patch.st_m for patch in patches(road) if patch.name == "arrow"]
+        assert head[1] == pytest.approx(np.array([[18.0, -1.75]] * 2))
+    told = 'subtype="arrowStraight" hdg="1.5707963" length="4" width="1"'
+    road = own_road(tmp_path, objects=OBJECT.format(told))
+    t = np.concatenate([p.st_m[..., 1].ravel() for p in patches(road) if p.name == "arrow"])
+    assert (t.min(), t.max()) == pytest.approx((-3.75, 0.25))
+
+
+def test_a_profile_is_constant_before_its_first_element(tmp_path):
+    offset = '<laneOffset s="10" a="0.5" b="0" c="0.03" d="-0.001"/>'
+    road = own_road(tmp_path, offset=offset)
+    assert road.lane_offset.at([0.0, 10.0, 20.0]) == pytest.approx([0.5, 0.5, 2.5])
+
+
+def test_a_road_without_a_type_has_the_limit_of_its_lanes_and_level_lanes_are_noted(tmp_path):
+    lane = LANE.replace("</lane>", '<speed sOffset="0" max="20"/></lane>')
+    across = '<superelevation s="0" a="0.05" b="0" c="0" d="0"/>'
+    path = written(tmp_path, right=lane.replace('"driving"', '"driving" level="true"'))
+    text = path.read_text()
+    path.write_text(text[: text.index("<type")] + text[text.index("<planView") :])
+    file = read(path)
+    assert file.network.roads[0].speed_limit_kmh == pytest.approx(72.0) and not file.notes
+    level = LANE.replace('"driving"', '"driving" level="true"')
+    tilted = written(tmp_path, right=level, across=across)
+    assert any("level lanes follow the tilt" in note for note in read(tilted).notes)
+
+
+def test_a_link_to_the_side_of_a_road_and_a_reversed_lane_are_noted(tmp_path):
+    other = ROAD.format(**PARTS).replace('id="7"', 'id="9"').replace('y="0"', 'y="70"')
+    lane = LANE.replace("<width", '<link><successor id="-1"/></link><width')
+    link = '<successor elementType="road" elementId="9" elementS="20" elementDir="+"/>'
+    right = lane.replace("><link", ' direction="reversed"><link')
+    file = read(written(tmp_path, after=other, link=link, right=right))
+    assert file.network.roads[0].successor is None
+    told = "\n".join(file.notes)
+    assert "links to the side of a road" in told and "direction 'reversed' is left out" in told
+
+
 SECOND = '<geometry s="{s}" x="{x}" y="0" hdg="0" length="20"><line/></geometry>'
 MISTAKES = {
     "gap": (
@@ -459,3 +508,5 @@ def test_commands_check_draw_and_write_files(tmp_path):
     assert run(roads_command, ["sheet", str(path)]).exit_code == 0
     picture = np.asarray(Image.open(path.with_suffix(".png")))
     assert (picture == (220, 20, 20)).all(-1).sum() > 20  # the camera's mark
+    wrong = run(roads_command, ["sheet", str(path.with_suffix(".png"))]).exception
+    assert isinstance(wrong, CatalogError) and "a road file that ends in .xodr" in str(wrong)

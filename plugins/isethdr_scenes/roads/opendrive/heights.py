@@ -17,9 +17,15 @@ STEEP_RAD = 0.15  # a tilt at which widths in plan differ by 1 % from widths alo
 
 
 def read_profile(nodes: Iterable[Node], offset: str = "s") -> Profile:
-    """Return elements with a, b, c, d as a profile, in the order of their start."""
+    """Return elements with a, b, c, d as a profile, in the order of their start.
+
+    Before the first element the value at its start holds; its cubic would run away there.
+    """
     pieces = [Cubic(node.number(offset, 0.0), *node.numbers(*"abcd")) for node in nodes]
-    return Profile(tuple(sorted(pieces, key=lambda piece: piece.start_m)))
+    pieces.sort(key=lambda piece: piece.start_m)
+    if pieces and pieces[0].start_m > 0 and any(pieces[0][2:]):
+        pieces.insert(0, Cubic(0.0, pieces[0].a))
+    return Profile(tuple(pieces))
 
 
 def write_profile(parent: ET.Element, tag: str, profile: Profile, offset: str = "s") -> None:

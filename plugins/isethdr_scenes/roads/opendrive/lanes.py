@@ -36,6 +36,10 @@ def read_sections(road: Node, length: float) -> tuple[LaneSection, ...]:
     nodes = sorted(road.all("lanes/laneSection"), key=lambda node: node.number("s"))
     if not nodes:
         raise road.error("it has no <laneSection>; expected one or more")
+    if road.first("lateralProfile/*") is not None:
+        lanes = road.all("lanes/laneSection/*/lane")
+        if any(lane.text("level", "false") == "true" for lane in lanes):
+            road.note("level lanes follow the tilt and the crossfall of their road")
     starts = [node.number("s") for node in nodes]
     kept: list[LaneSection] = []
     for node, (start, end) in zip(nodes, pairwise([*starts, length])):
@@ -147,6 +151,9 @@ def _lane(node: Node, width: Profile) -> Lane:
             node.note(f"of several lanes as {name} the first one is taken")
         # lane 0 is no lane; some writers use it to state that there is no link
         links.append((told[0].integer("id") or None) if told else None)
+    direction = node.text("direction", "standard")
+    if direction != "standard":
+        node.note(f"the lane direction {direction!r} is left out; traffic drives as on its side")
     heights = list(node.all("height"))
     inner, outer = heights[0].numbers("inner", "outer") if heights else (0.0, 0.0)
     if len(heights) > 1 or inner != outer:

@@ -11,7 +11,8 @@ from .elements import Node, child
 
 
 def read_link(road: Node, name: str) -> Link | None:
-    """Return the neighbour of a road at its `predecessor` or `successor` end.
+    """Return the neighbour of a road at its `predecessor` or `successor` end; None without one, and
+    for a link to the side of a road, which is noted.
 
     Raises
     ------
@@ -25,6 +26,9 @@ def read_link(road: Node, name: str) -> Link | None:
         return Link("junction", node.text("elementId"))
     if kind != "road":
         raise road.error(f"its {name} is a {kind!r}; expected road or junction")
+    if not node.text("contactPoint", "") and node.text("elementS", ""):
+        road.note("links to the side of a road (virtual junctions) are left out")
+        return None
     return Link("road", node.text("elementId"), _end(node, road, name))
 
 
@@ -34,9 +38,6 @@ def _end(node: Node, road: Node, name: str) -> End:
         return "start"
     if told == "end":
         return "end"
-    if not told and node.text("elementS", ""):
-        road.note("links to the side of a road (virtual junctions) are left out")
-        return "start"
     raise road.error(f"the contactPoint of its {name} is {told!r}; expected start or end")
 
 

@@ -28,6 +28,8 @@ ARROWS = {
 }
 SHOWN = {name: shows for shows, name in ARROWS.items()}
 LEAST_M = 1.0  # least length of a structure
+BARS = ("crosswalk", "stop_line", "parking_line")  # painted along and across the road only
+SLANTED_RAD = 0.1  # a bar that is turned by more than this from both directions is noted
 
 
 def read_structures(road: Node, length: float) -> tuple[Structure, ...]:
@@ -91,11 +93,17 @@ def _object(node: Node, kind: ObjectKind) -> RoadObject:
         high = outline.max(0)
         s, t = (low + high) / 2
         length, width = high - low
-        heading = 0.0
-    elif abs(np.sin(heading)) > np.sqrt(0.5) and kind == "crosswalk":
-        length, width = width, length  # the file states its length across the road
-        heading = 0.0
-    turned = node.text("orientation", "none") == "-"
+        heading = np.pi if kind == "arrow" and np.cos(heading) < 0 else 0.0
+    elif kind in BARS:
+        if abs(np.sin(2 * heading)) > np.sin(2 * SLANTED_RAD):
+            node.note(f"a slanted {kind.replace('_', ' ')} is painted square to the road")
+        if abs(np.sin(heading)) > np.sqrt(0.5):
+            length, width = width, length  # the file states its length across the road
+            heading = 0.0
+    # of an arrow for traffic against s, some writers state the turn by `hdg`, others do not
+    turned = (
+        kind == "arrow" and node.text("orientation", "none") == "-" and bool(np.cos(heading) > 0)
+    )
     shows = SHOWN.get(node.text("subtype", ""), "")
     if kind == "barrier":
         shows = "beacon"

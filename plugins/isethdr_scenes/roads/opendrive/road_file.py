@@ -137,19 +137,12 @@ def _road(node: Node, name: str) -> Road:
 
 def _type(node: Node) -> tuple[RoadType, float]:
     """Return the type of a road and its speed limit in km/h: those of its longest stretch."""
-    told = sorted(node.all("type"), key=lambda n: n.number("s", 0.0))
-    if not told:
-        return "rural", SPEED_LIMITS_KMH["rural"]
-    ends = [*(n.number("s", 0.0) for n in told[1:]), node.number("length", 0.0)]
-    longest = int(np.argmax([end - n.number("s", 0.0) for n, end in zip(told, ends)]))
-    if len({n.text("type", "") for n in told}) > 1:
-        node.note("a road of several types has that of its longest stretch")
-    chosen = told[longest]
-    word = chosen.text("type", "unknown")
+    chosen = _longest_type(node)
+    word = chosen.text("type", "unknown") if chosen else "unknown"
     if word not in ROAD_TYPES and word != "unknown":
         node.note(f"the road type {word!r} is taken as 'rural'")
     road_type = ROAD_TYPES.get(word, "rural")
-    speed = chosen.first("speed") or _fastest(node)
+    speed = (chosen.first("speed") if chosen else None) or _fastest(node)
     if speed is None or speed.text("max", "undefined") in ("no limit", "undefined"):
         return road_type, SPEED_LIMITS_KMH[road_type]
     unit = speed.text("unit", "m/s")
@@ -157,6 +150,18 @@ def _type(node: Node) -> tuple[RoadType, float]:
         raise node.error(f"the unit of its speed is {unit!r}; expected one of {', '.join(KMH)}")
     limit = speed.number("max") * KMH[unit]
     return road_type, limit if limit > 0 else SPEED_LIMITS_KMH[road_type]
+
+
+def _longest_type(node: Node) -> Node | None:
+    """Return the record of the type of a road that holds for the longest stretch."""
+    told = sorted(node.all("type"), key=lambda n: n.number("s", 0.0))
+    if not told:
+        return None
+    ends = [*(n.number("s", 0.0) for n in told[1:]), node.number("length", 0.0)]
+    longest = int(np.argmax([end - n.number("s", 0.0) for n, end in zip(told, ends)]))
+    if len({n.text("type", "") for n in told}) > 1:
+        node.note("a road of several types has that of its longest stretch")
+    return told[longest]
 
 
 def _fastest(node: Node) -> Node | None:

@@ -1,4 +1,4 @@
-"""`isethdr roads`: kinds of base road, drawn and written; road files, checked and drawn.
+"""`isethdr roads`: kinds of road, drawn and written; road files, checked and drawn.
 
 Imports nothing that takes time: every command line loads this file.
 """
@@ -10,18 +10,22 @@ from pathlib import Path
 
 import typer
 
-roads_command = typer.Typer(help="Kinds of base road, and road files: list, draw, write, check.")
+from isethdr_core.errors import CatalogError
+
+roads_command = typer.Typer(
+    help="Kinds of road, and road files: list, draw, write, check.", no_args_is_help=True
+)
 ROADS = __package__.rpartition(".")[0]
 
 
 @roads_command.command("list")
 def list_command() -> None:
-    """List the kinds of base road."""
+    """List the kinds of road."""
     for name in import_module(f"{ROADS}.kinds").names():
         typer.echo(name)
 
 
-@roads_command.command("sheet", short_help="Draw kinds of base road from above.")
+@roads_command.command("sheet", short_help="Draw kinds of road, or the plan of a road file.")
 def sheet_command(
     what: Path = typer.Argument(
         help="folder to write the sheets of kinds into; or a road file (.xodr) to draw"
@@ -32,7 +36,7 @@ def sheet_command(
     seeds: int = typer.Option(1, help="number of sheets, each with another seed"),
     kinds: str = typer.Option("", help="names of kinds, separated by commas; by default all"),
 ) -> None:
-    """Draw kinds of base road from above, one PNG per seed; or the plan of a road file."""
+    """Draw kinds of road from above, one PNG per seed; or the plan of a road file."""
     if what.suffix == ".xodr":
         plan = import_module(f"{__package__}.file_plan")
         typer.echo(str(plan.draw(what, out or what.with_suffix(".png"))))
@@ -48,7 +52,7 @@ def write_command(
     file: Path = typer.Argument(help="OpenDRIVE file to write (.xodr)"),
     seed: int = typer.Option(0, help="seed of the road"),
 ) -> None:
-    """Write a kind of base road as an OpenDRIVE file."""
+    """Write a kind of road as an OpenDRIVE file."""
     base = import_module(f"{ROADS}.kinds").kind(kind, seed)
     of = import_module(f"{ROADS}.opendrive.file_road").file_of(base)
     import_module(f"{ROADS}.opendrive.road_file").write(of, file)
@@ -88,5 +92,11 @@ def net_command(
     else:
         network = import_module(f"{ROADS}.kinds").kind(road, seed).network
     traffic = import_module(f"{ROADS.rpartition('.')[0]}.traffic.sumo.net")
-    file.write_bytes(traffic.net_of(network).content)
+    content = traffic.net_of(network).content
+    try:
+        file.write_bytes(content)
+    except OSError as error:
+        raise CatalogError(
+            f"{file} cannot be written ({error.strerror}); type another path"
+        ) from None
     typer.echo(str(file))

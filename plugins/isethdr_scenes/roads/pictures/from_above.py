@@ -8,6 +8,8 @@ from pathlib import Path
 import numpy as np
 from PIL import Image, ImageDraw
 
+from isethdr_core.errors import CatalogError
+
 from ..kinds import BaseRoad, kind, names
 from ..markings import patches
 from ..profile import Floats
@@ -117,8 +119,18 @@ def sheet(folder: Path, seeds: Sequence[int], kinds: Sequence[str] = ()) -> list
     folder : folder for the pictures; it is made if it is missing.
     seeds : seeds of the roads, one picture each.
     kinds : names of kinds of road; empty takes all.
+
+    Raises
+    ------
+    CatalogError : the folder cannot be made.
     """
-    folder.mkdir(parents=True, exist_ok=True)
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise CatalogError(
+            f"{folder} is no folder that can be written ({error.strerror}); expected a folder for"
+            " the sheets of all kinds, or a road file that ends in .xodr"
+        ) from None
     paths = []
     for seed in seeds:
         views = [top_view(kind(name, seed)) for name in kinds or names()]

@@ -23,6 +23,7 @@ BY_FAMILY = ("street lamp", "traffic light", "sign", "building", "barrier", "fur
 NOT_OPEN = ("rider",)  # drawn together with bicycles
 OPEN_GROUPS = tuple(group for group in GROUPS if group not in NOT_OPEN)
 NAMES = re.compile(r"[a-z][a-z0-9_]*")
+LEVEL = 1e-6  # least level part of the axis of a lamp with a table, relative to its length
 LICENCE_WORDS = "for example CC0-1.0, CC-BY-4.0, MIT, or proprietary"
 
 
@@ -108,6 +109,12 @@ def _lamp_mistakes(lamp: LampFaces, folder: Path) -> Iterator[str]:
         yield _unknown("kind", lamp.kind, KINDS)
     if not np.any(lamp.axis):
         yield "axis is [0, 0, 0]; expected the direction of its light, for example [1, 0, 0] ahead"
+    elif _has_directions(lamp) and np.hypot(*lamp.axis[:2]) < LEVEL * np.linalg.norm(lamp.axis):
+        end = "-1" if lamp.axis[2] < 0 else "1"
+        yield (
+            f"axis is {list(lamp.axis)}, straight up or down, where left of its light is not known;"
+            f" expected a tilt; type for example axis: [0.01, 0, {end}], which tilts it ahead"
+        )
     if not lamp.part and lamp.box_m is None:
         yield "its faces are missing; type part: NAME, or box_m: [[x, y, z], [x, y, z]]"
     stated = {"candela": lamp.candela, "cd_m2": lamp.cd_m2, "beam": lamp.beam}
@@ -119,6 +126,12 @@ def _lamp_mistakes(lamp: LampFaces, folder: Path) -> Iterator[str]:
             check_beam(lamp, folder)
         except ConfigError as error:
             yield f"beam: {error}"
+
+
+def _has_directions(lamp: LampFaces) -> bool:
+    """Return whether the light of a lamp is a table over two angles; else it is Lambertian."""
+    kind = KINDS.get(lamp.kind)
+    return bool(lamp.beam or kind and (kind.family or kind.luminaire))
 
 
 def _unknown(field: str, value: str, expected: Iterable[str]) -> str:

@@ -51,7 +51,8 @@ class LampFaces(Form):
     part: str = ""  # name of a mesh or material of the file
     box_m: tuple[Point, Point] | None = None  # least and greatest x, y, z of the faces' middles
     candela: Positive | None = None  # largest luminous intensity; None: that of the kind
-    cd_m2: Positive | None = None  # luminance along the axis, in place of `candela`
+    # largest intensity per area of the faces projected along the axis, in place of `candela`
+    cd_m2: Positive | None = None
     beam: str = ""  # a file of LM-63 (.ies) or EULUMDAT (.ldt), in place of both
 
 

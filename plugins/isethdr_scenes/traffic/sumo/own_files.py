@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gzip
 import tempfile
 import xml.etree.ElementTree as ET
 from collections.abc import Iterable, Mapping
@@ -25,13 +26,14 @@ from .lights import PROGRAM_FILE, STATES_FILE, Heeded, Lights, read_lights
 from .net import NET, SumoNet, net_of
 from .net import read as read_net
 from .program import call, version
-from .trace import STEP_S, Journey, read
+from .trace import STEP_S, Journey, read, seconds
 
 CONFIGURATION = ".sumocfg"
 ROUTES = ".xml"  # a route file
 DRAWS = 8  # number of things drawn from a group; the one nearest in size is taken
 ON_LANE_M = 2.5  # a vehicle farther from a lane's middle is not on the lane
 LEAST_SHARE = 0.5  # least share of vehicles on lanes of the road; else the net is another one's
+GZIP = b"\x1f\x8b"  # first bytes of packed files, such as town.net.xml.gz
 TRACE = "trace.xml"
 COPY = "traffic.rou.xml"  # name of the changed copy of a route file
 USUAL_TYPE = "DEFAULT_VEHTYPE"  # type of vehicles that state none
@@ -39,6 +41,7 @@ STOP_GAP = "jmStoplineGap"  # attribute of a type: metres from the junction at w
 OPTIONS = (
     "--fcd-output.signals",
     "--fcd-output.acceleration",
+    "--fcd-output.geo=false",
     "--precision=4",
     "--no-step-log",
     "--xml-validation=never",
@@ -171,9 +174,8 @@ def _reported(
             own_net = _named(top, "net")
             if not own_net:
                 raise top.error("it names no net-file; expected one")
-            offset = read_net(own_net[0].read_bytes()).offset_m
-            end = top.element.find(".//end")
-            last = np.inf if end is None else float(end.get("value", end.get("v", "inf")))
+            offset = read_net(_content(own_net[0])).offset_m
+            last = _end_s(top)
             source = [f"--configuration-file={path.resolve()}"]
             until = min(last, second_s + AFTER_S)
         else:
@@ -196,6 +198,25 @@ def _reported(
             ) from None
         states = (folder / STATES_FILE).read_bytes() if program else b""
         return _Reported(read(trace, offset) if trace.is_file() else {}, states)
+
+
+def _content(path: Path) -> bytes:
+    """Return the content of a file of SUMO, which may be packed by gzip."""
+    content = path.read_bytes()
+    return gzip.decompress(content) if content.startswith(GZIP) else content
+
+
+def _end_s(top: Node) -> float:
+    """Return the second at which a configuration ends; infinite if it states none."""
+    end = top.element.find(".//end")
+    if end is None:
+        return np.inf
+    text = end.get("value", end.get("v", "-1"))
+    try:
+        last = seconds(text)
+    except ValueError:
+        raise top.error(f"its end is {text!r}; expected seconds, or hh:mm:ss") from None
+    return last if last >= 0 else np.inf
 
 
 def stopping_at(path: Path, stop_gap_m: float) -> bytes:
@@ -270,9 +291,9 @@ def _types(files: Iterable[Path]) -> dict[str, dict[str, str]]:
     """Return the attributes of all types of vehicles by name."""
     found = {}
     for file in files:
-        if file.name.endswith((CONFIGURATION, ".net.xml")):
+        if file.name.endswith((CONFIGURATION, ".net.xml", ".net.xml.gz")):
             continue
-        for node in ET.parse(file).iter("vType"):
+        for node in ET.fromstring(_content(file)).iter("vType"):
             found[node.get("id", "")] = dict(node.attrib)
     return found
 

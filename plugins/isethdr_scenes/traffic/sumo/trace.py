@@ -13,6 +13,7 @@ import numpy as np
 from ...roads.profile import Floats
 
 STEP_S = 0.2  # step of the simulation
+SECONDS = (1, 60, 3600, 86_400)  # length of a second, a minute, an hour and a day, s
 
 
 class Signal(IntFlag):
@@ -89,6 +90,24 @@ class Journey:
         )
 
 
+def seconds(text: str) -> float:
+    """Return a time of SUMO in seconds: a number, or hours, minutes and seconds such as 1:30:00,
+    with days before them.
+
+    Raises
+    ------
+    ValueError : it is neither.
+    """
+    parts = text.strip().split(":")
+    if len(parts) == 1:
+        return float(parts[0])
+    if not 3 <= len(parts) <= len(SECONDS):
+        raise ValueError(text)
+    sign = -1.0 if parts[0].startswith("-") else 1.0
+    values = (abs(float(part)) for part in reversed(parts))
+    return sign * sum(length * value for length, value in zip(SECONDS, values))
+
+
 def read(path: Path, offset_m: Floats) -> dict[str, Journey]:
     """Return the journeys of a file that SUMO's option `fcd-output` wrote, in order of arrival.
 
@@ -103,7 +122,7 @@ def read(path: Path, offset_m: Floats) -> dict[str, Journey]:
     time_s = 0.0
     for event, node in ET.iterparse(path, events=("start", "end")):
         if event == "start" and node.tag == "timestep":
-            time_s = float(node.get("time", "0"))
+            time_s = seconds(node.get("time", "0"))
         elif event == "end" and node.tag == "vehicle":
             name = node.get("id", "")
             types.setdefault(name, node.get("type", ""))
