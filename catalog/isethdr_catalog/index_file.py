@@ -20,6 +20,7 @@ import math
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
+from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -89,13 +90,16 @@ TABLES = {
 OF_STORES = ("shots", "scores", "object_scores", "objects")
 
 
+def _library() -> Any:
+    """Return the module of DuckDB, which takes long to import; name the extra if it is missing."""
+    with needed("the index of the catalog", extra="catalog"):
+        return import_module("duckdb")
+
+
 @contextmanager
 def connected() -> Iterator[duckdb.DuckDBPyConnection]:
     """Yield a database in memory, to which index files are attached."""
-    with needed("the index of the catalog", extra="catalog"):
-        import duckdb
-
-    with duckdb.connect() as base:
+    with _library().connect() as base:
         yield base
 
 
@@ -108,12 +112,10 @@ def errors_of_duckdb() -> Iterator[None]:
     ------
     OSError : the block raised an error of DuckDB.
     """
-    with needed("the index of the catalog", extra="catalog"):
-        import duckdb
-
+    library = _library()
     try:
         yield
-    except duckdb.Error as error:
+    except library.Error as error:
         raise OSError(" ".join(str(error).split())) from error
 
 
@@ -127,18 +129,16 @@ def attach(base: duckdb.DuckDBPyConnection, path: Path, alias: str = ALIAS) -> b
     path : index file.
     alias : name of the attached database in SQL.
     """
-    with needed("the index of the catalog", extra="catalog"):
-        import duckdb
-
+    library = _library()
     if not path.is_file():
         return False
     try:
         base.execute(f"ATTACH '{quoted(path)}' AS {alias} (READ_ONLY, TYPE duckdb)")
-    except duckdb.Error:
+    except library.Error:
         return False
     try:
         found = base.execute(f"SELECT schema FROM {alias}.about").fetchone()
-    except duckdb.Error:
+    except library.Error:
         found = None
     if found == (SCHEMA,):
         return True

@@ -8,8 +8,8 @@ import typer
 
 HELP = """Run the frames of a scene that moves, with automatic exposure carried from frame to frame.
 
-Example: isethdr sequence frames=10 frames_per_second=30 scene=street sensor=typical_bayer. Settings:
-frames, frames_per_second, exposure.share_per_frame, exposure.delay_frames,
+Example: isethdr sequence frames=10 frames_per_second=30 scene=street sensor=typical_bayer.
+Settings: frames, frames_per_second, exposure.share_per_frame, exposure.delay_frames,
 exposure.most_stops_per_frame, name. Everything else is an override of all frames. A sensor with
 exposure_rule=fixed, such as bayer, keeps its exposure. Type the same command again to continue."""
 INTERRUPTED = 130  # exit code after Ctrl-C: 128 + SIGINT
