@@ -14,9 +14,10 @@ if TYPE_CHECKING:
 
 def with_saturation(picture: xr.Dataset, captures: xr.Dataset) -> xr.Dataset:
     """Return the picture with the variable `saturated` (y, x): True where every capture is
-    saturated.
+    saturated and the pixel is not valid.
 
-    A picture that already has `saturated`, or whose grid differs from that of the captures, is
+    A pixel may be valid although its captures are saturated: the table of a nonlinear response
+    covers it, or the isp has replaced the sample of a defect. A picture that already has `saturated`, or whose grid differs from that of the captures, is
     returned unchanged.
     """
     if "saturated" in picture or "saturated" not in captures:
@@ -24,7 +25,8 @@ def with_saturation(picture: xr.Dataset, captures: xr.Dataset) -> xr.Dataset:
     everywhere = captures["saturated"].all("capture")
     if everywhere.shape != picture["valid"].shape:
         return picture
-    return picture.assign(saturated=(("y", "x"), everywhere.values.astype(bool)))
+    lost = everywhere.values.astype(bool) & ~picture["valid"].values.astype(bool)
+    return picture.assign(saturated=(("y", "x"), lost))
 
 
 def saturated(picture: xr.Dataset) -> np.ndarray:

@@ -10,14 +10,16 @@ import numpy as np
 
 from isethdr_core import ledger
 from isethdr_core.errors import ConfigError, UnitError, did_you_mean
+from isethdr_core.pipeline.early_checks import ShotForm
 
 from .demosaic.methods import AUTOMATIC
 from .develop import PictureNoise, develop, finish, floor_e2, picture_attrs, solve_matrix
 from .development_fields import Development
 from .readout.black_level import with_black_level
 from .readout.captures_check import check_captures
+from .readout.defects import MAP
 from .readout.electrons import readouts
-from .readout.interleaved import is_interleaved, merge_interleaved
+from .readout.interleaved import has_two_cases, is_interleaved, merge_interleaved
 from .readout.merge_rules import RULES
 from .scene_light import illuminant
 from .spectra import Illuminant, light, radiances
@@ -41,6 +43,14 @@ class MergeIsp(Development):
     # rule that combines the captures; docs/explanation/isp.md, Merge rules
     rule: Literal["inverse_variance", "average", "poisson_sum", "isetcam"] = "inverse_variance"
 
+    def check_shot(self, form: ShotForm) -> None:
+        """Raise ConfigError if a field does not work on a filter array with upper and lower case
+        letters, or for the reasons of `Development.check_shot`.
+        """
+        if has_two_cases(set("".join(form.filters))):
+            self._check_two_cases()
+        super().check_shot(form)
+
     def __call__(self, captures: xr.Dataset) -> xr.Dataset:
         """Return the merged picture. A pixel is valid if every sample that it uses is unsaturated
         in some capture.
@@ -62,10 +72,8 @@ class MergeIsp(Development):
         picture["source"] = (("y", "x"), merged.source)
         return picture
 
-    def _of_two_cases(self, captures: xr.Dataset) -> xr.Dataset:
-        """Return the picture of one capture with two exposures or sensitivities in its filter
-        array.
-        """
+    def _check_two_cases(self) -> None:
+        """Refuse fields that do not work on a filter array with upper and lower case letters."""
         for field, value, only in (
             ("rule", self.rule, "inverse_variance"),
             ("demosaic", self.demosaic, "bilinear"),
@@ -76,6 +84,18 @@ class MergeIsp(Development):
                     f"isp.{field}={value} cannot merge upper and lower case filters"
                     f" of one array; expected {only}"
                 )
+
+    def _of_two_cases(self, captures: xr.Dataset) -> xr.Dataset:
+        """Return the picture of one capture with two exposures or sensitivities in its filter
+        array.
+        """
+        self._check_two_cases()
+        if self.defects != "kept" and MAP in captures:
+            raise ConfigError(
+                f"isp.defects={self.defects} cannot correct an array with upper and lower case"
+                " filters, whose samples are merged while they are interpolated; type"
+                " isp.defects=kept, or sensor.defect_e_per_s=inf"
+            )
         balance = illuminant(captures, self.balance)
         merged = merge_interleaved(captures, balance, self.shading_csv)
         dark_var_e2 = floor_e2([merged.read])

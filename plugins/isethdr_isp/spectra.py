@@ -16,6 +16,7 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
+from isethdr_core.errors import UnitError
 from isethdr_core.physics.photometry import xyz_weights
 from isethdr_core.physics.radiometry import planck_radiance
 
@@ -42,6 +43,10 @@ Illuminant = str | Mixture
 def light(name: Illuminant, wavelength_nm: np.ndarray) -> np.ndarray:
     """Return the spectral radiance (wavelength,) of a perfect white in this light,
     W m-2 sr-1 nm-1, scaled to 1 cd/m2.
+
+    Raises
+    ------
+    UnitError : all bands are beyond the visible range.
     """
     w = np.asarray(wavelength_nm, float)
     if isinstance(name, Mixture):
@@ -55,7 +60,14 @@ def light(name: Illuminant, wavelength_nm: np.ndarray) -> np.ndarray:
     else:
         lines = ((498, 0.12), (569, 0.55), (589, 1.0), (616, 0.45))
         shape = 0.05 + sum(height * _bell(w, centre, 6) for centre, height in lines)
-    return shape / (xyz_weights(w)[1] @ shape)
+    luminance = float(xyz_weights(w)[1] @ shape)
+    if not luminance > 0:
+        raise UnitError(
+            f"the bands from {w.min():g} to {w.max():g} nm hold no visible light, so a picture of"
+            " them has no luminance; expected bands within 380 to 780 nm; use a sensor that"
+            " responds there"
+        )
+    return shape / luminance
 
 
 def reflectances(wavelength_nm: np.ndarray) -> np.ndarray:

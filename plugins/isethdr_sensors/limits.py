@@ -44,4 +44,5 @@ Gain = Annotated[float, Range(0.01, 1000)]
 # volts; the lower limit is one electron at 0.01 uV/e, the upper one is no limit in practice
 Swing = Annotated[float, Range(1e-8, 1e20)]
 LowerCase = Annotated[float, Range(0.01, 100)]  # percent
-Ratio = Annotated[float, Range(1e-7, 1)]
+SMALLEST_RATIO = 1e-7  # shortest exposure of a shot / longest exposure
+Ratio = Annotated[float, Range(SMALLEST_RATIO, 1)]

@@ -12,11 +12,11 @@ from isethdr_core.errors import ConfigError
 from isethdr_core.physics.detector.charge_dynamics import linear_limit_e
 
 from .charge import soft_knee
-from .charge.soft_knee_shot import SoftKneePixel, take_shot
+from .charge.soft_knee_shot import SoftKneePixel, check_linear, take_shot
 from .limits import Charge, ChargeRate
 from .one_reading import OneReadingSensor
 from .readout.captures import with_response
-from .readout.lin_log_response import STRAIGHT_E, response
+from .readout.lin_log_response import STRAIGHT_E, companding_error, response
 from .sensor_model import Photodiode, SensorModel
 
 if TYPE_CHECKING:
@@ -56,7 +56,10 @@ class LinLogSensor(OneReadingSensor):
         soft_knee.check(self)
         reading = self.reading()
         self.check_bend(reading)
-        return self.assemble([Photodiode("pixel", **self.diode_terms())], [reading])
+        model = self.assemble([Photodiode("pixel", **self.diode_terms())], [reading])
+        longest_s = self.longest_exposure_s or self.exposure_s
+        check_linear(SoftKneePixel(model, self.well(), (False,)), longest_s)
+        return model
 
     def check_bend(self, reading: Reading) -> None:
         """Refuse a sensor without a converter if its range ends at or below the knee. Without
@@ -108,5 +111,10 @@ class LinLogSensor(OneReadingSensor):
                 "measured",
                 "variance stated for a reading there, mean over readings",
             )
-        tables = response(self.model().readings[0], self.exposure_s, self.well(), self.noise)
+        [reading] = self.model().readings
+        if rounding := companding_error(reading, self.well()):
+            ledger.error(
+                rounding, "relative", "bound", "rounding to companded codes beyond the knee"
+            )
+        tables = response(reading, self.exposure_s, self.well(), self.noise)
         return with_response(out, tables)

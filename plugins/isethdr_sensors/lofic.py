@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Self
 
 from .charge import soft_knee
-from .charge.soft_knee_shot import SoftKneePixel, take_shot
+from .charge.soft_knee_shot import SoftKneePixel, check_linear, take_shot, tops
 from .imaging_sensor import ImagingSensor
 from .limits import (
     Capacity,
@@ -34,6 +34,7 @@ if TYPE_CHECKING:
     from isethdr_core.runs.seeds import Generator
 
 CAPTURES = ("LCG", "HCG")
+COLLECTS = (True, False)  # whether a capture also reads the spilled charge
 
 
 @dataclass(frozen=True)
@@ -100,7 +101,7 @@ class LoficSensor(ImagingSensor):
             self.prnu,
             **self.diode_terms(),
         )
-        return self.assemble(
+        model = self.assemble(
             [diode],
             (
                 Reading(
@@ -124,11 +125,25 @@ class LoficSensor(ImagingSensor):
                 )
             ),
         )
+        longest_s = self.longest_exposure_s or self.exposure_s
+        check_linear(SoftKneePixel(model, self.well(), COLLECTS), longest_s)
+        return model
 
     def well(self) -> Well:
         """Return the photodiode's soft knee."""
         return soft_knee.well(self.knee_e, self.thermal_e, self.knee_e_per_s, self.temperature_c)
 
+    def full_scale_e(self) -> list[float]:
+        """Return the electrons of both captures at which they stop measuring light. HCG stops where
+        its charge begins to spill.
+        """
+        model = self.model()
+        pixel = SoftKneePixel(model, self.well(), COLLECTS)
+        return [
+            (top_dn - reading.black_dn) / reading.gain_dn_per_e
+            for top_dn, reading in zip(tops(pixel), model.readings, strict=True)
+        ]
+
     def take(self, light: xr.DataArray, generator: Generator | None) -> xr.Dataset:
         """Return captures of one shot at `exposure_s`."""
-        return take_shot(SoftKneePixel(self.model(), self.well(), (True, False)), light, generator)
+        return take_shot(SoftKneePixel(self.model(), self.well(), COLLECTS), light, generator)

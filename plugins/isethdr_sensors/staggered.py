@@ -58,6 +58,16 @@ class StaggeredSensor(SingleSensor):
         single = super().at_exposure(replace(exposure, ratios=()))
         return replace(single, exposure_ratios=ratios)
 
+    def shot_time_s(self, width_m: float, height_m: float) -> float:
+        """Return the duration, s, of a shot of an image of this size in metres. With automatic
+        exposure it is that of the longest exposure. With `exposure_each`, all exposures may be
+        nearly as long as the first.
+        """
+        time_s = super().shot_time_s(width_m, height_m)
+        if self.exposure_rule == "fixed" or not self.exposure_each:
+            return time_s
+        return time_s + self.exposure_max_s * sum(1 - ratio for ratio in self.exposure_ratios)
+
     def model(self) -> SensorModel:
         """Return the photodiodes and readings of the sensor."""
         ratios = self.exposure_ratios

@@ -135,3 +135,11 @@ def test_all_dark_has_the_mean_0_and_is_valid(bench, isp):
     if variance_known(exact):
         # a reading without noise has a variance of 1e-12 e2, so that the isp can divide by it
         np.testing.assert_allclose(exact.variance.values, 0.0, atol=1e-12)
+
+
+@EVERY
+def test_infrared_alone_has_no_luminance(bench, isp):
+    captures = bench.make(np.full((16, 16), 50.0))
+    infrared = captures.assign_coords(wavelength=captures.wavelength.values + 450.0)
+    with pytest.raises(UnitError, match="850 to 1150 nm hold no visible light"):
+        isp(infrared)

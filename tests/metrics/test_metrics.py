@@ -309,6 +309,11 @@ def test_dynamic_range_of_read_and_shot_noise_is_the_closed_form():
     ) and total.value - total.low == pytest.approx(half, rel=1e-3)
     unsaturated = DynamicRange()(picture(truth, a + b * truth), picture(truth))[0]
     assert np.isnan(unsaturated.high) and unsaturated.low < unsaturated.value  # a lower bound only
+    # pixels in the dark corners of a lens are not valid, and not saturated either
+    dark_corner = picture(truth, a + b * truth, truth > 2e-2)
+    nothing = np.zeros(truth.shape, bool)
+    of_corner = DynamicRange()(dark_corner.assign(saturated=(("y", "x"), nothing)), picture(truth))
+    assert np.isnan(of_corner[0].high) and np.isfinite(of_corner[0].value)
     assert DynamicRange()(picture(truth, 1.0, False), picture(truth)) == []  # no pixel is valid
 
 

@@ -186,6 +186,15 @@ def test_narrow_drops_only_bands_that_cannot_matter(make_light):
     assert replace(sensor.narrow(Demand()), response=None) == Demand()
 
 
+def test_narrow_keeps_two_bands_where_only_the_last_one_is_seen(tmp_path):
+    """The width of a band follows from the distance to its neighbour."""
+    path = tmp_path / "edge.csv"
+    path.write_text("wavelength_nm,W\n696,0\n698,0.5\n720,0.5\n730,0\n")
+    sensor = IdealSensor(cfa="W", qe_csv=str(path), infrared_cut=False)
+    kept = sensor.narrow(Demand(wavelength_nm=tuple(np.arange(400.0, 701, 10))))
+    assert kept.wavelength_nm == (690.0, 700.0)
+
+
 def test_a_smooth_spectrum_s_error_shrinks_with_the_square_of_the_band():
     model = BayerSensor().model()
     wide, middle, narrow = (

@@ -9,6 +9,8 @@ import pytest
 from isethdr_sensors import BayerSensor
 from isethdr_sensors.charge import soft_knee_shot
 from isethdr_sensors.lin_log import LinLogSensor
+from isethdr_sensors.lofic import LoficSensor
+from isethdr_sensors.readout.companding import decompand
 from isethdr_sensors.readout.lin_log_response import response
 
 from isethdr_core.demand import Demand
@@ -16,6 +18,7 @@ from isethdr_core.errors import ConfigError
 from isethdr_core.physics.detector import charge_dynamics as cd
 from isethdr_core.seeds import generator
 from isethdr_core.testing import check
+from isethdr_core.uncertainty import ledger
 
 SIZE = (60, 80)
 
@@ -209,3 +212,52 @@ def test_the_converter_is_the_end():
 def test_bad_fields_are_refused_by_name():
     with pytest.raises(ConfigError, match="knee_e"):
         LinLogSensor(knee_e=0.0)
+
+
+def test_companded_codes_state_their_steps():
+    knees = ((512.0, 512.0), (1536.0, 768.0), (4095.0, 1023.0))
+    sensor = LinLogSensor(
+        prnu=0.0, dark_spread=0.0, dark_e_per_s=0.0, column_e=0.0, companding=knees
+    )
+    dn, electrons, variance = table(sensor)
+    gain = sensor.model().readings[0].gain_dn_per_e
+    for code, step in ((400.0, 1.0), (700.0, 4.0)):  # on the straight part
+        at = decompand(code, knees, 4095.0)
+        read_e2 = np.interp(at, dn, variance) - np.interp(at, dn, electrons)
+        assert read_e2 == pytest.approx(9.1**2 + (step / gain) ** 2 / 12, rel=1e-9)
+    # Beyond the knee a code is 2559 / 255 DN wide, three times the noise. The variance depends on
+    # the place of the light within a code, so levels across one code are joined.
+    stated = found = 0.0
+    for part in np.arange(6) / 6:
+        mean = 1e6 * np.exp(part * 2559 / 255 / gain / 391.0)
+        at = decompand(shot(sensor, mean)[0].astype(float), knees, 4095.0)
+        stated += np.interp(at, dn, variance).mean() / mean**2
+        found += np.interp(at, dn, electrons).var() / mean**2
+    assert stated / found == pytest.approx(1.0, abs=0.15)  # 0.5 without the steps
+
+
+def test_the_ledger_bounds_the_rounding_to_companded_codes(flat):
+    sensor = LinLogSensor(companding=((512.0, 512.0), (1536.0, 768.0), (4095.0, 1023.0)))
+    with ledger.stage(ledger.Ledger(), "sensor") as row:
+        sensor(flat(1e-4, 4, 4, pitch_um=3.75), generator(1))
+    [note] = [error for error in row.errors if "companded" in error.label]
+    half_code_e = 2559 / 255 / 2 / sensor.model().readings[0].gain_dn_per_e
+    assert note.value == pytest.approx(np.expm1(half_code_e / sensor.thermal_e))
+
+
+def test_the_end_of_the_converter_is_the_end_of_companded_codes():
+    knees = ((512.0, 512.0), (1536.0, 768.0), (5000.0, 1100.0))  # the top is between two codes
+    sensor = LinLogSensor(companding=knees)
+    raw, _ = shot(sensor, 1e18)
+    assert np.all(decompand(raw.astype(float), knees, 4095.0) >= table(sensor)[0][-1])
+
+
+def test_a_pixel_that_spills_in_the_dark_has_a_table():
+    dn, electrons, _ = table(LinLogSensor(knee_e=5000.0))
+    assert np.all(np.diff(dn) > 0) and np.all(np.diff(electrons) > 0)
+
+
+@pytest.mark.parametrize("sensor, knee_e", [(LinLogSensor, 3000.0), (LoficSensor, 1500.0)])
+def test_a_pixel_without_a_linear_code_is_refused(sensor, knee_e):
+    with pytest.raises(ConfigError, match="sensor.knee_e is .* no code is linear"):
+        sensor(knee_e=knee_e)

@@ -198,3 +198,11 @@ def test_the_preset_has_the_published_figures_and_closed_forms_for_the_rest():
 def test_bad_fields_are_refused_by_name(field, value):
     with pytest.raises(ConfigError, match=field):
         LoficSensor(**{field: value})
+
+
+def test_exposures_are_metered_up_to_the_charge_that_spills(make_light):
+    sensor = LoficSensor(knee_e=3000.0)
+    shot = sensor(make_light(np.full((31, 4, 4), 1e-5), pitch_um=5.6), generator(3))
+    linear = (shot.top_dn - shot.black_dn) / shot.gain_dn_per_e
+    assert linear.values[1] < 1000.0
+    np.testing.assert_allclose(sensor.full_scale_e(), linear.values)

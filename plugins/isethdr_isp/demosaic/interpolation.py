@@ -126,7 +126,6 @@ def folded(
     column: np.ndarray,
     taps: list[list[tuple[Any, ...]]],
     shape: tuple[int, int],
-    repeat_edge: bool = False,
 ) -> Kernel:
     """Return the kernel of a group of pixels, with samples beyond the border mirrored inside.
 
@@ -136,15 +135,13 @@ def folded(
     taps : for each channel a list of (dy, dx, weight): offset of a sample in pixels, and its
         weight.
     shape : rows and columns of the mosaic.
-    repeat_edge : whether the outermost sample is its own mirror image.
     """
-    mirrored = _with_edge if repeat_edge else _mirrored
     weights: dict[tuple[int, int], np.ndarray] = {}
     for channel, taps_of_channel in enumerate(taps):
         for dy, dx, weight in taps_of_channel:
             offset = (
-                mirrored(row[0] + dy, shape[0]) - int(row[0]),
-                mirrored(column[0] + dx, shape[1]) - int(column[0]),
+                _mirrored(row[0] + dy, shape[0]) - int(row[0]),
+                _mirrored(column[0] + dx, shape[1]) - int(column[0]),
             )
             weights.setdefault(offset, np.zeros(len(taps)))[channel] += weight
     return Kernel(row, column, list(weights), np.stack(list(weights.values()), -1))
@@ -156,16 +153,6 @@ def _mirrored(index: int, count: int) -> int:
     """
     index = abs(int(index))
     return index if index < count else 2 * (count - 1) - index
-
-
-def _with_edge(index: int, count: int) -> int:
-    """Return the index within 0..count - 1 that replaces an index beyond the border. The mirror
-    repeats the outermost sample.
-    """
-    index = int(index)
-    if index < 0:
-        return -1 - index
-    return index if index < count else 2 * count - 1 - index
 
 
 def plane_weights(where: np.ndarray) -> list[tuple[int, int, float]]:

@@ -45,6 +45,7 @@ STATES_VARIANCE = ("bilinear", "malvar")
 # of every channel of a 4 x 4 array
 RADIUS = 3
 REACH = 2  # reach of Malvar's 5 x 5 filters and of Menon's final step, pixels
+GUIDE_REACH = 3  # largest distance from a pixel of the guide to a sample that it depends on, pixels
 
 
 class Interpolated(NamedTuple):
@@ -105,7 +106,11 @@ def interpolate(
             )
             return Interpolated(planes, invalid, rule)
         _state_unknown_variance(method)
-        return Interpolated(_guided(mosaic, planes, filters, variance, lead), invalid, None)
+        guided = _guided(mosaic, planes, filters, variance, lead)
+        if bad.any():  # the fits around a sample that is not valid have no meaning
+            fitted = GUIDE_REACH + RADIUS + max(array_period(filters))
+            guided = np.where(_dilated(bad, fitted), planes, guided)
+        return Interpolated(guided, invalid, None)
     return Interpolated(planes, invalid, rule)
 
 
@@ -206,7 +211,12 @@ def bayer(method: str, mosaic: np.ndarray, filters: np.ndarray, names: Sequence[
         "malvar": colour_demosaicing.demosaicing_CFA_Bayer_Malvar2004,
         "menon": colour_demosaicing.demosaicing_CFA_Bayer_Menon2007,
     }[method]
-    rgb = rule(mosaic, pattern)
+    if method == "malvar":
+        # A mirror that does not repeat the outermost sample keeps the phase of the array. The
+        # package repeats it, and so mixes the colours at the border.
+        rgb = rule(np.pad(mosaic, REACH, mode="reflect"), pattern)[REACH:-REACH, REACH:-REACH]
+    else:
+        rgb = rule(mosaic, pattern)
     return np.stack([rgb[..., "RGB".index(name)] for name in names])
 
 
@@ -247,9 +257,8 @@ def malvar_kernels(filters: np.ndarray, names: Sequence[str]) -> Kernels:
                 offset = middle + y - int(row), middle + x - int(column)
                 taps[row % 2, column % 2][channel].append((*offset, float(answer[row, column])))
     rows, columns, _ = places(filters)
-    # colour-demosaicing repeats the outermost samples
     kernels = [
-        folded(row, column, taps[row[0] % 2, column[0] % 2], filters.shape, repeat_edge=True)
+        folded(row, column, taps[row[0] % 2, column[0] % 2], filters.shape)
         for row in rows
         for column in columns
     ]

@@ -1,8 +1,8 @@
 """Tiles: a network over a picture of any size, in overlapping tiles without seams.
 
 The picture is padded to whole tiles. Pixels beyond the border keep the phase of the filter array:
-whole cells are mirrored, and each sample keeps its position within the cell. On a 2 x 2 array this
-is a mirror about the outermost pixel.
+whole cells are mirrored, and each sample keeps its position within the cell. On a 2 x 2 array, the
+first row or column beyond the border is that of a mirror about the outermost pixel.
 """
 
 from __future__ import annotations

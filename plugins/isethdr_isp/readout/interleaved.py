@@ -34,7 +34,11 @@ if TYPE_CHECKING:
 
 def is_interleaved(captures: xr.Dataset) -> bool:
     """Return whether some colour is sampled by both upper and lower case pixels."""
-    names = {str(name) for name in captures["channel"].values}
+    return has_two_cases({str(name) for name in captures["channel"].values})
+
+
+def has_two_cases(names: set[str]) -> bool:
+    """Return whether some colour among the names of filters is in upper and in lower case."""
     return any(name.islower() and name.upper() in names for name in names)
 
 

@@ -23,7 +23,7 @@ class Differences(NamedTuple):
 
     bright_mean: np.ndarray  # mean of N
     dark_mean: np.ndarray  # mean of M
-    bright_step: np.ndarray  # a, at least 0
+    bright_step: np.ndarray  # a; below 0 at an end of the interval beyond a contrast of 1
     dark_step: np.ndarray  # b, above 0
     sd: np.ndarray  # standard deviation of the normal noise, above 0, in the unit of the steps
 
@@ -91,6 +91,6 @@ def _distance(differences: Differences) -> np.ndarray:
     bright, dark, bright_step, dark_step, sd = differences
     mean = bright_step * bright - dark_step * dark
     variance = bright_step**2 * bright + dark_step**2 * dark + sd**2
-    jump = LOG_RARE * np.maximum(bright_step, dark_step) / 3
+    jump = LOG_RARE * np.maximum(np.abs(bright_step), dark_step) / 3
     reach = jump + np.sqrt(jump**2 + 2 * LOG_RARE * variance)
     return 2 * np.pi / (np.abs(mean) + reach)

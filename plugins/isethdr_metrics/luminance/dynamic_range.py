@@ -13,6 +13,7 @@ from scipy.special import ndtri
 
 from isethdr_core import ledger
 from isethdr_core.data.derived_once import intervals_wanted
+from isethdr_core.data.saturation import saturated
 from isethdr_core.data.scores import Score
 from isethdr_core.plugins.ranges import check_ranges
 
@@ -55,7 +56,7 @@ class DynamicRange:
         The variance is fitted by a + b Y (read noise and shot noise, a and b not negative), up to
         12 times the noise in the dark. The fit is a relative least-squares fit to the medians of
         groups of pixels with similar luminance, so that a few dark pixels with flare do not change
-        it. SNR = s is where Y^2 = s^2 (a + b Y). If all pixels are valid, the scene does not reach
+        it. SNR = s is where Y^2 = s^2 (a + b Y). If no pixel is saturated, the scene does not reach
         the top of the sensor. The range is then a lower bound and has no upper confidence limit.
         The interval of a range follows from a jackknife over the groups of dark pixels, and from
         the noise of the brightest pixel.
@@ -69,7 +70,8 @@ class DynamicRange:
             return []
         brightest = np.unravel_index(np.argmax(np.where(valid, y, -np.inf)), y.shape)
         variance = luminance_variance(picture)
-        reached = not valid.all()
+        # a pixel with a nonlinear response may be valid beyond the end of its linear part
+        reached = bool((saturated(picture) & ~valid).any())
         top = float(y[brightest])
         top_noise = float(np.sqrt(variance[brightest]))
         if not top > highest_of_noise(top_noise, int(valid.sum())):

@@ -50,14 +50,15 @@ class SlantedEdgeResponse:
         """Return slanted_edge_mtf50 (cycles per pixel) and slanted_edge_nyquist, with 95 %
         intervals, and the number of rows used.
 
-        Without a straight, slanted edge across the frame there is no response, and the number of
-        rows is 0.
+        Without a straight, slanted edge across the frame and valid pixels beside it there is no
+        response, and the number of rows is 0.
         """
         curve = self.curve(picture, truth)
         if not curve:
             ledger.left_out(
                 "slanted_edge",
-                "the truth has no straight slanted edge across the frame",
+                "the reference picture has no straight slanted edge across the frame, or too few"
+                " pixels beside it are valid",
                 NAN,
                 "cycles per pixel",
             )

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from isethdr_core import ledger
+from isethdr_core.errors import ConfigError
 from isethdr_core.physics.detector.charge_dynamics import Well, flow, linear_limit_e
 from isethdr_core.physics.detector.charge_dynamics_noise import draw_charge
 from isethdr_core.physics.detector.noise import LARGEST_MEAN_E, rows_per_block
@@ -50,6 +51,33 @@ class SoftKneePixel:
     # for each reading, whether it also reads the spilled charge (in an overflow capacitor), or the
     # photodiode alone
     collects: tuple[bool, ...]
+
+
+def check_linear(pixel: SoftKneePixel, exposure_s: float) -> None:
+    """Refuse a pixel that spills so much that readings of the photodiode alone have no linear code.
+
+    Parameters
+    ----------
+    pixel : model and soft knee of the sensor.
+    exposure_s : longest exposure time, s.
+
+    Raises
+    ------
+    ConfigError : more than `LINEAR_WITHIN` of the knee spills from the charge of the first code.
+    """
+    soft = pixel.well
+    for reading, all_charge in zip(pixel.model.readings, pixel.collects, strict=True):
+        if all_charge:
+            continue
+        code_e = converter.quantisation_e(reading)
+        _, spilled_e = flow(0.0, code_e / exposure_s, exposure_s, soft)
+        if not spilled_e < LINEAR_WITHIN * soft.knee_e:
+            raise ConfigError(
+                f"sensor.knee_e is {soft.knee_e:g}: {float(spilled_e):.3g} e spill from the first"
+                f" code of {reading.capture} ({code_e:.3g} e) in {exposure_s:g} s, so no code is"
+                f" linear; expected less than {LINEAR_WITHIN * soft.knee_e:.3g} e; type a larger"
+                " sensor.knee_e, or a smaller sensor.thermal_e or sensor.knee_e_per_s"
+            )
 
 
 def take_shot(pixel: SoftKneePixel, light: xr.DataArray, generator: Generator | None) -> xr.Dataset:

@@ -29,6 +29,7 @@ CAPTURE = "combined"
 RAMP = (0.8, 0.95)
 ENTRIES = 2000  # number of entries of the response table above 0 e, at equal logarithmic steps
 BITS = (20, 24)  # allowed numbers of bits
+BELOW_DN = 1000.0  # linear DN below 0 at which the table begins if the black level is 0
 
 
 @dataclass(frozen=True)
@@ -194,8 +195,9 @@ def response(model: SensorModel) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     black_e = code.black_dn / code.gain_dn_per_e
     reach_e = combined_model(model).photodiodes[0].full_well_e
     least_e = max(1e-3, 1 / code.gain_dn_per_e)
+    below_e = black_e or BELOW_DN / code.gain_dn_per_e
     electrons = np.concatenate(
-        [np.linspace(-black_e, 0.0, 3), np.geomspace(least_e, reach_e, ENTRIES)]
+        [np.linspace(-below_e, 0.0, 3), np.geomspace(least_e, reach_e, ENTRIES)]
     )
     shares = np.zeros((len(order), len(electrons)))
     for k, source in enumerate(order):
@@ -218,18 +220,9 @@ def response(model: SensorModel) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     own_step = np.where(
         shares[-1] == 1, converter.quantisation_e(model.readings[order[-1].number]), 0
     )
-    step = code_steps(code, dn) / code.gain_dn_per_e
+    step = converter.code_steps(code, dn) / code.gain_dn_per_e
     variance += np.maximum(step**2 - own_step**2, 0.0) / 12
     return dn, electrons, variance
-
-
-def code_steps(code: Reading, dn: np.ndarray) -> np.ndarray:
-    """Return the step, in linear DN, between the codes that leave the chip at linear `dn`."""
-    if not code.companding:
-        return np.ones_like(dn)
-    linear, companded = companding.table(code.companding, converter.top_code(code))
-    slope = np.diff(linear) / np.diff(companded)
-    return slope[np.clip(np.searchsorted(linear, dn, side="right") - 1, 0, len(slope) - 1)]
 
 
 def _electrons(reading: Reading, raw: np.ndarray) -> np.ndarray:

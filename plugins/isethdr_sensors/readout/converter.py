@@ -168,6 +168,15 @@ def companded(linear_dn: np.ndarray, reading: Reading) -> np.ndarray:
     )
 
 
+def code_steps(reading: Reading, dn: np.ndarray) -> np.ndarray:
+    """Return the step, in linear DN, between the codes that leave the sensor at linear `dn`."""
+    if not reading.companding:
+        return np.ones_like(dn)
+    linear, coded = companding.table(reading.companding, top_code(reading))
+    slope = np.diff(linear) / np.diff(coded)
+    return slope[np.clip(np.searchsorted(linear, dn, side="right") - 1, 0, len(slope) - 1)]
+
+
 def check_black_level(reading: Reading) -> None:
     """State in the ledger the largest bias of the mean of a dark pixel that clipping at code 0
     causes.

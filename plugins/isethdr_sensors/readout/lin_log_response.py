@@ -19,7 +19,7 @@ from isethdr_core.physics.detector.noise import LARGEST_MEAN_E
 
 from ..charge.soft_knee_shot import linear_top_dn
 from ..noise.lin_log_variance import ReadBack, scatter_of_readings
-from . import converter
+from . import companding, converter
 
 if TYPE_CHECKING:
     from isethdr_core.physics.detector.charge_dynamics import Well
@@ -48,7 +48,8 @@ def response(
     knee. The variance is that of one reading: charge, read noise and rounding, divided by the
     square of the slope of the response. Below the knee the variance of the charge is that of a
     Poisson count. The last entry is the top code, or the code of the largest light of a shot. It
-    measures no light, because all brighter light gives the same code.
+    measures no light, because all brighter light gives the same code. If the codes are companded,
+    the variance contains their steps, and the last entry is the linear code of the companded top.
 
     Parameters
     ----------
@@ -66,12 +67,8 @@ def response(
     knee = linear_top_dn(reading, exposure_s, soft, STRAIGHT_E)
     top = converter.top_code(reading)
     step = 1.0 if reading.bits else (top - knee) / (ENTRIES - 1)
-    read_var_e2 = (
-        reading.read_noise_e**2
-        + reading.row_noise_e**2
-        + converter.quantisation_e(reading) ** 2 / 12
-    )
-    reach = REACH * np.sqrt(read_var_e2 + soft.thermal_e) * reading.gain_dn_per_e
+    widest_e2 = _read_variance_e2(reading, _corners_dn(reading)).max()
+    reach = REACH * np.sqrt(widest_e2 + soft.thermal_e) * reading.gain_dn_per_e
     bent = (
         np.arange(knee, top + reach + step, step)
         if reading.bits
@@ -80,12 +77,14 @@ def response(
     electrons = arrived_from_charge(
         (bent - reading.black_dn) / reading.gain_dn_per_e, exposure_s, soft
     )
-    bent = bent[electrons < FINITE_E]
-    electrons = electrons[electrons < FINITE_E]
-    inside = (bent <= top + step / 2) & (electrons <= LARGEST_MEAN_E)
     # the straight line extends below black
-    start = np.array([0.0, reading.black_dn] if reading.black_dn > 0 else [-1000.0, 0.0])
+    start = _straight_dn(reading, knee)
     line = (start - reading.black_dn) / reading.gain_dn_per_e
+    usable = (electrons < FINITE_E) & (bent > start[-1])
+    bent = bent[usable]
+    electrons = electrons[usable]
+    inside = (bent <= top + step / 2) & (electrons <= LARGEST_MEAN_E)
+    read_var_e2 = _read_variance_e2(reading, bent)
     charge_var_e2 = flow_moments(EMPTY, electrons / exposure_s, exposure_s, soft).charge_var_e2
     variance = (charge_var_e2 + read_var_e2) / slope(electrons, exposure_s, soft) ** 2
     if noise:
@@ -106,14 +105,74 @@ def response(
 
         read_back = ReadBack(bent, electrons, width_dn, response_dn, reading.bits > 0)
         variance = electrons + scatter_of_readings(read_back, slopes, scatter_e2, off_bend_e2)
-    table = (
+    table = _up_to_last_code(
+        reading,
         np.append(start, bent[inside]),
         np.append(line, electrons[inside]),
-        np.append(np.full(2, read_var_e2), variance[inside]),
+        np.append(_read_variance_e2(reading, start) + np.maximum(line, 0.0), variance[inside]),
     )
     for values in table:
         values.flags.writeable = False
     return table
+
+
+def companding_error(reading: Reading, soft: Well) -> float:
+    """Return the largest relative error of the electrons of light beyond the knee that the rounding
+    to companded codes causes; 0 without companding.
+
+    Parameters
+    ----------
+    reading : the reading of the photodiode.
+    soft : `charge_dynamics.Well` of the photodiode.
+    """
+    if not reading.companding:
+        return 0.0
+    widest_dn = converter.code_steps(reading, _corners_dn(reading)).max()
+    return float(np.expm1(widest_dn / 2 / reading.gain_dn_per_e / soft.thermal_e))
+
+
+def _read_variance_e2(reading: Reading, dn: np.ndarray) -> np.ndarray:
+    """Return the variance of read noise and rounding at linear `dn`, e^2 of charge."""
+    step_e = converter.quantisation_e(reading) * converter.code_steps(reading, dn)
+    return reading.read_noise_e**2 + reading.row_noise_e**2 + step_e**2 / 12
+
+
+def _corners_dn(reading: Reading) -> np.ndarray:
+    """Return the linear DN at which segments of the companding begin; 0 without companding."""
+    if not reading.companding:
+        return np.zeros(1)
+    return companding.table(reading.companding, converter.top_code(reading))[0][:-1]
+
+
+def _straight_dn(reading: Reading, knee_dn: float) -> np.ndarray:
+    """Return the entries of the straight part of the table, below `knee_dn`, linear DN: two from
+    which the line is extended below black, and those between which the step of the codes changes.
+    """
+    black_dn = reading.black_dn
+    corners = _corners_dn(reading)[1:]
+    before = corners - converter.code_steps(reading, corners - 0.5)
+    steps = np.union1d(before, corners)
+    steps = steps[(steps > black_dn) & (steps < knee_dn)]
+    return np.append([0.0, black_dn] if black_dn > 0 else [-1000.0, 0.0], steps)
+
+
+def _up_to_last_code(
+    reading: Reading, dn: np.ndarray, electrons: np.ndarray, variance: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return a table (entry,) that ends at the linear code to which its last entry is decoded."""
+    if not reading.companding:
+        return dn, electrons, variance
+    knees = reading.companding, converter.top_code(reading)
+    end_dn = float(companding.decompand(companding.compand(dn[-1], *knees), *knees))
+    if end_dn >= dn[-1]:
+        return dn, electrons, variance
+    below = dn < end_dn
+    end_e, end_e2 = (np.interp(end_dn, dn, values) for values in (electrons, variance))
+    return (
+        np.append(dn[below], end_dn),
+        np.append(electrons[below], end_e),
+        np.append(variance[below], end_e2),
+    )
 
 
 def without_bias(

@@ -158,8 +158,8 @@ def narrow(model: SensorModel, demand: Demand) -> Demand:
     sensitive = np.flatnonzero(strongest > NEGLIGIBLE * strongest.max())
     # inner bands remain, and at least two bands, because band widths follow from the distances
     # between centres
-    first = sensitive[0]
-    last = max(sensitive[-1], min(sensitive[0] + 1, len(strongest) - 1))
+    first = min(sensitive[0], max(len(strongest) - 2, 0))
+    last = max(sensitive[-1], min(first + 1, len(strongest) - 1))
     needed_nm = demand.wavelength_nm[first : last + 1]
     dropped = [f"{w:g}" for w in demand.wavelength_nm if w not in needed_nm]
     if dropped:

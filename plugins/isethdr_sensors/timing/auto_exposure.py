@@ -22,6 +22,7 @@ from isethdr_core.data.temporal_modulation import time_mean
 from isethdr_core.errors import ConfigError, did_you_mean
 from isethdr_core.sequence.exposure import Exposure, ExposureLimits, SettledExposure
 
+from ..limits import SMALLEST_RATIO
 from .exposure_limits import exposure_limits, whole_periods_s
 from .metering import RULES, Metering, meter
 
@@ -128,7 +129,8 @@ def one_by_one(sensor: StaggeredSensor, light: xr.DataArray) -> Automatic:
 
     The rule sets the first exposure. The brightest pixel, lamps included, sets the last one. The
     others lie between them at equal ratios. If the brightest pixel would allow a last exposure as
-    long as the first, the ratios of the config are used.
+    long as the first, the ratios of the config are used. No exposure is shorter than
+    `SMALLEST_RATIO` times the first.
 
     Parameters
     ----------
@@ -136,8 +138,9 @@ def one_by_one(sensor: StaggeredSensor, light: xr.DataArray) -> Automatic:
     light : irradiance or photocurrent on the sensor plane.
     """
     first = settle(replace(sensor, exposure_each=False), light)
+    each_capture = metered(sensor)
     # the gain may reduce the full scale, by its factor or less
-    amplified = sensor.with_gain(first.gain) if first.gain > 1 else sensor
+    amplified = each_capture.with_gain(first.gain) if first.gain > 1 else each_capture
     last_s, more = solve(
         replace(
             amplified,
@@ -153,7 +156,7 @@ def one_by_one(sensor: StaggeredSensor, light: xr.DataArray) -> Automatic:
     count = len(sensor.exposure_ratios)
     ratios = sensor.exposure_ratios
     if count > 1 and last_s < first.exposure_s:
-        shares = np.geomspace(1.0, last_s / first.exposure_s, count)
+        shares = np.geomspace(1.0, max(last_s / first.exposure_s, SMALLEST_RATIO), count)
         ratios = tuple(float(r) for r in shares)
     exposure = Exposure(first.exposure_s, first.gain, tuple(ratios))
     return Automatic(exposure, first.iterations + more)

@@ -7,6 +7,7 @@ import sys
 import numpy as np
 import pytest
 from isethdr_isp import LinearIsp, MergeIsp
+from isethdr_isp.demosaic.interpolation import interpolated
 from isethdr_isp.demosaic.learned import RADIUS
 from isethdr_isp.demosaic.methods import METHODS, chosen, interpolate
 from isethdr_isp.readout.noise_propagation import independent
@@ -68,8 +69,8 @@ def test_constants_of_any_sign_come_back_exactly(method):
     needs_package(method)
     planes = np.broadcast_to(np.array([-3.0, 40.0, 7.0])[:, None, None], (3, *SHAPE))
     seen = run(method, planes, BAYER, "RGB", noise=1.0).planes
-    # Malvar and Menon extend the picture beyond its border in other ways, so the border is left
-    # out; 1e-9: rounding of sums over windows
+    # Menon extends the picture beyond its border in another way, so the border is left out; 1e-9:
+    # rounding of sums over windows
     np.testing.assert_allclose(seen[:, 8:-8, 8:-8], planes[:, 8:-8, 8:-8], atol=1e-9)
 
 
@@ -169,6 +170,41 @@ def test_near_samples_that_are_not_valid_learned_is_bilinear():
     near = np.zeros(SHAPE, bool)
     near[30 - RADIUS : 31 + RADIUS, 41 - RADIUS : 42 + RADIUS] = True
     np.testing.assert_array_equal(found.planes, np.where(near, plain.planes, clean))
+
+
+@pytest.mark.parametrize("method", ["guided", "malvar", "learned"])
+def test_a_clipped_sample_changes_no_pixel_that_is_valid(method):
+    needs_package(method)
+    filters = tiled(BAYER)
+    mosaic = np.take_along_axis(textured(3), filters[None], 0)[0]
+    bad = np.zeros(SHAPE, bool)
+    bad[30, 41] = True
+    first, second = (
+        interpolate(
+            method,
+            np.where(bad, clipped, mosaic),
+            filters,
+            list("RGB"),
+            np.full(SHAPE, 4.0),
+            bad,
+        )
+        for clipped in (0.0, 1e5)
+    )
+    np.testing.assert_array_equal(first.invalid, second.invalid)
+    valid = ~first.invalid
+    assert valid.sum() > SHAPE[0] * SHAPE[1] - 30
+    # 1e-9: rounding of sums over windows
+    np.testing.assert_allclose(second.planes[:, valid], first.planes[:, valid], rtol=1e-9)
+
+
+def test_malvar_keeps_colours_apart_at_the_border():
+    needs_package("malvar")
+    planes = np.broadcast_to(np.array([100.0, 40.0, 7.0])[:, None, None], (3, *SHAPE))
+    np.testing.assert_allclose(run("malvar", planes, BAYER, "RGB").planes, planes, rtol=1e-12)
+    found = run("malvar", textured(3), BAYER, "RGB")
+    filters = tiled(BAYER)
+    mosaic = np.take_along_axis(textured(3), filters[None], 0)[0]
+    np.testing.assert_allclose(interpolated(found.noise_map, mosaic), found.planes, rtol=1e-9)
 
 
 @pytest.mark.parametrize("method", METHODS)

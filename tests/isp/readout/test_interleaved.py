@@ -112,5 +112,11 @@ def test_what_cannot_be_merged_is_said():
         MergeIsp(demosaic="guided")(one)
     with pytest.raises(ConfigError, match="isp.rule=average"):
         MergeIsp(rule="average")(one)
+    with pytest.raises(ConfigError, match="isp.denoise=nl_means"):
+        MergeIsp(denoise="nl_means").check_shot(hdr.build("sensor", "interleaved").shot_form())
+    with pytest.raises(ConfigError, match="isp.defects=interpolated cannot correct an array"):
+        MergeIsp(defects="interpolated")(
+            shot(np.full((16, 16), 10.0), hot_percent=1.0, defect_e_per_s=10.0)
+        )
     with pytest.raises(UnitError, match="2 captures has upper and lower case"):
         MergeIsp()(one.isel(capture=[0, 0]))

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from isethdr_isp import MergeIsp
 from isethdr_isp.readout.electrons import readouts
-from isethdr_sensors.readout import chip_combination, companding
+from isethdr_sensors.readout import chip_combination, companding, converter
 
 import isethdr_core as hdr
 from isethdr_core.errors import ConfigError
@@ -40,9 +40,9 @@ def test_every_linear_code_comes_back_within_half_a_step(bits):
     [code] = chip_combination.combined_model(sensor.model()).readings
     dn = np.arange(0, top + 1, 1 if bits == 20 else 11, dtype=float)
     apart = companding.decompand(companding.compand(dn, knees, top), knees, top) - dn
-    step = chip_combination.code_steps(code, dn)
+    step = converter.code_steps(code, dn)
     # a value near a knee may round into the next segment, where codes are wider
-    beyond = chip_combination.code_steps(code, np.minimum(dn + step, top))
+    beyond = converter.code_steps(code, np.minimum(dn + step, top))
     assert np.all(np.abs(apart) <= np.maximum(step, beyond) / 2 * (1 + 1e-9))
     for low, high in zip([0.0, *(k[0] for k in knees)], (k[0] for k in knees), strict=False):
         inside = (dn > low) & (dn < high)
@@ -60,7 +60,7 @@ def test_without_noise_it_is_the_light_to_half_a_code(bits, make_light):
     [read] = readouts(shot, np.ones(shot.sizes["wavelength"]))
     want = sensor.expected(light).values[0]
     use = ~read.saturated
-    steps = shot["quantisation_e"].values[0] * chip_combination.code_steps(
+    steps = shot["quantisation_e"].values[0] * converter.code_steps(
         chip_combination.combined_model(sensor.model()).readings[0],
         np.interp(want, shot["response_e"].values[0], shot["response_dn"].values[0]),
     )
@@ -162,3 +162,9 @@ def test_automatic_exposure_meters_the_readings(flat):
 def test_bad_combinations_are_refused_when_the_sensor_is_made(name, fields, said):
     with pytest.raises(ConfigError, match=said):
         hdr.build("sensor", name, **fields)
+
+
+def test_a_black_level_of_0_has_a_table_that_rises():
+    model = hdr.build("sensor", "dual_gain", combine_bits=20, black_dn=0.0).model()
+    dn, electrons, variance = chip_combination.response(model)
+    assert np.all(np.diff(dn) > 0) and np.all(np.diff(electrons) > 0) and np.all(variance >= 0)

@@ -182,6 +182,43 @@ def test_the_last_exposure_meets_its_target_at_the_gain_of_the_first(make_light,
     assert last_e / settled.full_scale_e()[-1] == pytest.approx(0.5, rel=1e-3)
 
 
+def test_captures_combined_on_the_chip_get_the_same_exposures(make_light):
+    light = light_of(make_light)
+    fields = {"exposure_each": True, "exposure_rule": "histogram"}
+    apart, together = (
+        sensor("staggered", **fields, combine_bits=bits).automatic(light).exposure
+        for bits in (0, 20)
+    )
+    assert together == apart and apart.ratios[-1] < 0.1
+
+
+def test_the_last_exposure_is_a_share_that_the_sensor_has(make_light):
+    level = np.full((31, 8, 8), 1e-9)
+    level[:, 4, 4] = 1e6
+    camera = sensor("staggered", exposure_each=True, exposure_rule="histogram")
+    chosen = camera.automatic(make_light(level, pitch_um=3.75)).exposure
+    assert chosen.ratios[-1] == 1e-7
+    assert camera.at_exposure(chosen).exposure_ratios == chosen.ratios
+
+
+def test_a_shot_takes_no_longer_than_stated(make_light):
+    """In even light, all exposures are nearly as long as the first."""
+    level = np.full((31, 8, 8), 1e-5)
+    level[:, 4, 4] = 1.1e-5
+    size_m = 8 * 3.75e-6, 8 * 3.75e-6
+    camera = sensor("staggered", exposure_each=True, exposure_rule="histogram")
+    chosen = camera.automatic(make_light(level, pitch_um=3.75)).exposure
+    tight = sensor(
+        "staggered",
+        exposure_each=True,
+        exposure_rule="histogram",
+        exposure_max_s=chosen.exposure_s,
+    )
+    settled = camera.at_exposure(chosen)
+    assert settled.shot_time_s(*size_m) > 2.5 * chosen.exposure_s
+    assert settled.shot_time_s(*size_m) <= tight.shot_time_s(*size_m)
+
+
 def test_dim_light_keeps_the_bracket_as_it_is(make_light):
     camera = sensor("staggered", exposure_each=True, exposure_max_s=1e-3, noise=False)
     shot = camera(make_light(np.full((31, 8, 8), 1e-9), pitch_um=3.75), hdr.generator(1))
