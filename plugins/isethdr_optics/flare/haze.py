@@ -48,7 +48,7 @@ class HazeFlare:
         """Raise ConfigError for values out of range."""
         check_ranges(self)
 
-    def total(self, wavelength_nm: float | np.ndarray) -> float | np.ndarray:
+    def total(self, wavelength_nm: float) -> float:
         """Return the scattered share, 1 - (1 - scattered)^((550 nm / wavelength)^exponent); it is
         never above 1.
 
@@ -58,9 +58,7 @@ class HazeFlare:
         power = (REFERENCE_NM / wavelength_nm) ** self.wavelength_exponent
         return float(-np.expm1(np.log1p(-self.scattered) * power))
 
-    def scatter(
-        self, wavelength_nm: float | np.ndarray, angle_rad: float | np.ndarray
-    ) -> float | np.ndarray:
+    def scatter(self, wavelength_nm: float, angle_rad: float | np.ndarray) -> float | np.ndarray:
         """Return scattered light per steradian at `angle_rad` from the straight ray, as a fraction
         of all light.
         """

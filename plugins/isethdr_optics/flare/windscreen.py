@@ -112,7 +112,8 @@ class WindscreenFlare:
         return cosine
 
     def irradiance(self, lens: LensOptics, mixed: xr.DataArray) -> xr.DataArray:
-        """Return the irradiance of the second image, W m-2 nm-1, on the tiles of `mixed`.
+        """Return the irradiance of the second image, W m-2 nm-1, on the tiles of `mixed`, for a
+        clean round stop. Plans multiply it by the share of the light that other flares leave.
 
         Raises
         ------

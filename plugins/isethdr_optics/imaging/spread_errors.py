@@ -79,7 +79,9 @@ def spread_errors(
         nothing = optics.sensor.move(np.zeros((len(weights), ny, nx), np.float32))
         return nothing, nothing
     block = block_of((ny, nx))
-    factor = 1.0 if optics.relative is None else sums(optics.relative, block) / block**2
+    factor = 1.0
+    if optics.relative is not None:  # mean over a block; the frame's border cuts the last blocks
+        factor = sums(optics.relative, block) / sums(np.ones((ny, nx)), block)
     error_kernels = _error_kernels(kernels_of_field, block, (ny, nx))
     gains = np.asarray(weights) * optics.gains
     sums_of_squares = (

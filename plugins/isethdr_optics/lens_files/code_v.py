@@ -70,6 +70,7 @@ class _File:
         self.unit = 1.0
         self.reference = 0
         self.radii = True
+        self.widest_deg = 0.0  # largest field angle along x or y
         self.wavelengths: list[float] = []
         self.current: Row | None = None
 
@@ -97,8 +98,8 @@ class _File:
         elif key == "FNO" and arguments:
             self.lens.f_number = number(arguments[0], where)
         elif key in ("YAN", "XAN") and arguments:
-            widest = max(abs(number(w, where)) for w in arguments)
-            self.lens.half_field_deg = widest or self.lens.half_field_deg
+            self.widest_deg = max(self.widest_deg, *(abs(number(w, where)) for w in arguments))
+            self.lens.half_field_deg = self.widest_deg or self.lens.half_field_deg
         elif self.current is not None:
             self._of_surface(self.current, key, arguments, where)
 

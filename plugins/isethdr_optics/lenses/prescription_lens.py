@@ -30,7 +30,7 @@ from ..prescription.figures import (
     seen_sr,
     spot,
 )
-from ..prescription.prescription import load
+from ..prescription.prescription import load, own_files
 from ..prescription.rims import rims
 from ..prescription.wavefront import zernike_um
 from ..psf.error_parts import POINT_SPREAD, term
@@ -192,7 +192,7 @@ class PrescribedLens(FieldLens):
         """Return the user's own prescription file, if there is one. Its content is part of a run's
         name.
         """
-        return (self.prescription,) if self.prescription.endswith((".yaml", ".yml")) else ()
+        return own_files(self.prescription)
 
     def real(self) -> Prescription:
         """Return the `Prescription`, scaled and stopped down."""
@@ -373,7 +373,6 @@ class PrescribedLens(FieldLens):
         """Return the errors of the models of pupil and wavefront at field points."""
         real = self.real()
         fitted = [_traced_wavefront(real, a)[1] for a in (0.0, widest)]
-        between = max(_between_um(self, a, float(wavelength_nm[0])) for a in (0.0, widest))
 
         def shape_error(value: float, unit: str, label: str, key: str) -> ErrorTerm:
             return term(
@@ -383,11 +382,12 @@ class PrescribedLens(FieldLens):
         notes: list[Note] = [
             shape_error(
                 max(fitted), "um rms", "wavefront that its Zernike terms leave", "Zernike fit"
-            ),
-            shape_error(
-                between, "um rms", "wavefront between traced wavelengths", "traced wavelengths"
-            ),
+            )
         ]
+        if not self.focal_shift_um:  # the table replaces the traced change with wavelength
+            between = max(_between_um(self, a, float(wavelength_nm[0])) for a in (0.0, widest))
+            label = "wavefront between traced wavelengths"
+            notes.append(shape_error(between, "um rms", label, "traced wavelengths"))
         even = [
             u
             for u in (_traced_apodization(real, a)[1] for a in np.linspace(0.0, widest, 5))
@@ -417,9 +417,10 @@ class PrescribedLens(FieldLens):
         tangents = np.tan(widest_rad) * np.array([0.0, 0.5, 0.9])
         table = {"angle_deg": list(falloff), "relative": list(falloff.values())}
         stated = table_values(table, np.degrees(np.arctan(tangents))) * self.throughput_sr()
+        rays = chief_rays(real, tangents)
         notes_of_angles = [
-            [seen_sr(real, x, w) for w in (waves[0], waves[-1])]
-            for x in chief_mm(real, tangents, real.reference_nm)
+            [seen_sr(real, height, w, slope=slope) for w in (waves[0], waves[-1])]
+            for height, slope in zip(rays.height_mm, np.tan(np.radians(rays.angle_deg)))
         ]
         notes_of_angles = (
             np.array(notes_of_angles) * self.transmittance / (1 + self.magnification) ** 2

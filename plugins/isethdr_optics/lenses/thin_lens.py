@@ -323,19 +323,25 @@ class IdealLens:
         flares: Sequence[Flare] = (),
     ) -> xr.DataArray:
         """Return the point spread function (wavelength, y, x): all light on the sample at index
-        size // 2.
+        size // 2, except that which flares scatter.
 
         Parameters
         ----------
         wavelength_nm : one or more wavelengths, nm.
         pitch_um : distance of the samples, um.
         size : number of samples along each axis.
-        flares : no effect, because a lens without blur has no pupil.
+        flares : sequence or dictionary of flares. Only their scatter has an effect, because a lens
+            without blur has no pupil.
         """
+        from ..psf import scatter
         from ..psf.point_spread import psf_array
 
         values = np.zeros((np.size(wavelength_nm), size, size))
         values[:, size // 2, size // 2] = 1.0
+        for band, wave in enumerate(np.atleast_1d(np.asarray(wavelength_nm, float))):
+            values[band] = scatter.mix(
+                values[band], _sequence(flares), wave, (pitch_um, pitch_um), self.focal_length_mm
+            )
         return psf_array(values, wavelength_nm, pitch_um, self)
 
 

@@ -33,6 +33,8 @@ if TYPE_CHECKING:
 
 LEAST = 0.25  # blur diameter, in pixels, that is left out; also the least span of a layer
 SPAN = 0.1  # span of a layer, as a share of its blur diameter
+# largest ratio of the sides of a tile: a disc is drawn with the same number of tiles along both
+SQUARE = 1.05
 EDGE = 0.25  # least difference of blur diameters at a depth edge, tiles
 # L1 error of a disc, share of a point's light: the largest for f/1.6 to f/4 and a blur of 0.2 to 95
 # wavelengths x f-number, on tiles of 1 to 5 um; that of a sharp point spread there reaches 1.8
@@ -107,9 +109,15 @@ def blur_tiles(lens: Any, mixed: xr.DataArray) -> npt.NDArray[np.float64]:
 
     Raises
     ------
-    ConfigError : the radiance has no depth.
+    ConfigError : the radiance has no depth, or its tiles are not square.
     UnitError : a depth is not positive.
     """
+    down, across = (quantities.tile_pitch(mixed, d) for d in ("y", "x"))
+    if max(down, across) > SQUARE * min(down, across):
+        raise ConfigError(
+            f"lens.focus_m is {lens.focus_m!r}, and tiles are {across / down:.3g} times as wide as"
+            " high; expected square tiles, on which blur is a disc; type lens.focus_m=hyperfocal"
+        )
     if "depth" not in mixed.coords:
         raise ConfigError(
             f"lens.focus_m is {lens.focus_m!r}, and the scene has no depth of its tiles; expected"

@@ -19,6 +19,7 @@ from isethdr_core.plugins.protocols import AddsLight
 from isethdr_core.uncertainty.error_terms import ErrorMaps, ErrorTerm
 
 from ..field import errors, retiling
+from ..flare.windscreen import WindscreenFlare
 from ..imaging import irradiance, photocurrent, wing_truncation
 from ..imaging.field_optics import FieldOptics
 from ..psf.error_parts import KERNELS, SPREAD
@@ -170,6 +171,8 @@ class LensPlan:
     def _added(self, mixed: xr.DataArray) -> Iterator[np.ndarray]:
         """Yield irradiances (wavelength, y, x) that are added: the light that replaces truncated
         wings, and the light of flares.
+
+        The second image of a windscreen loses the same share in the pupil as the first.
         """
         optics = self.optics
         shape = (len(optics.wavelength_nm), len(optics.sensor.y), len(optics.sensor.x))
@@ -193,4 +196,8 @@ class LensPlan:
                     f" {added.shape}, units {added.attrs.get('units')!r}; expected"
                     f" {quantities.MIXED_DIMS}, {shape}, {quantities.IRRADIANCE!r}"
                 )
-            yield added.values
+            if isinstance(flare, WindscreenFlare):  # its light passes the pupil as the image does
+                of_pupil = optics.gains / self.lens.throughput_sr()
+                yield added.values * of_pupil[:, None, None]
+            else:
+                yield added.values

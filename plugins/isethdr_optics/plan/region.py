@@ -15,6 +15,7 @@ import numpy as np
 from isethdr_core import quantities
 from isethdr_core.errors import UnitError
 from isethdr_core.ledger import LeftOut
+from isethdr_core.physics.radiometry import band_widths_nm
 from isethdr_core.pipeline import bands
 from isethdr_core.pipeline import window as core
 from isethdr_core.pipeline.imaging_plan import LightBudget
@@ -121,8 +122,7 @@ def region(
     every_nm = field.wavelength.values
     kept = np.ones(len(every_nm), bool)
     if budget.sensed_nm is not None:
-        lit_nm, dark = _lit_bands(field, budget.sensed_nm)
-        kept = np.isin(every_nm, lit_nm)
+        kept, dark = _lit_bands(field, budget.sensed_nm)
         left_out += dark
     chosen = Region(coordinates, kept, tiles)
     return RegionOfField(chosen, chosen.of(full_field), left_out)
@@ -183,21 +183,33 @@ def tiles_left_out(
 
 def _lit_bands(
     mixed: xr.DataArray, offered_nm: tuple[float, ...]
-) -> tuple[tuple[float, ...], list[LeftOut]]:
-    """Return the bands of `offered_nm` from the first to the last with light, and a row of the
-    ledger for the others. Dark bands between two lit bands are kept.
+) -> tuple[np.ndarray, list[LeftOut]]:
+    """Return the mask (band,) of the bands from the first to the last of `offered_nm` with light,
+    and a row of the ledger for the others of `offered_nm`.
+
+    All bands between two lit ones are kept, and neighbours that determine the widths of the outer
+    lit bands. The widths of the lit bands are therefore those that they have in the whole field.
     """
+    every_nm = mixed.wavelength.values.astype(float)
     waves = tuple(map(float, offered_nm))
 
-    def first(order: Iterable[int]) -> int | None:
-        return next((k for k in order if mixed.sel(wavelength=waves[k]).values.any()), None)
+    def first(order: Iterable[float]) -> float | None:
+        return next((w for w in order if mixed.sel(wavelength=w).values.any()), None)
 
-    ends = first(range(len(waves))), first(reversed(range(len(waves))))
-    kept = waves[bands.outer([k in ends for k in range(len(waves))])]
-    if len(kept) == len(waves):
+    ends_nm = first(waves), first(reversed(waves))
+    if None in ends_nm:  # no light at all
+        return np.isin(every_nm, waves), []
+    inside = bands.outer(np.isin(every_nm, ends_nm))
+    own_nm = band_widths_nm(every_nm[inside])
+    of_field_nm = band_widths_nm(every_nm)[inside]
+    changed = ~np.isclose(own_nm[[0, -1]], of_field_nm[[0, -1]])
+    kept = np.zeros(len(every_nm), bool)
+    kept[max(inside.start - int(changed[0]), 0) : inside.stop + int(changed[-1])] = True
+    left_out = int((~kept[np.isin(every_nm, waves)]).sum())
+    if not left_out:
         return kept, []
     dark = LeftOut(
-        f"{len(waves) - len(kept)} of {len(waves)} bands",
+        f"{left_out} of {len(waves)} bands",
         "no light in them",
         0.0,
         "W m-2 nm-1",

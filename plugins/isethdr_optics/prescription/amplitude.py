@@ -57,7 +57,7 @@ def amplitude(
     cannot have, are not fitted. Light is unpolarised.
     """
     (_, _, within), pupil, *_ = pupil_rays(lens, tangent, wavelength_nm)
-    start = entering(lens, lens.indices(wavelength_nm), tangent)
+    start = entering(lens, wavelength_nm, tangent)
     passed = follow(
         lens.surfaces,
         lens.indices(wavelength_nm),

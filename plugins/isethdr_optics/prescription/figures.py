@@ -29,6 +29,9 @@ AIM_MM = 1e-12  # largest error of the aim of chief rays, radii of the stop
 GRID = 160  # number of rays along each side of a square, for areas
 SPOT_GRID = 200  # number of rays across a beam; rms spots are accurate to 5e-4
 REACH = 1.5  # half side of that square around the entrance pupil, radii of the pupil
+# largest distance of the chief ray from the paraxial entrance pupil's middle, radii of the pupil,
+# for which that middle is the middle of the square. Pupil aberrations exceed it with slow stops.
+AIMED = 0.3
 SEARCH_GRID = 40  # number of rays along each side of that square, to find the beam
 
 
@@ -89,6 +92,36 @@ def _aimed(
     wavelength_nm : wavelength, nm.
     relative_height : height on the stop, radii of the stop.
     """
+    x, missed_mm = _aim(lens, tangent, wavelength_nm, relative_height)
+    start = collimated(x, 0 * x, lens.surfaces[0].z_mm, tangent, 0 * tangent)
+    indices = lens.indices(wavelength_nm)
+    rays = follow(lens.surfaces, indices, sequential(len(lens.surfaces)), start)
+    missed = ~_hits(lens, missed_mm) | ~np.isfinite(rays.position_mm[0])
+    if missed.any():
+        angle = np.degrees(np.arctan(np.abs(tangent[missed]).min()))
+        raise ConfigError(
+            f"prescription {lens.name!r}: rays {angle:.1f} degrees off the axis miss a surface on"
+            f" their way through the stop; expected a field within its {lens.half_field_deg:g}"
+            " degrees; type a smaller scene.horizontal_field_deg"
+        )
+    return rays
+
+
+def _hits(lens: Prescription, missed_mm: np.ndarray) -> np.ndarray:
+    """Return whether rays that miss their aim on the stop by `missed_mm` count as aimed."""
+    return np.abs(missed_mm) < 1e3 * AIM_MM * lens.surfaces[lens.stop].semi_diameter_mm
+
+
+def _aim(
+    lens: Prescription, tangent: np.ndarray, wavelength_nm: float, relative_height: float
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return (positions along x in the plane of the front vertex, distances from the aim on the
+    stop) of rays, mm. The distance is NaN or large where no ray was found.
+
+    Parameters
+    ----------
+    lens, tangent, wavelength_nm, relative_height : as in `_aimed`.
+    """
     indices = lens.indices(wavelength_nm)
     front = lens.surfaces[0].z_mm
     optics = lens.surfaces[:-1]
@@ -118,17 +151,31 @@ def _aimed(
         m0 = m1
         x1 = x1 - np.clip(np.nan_to_num(step), -scale, scale)
         m1 = miss(x1)
-    start = collimated(x1, 0 * x1, front, tangent, 0 * tangent)
-    rays = follow(lens.surfaces, indices, sequential(len(lens.surfaces)), start)
-    missed = ~(np.abs(m1) < 1e3 * AIM_MM * scale) | ~np.isfinite(rays.position_mm[0])
-    if missed.any():
-        angle = np.degrees(np.arctan(np.abs(tangent[missed]).min()))
-        raise ConfigError(
-            f"prescription {lens.name!r}: rays {angle:.1f} degrees off the axis miss a surface on"
-            f" their way through the stop; expected a field within its {lens.half_field_deg:g}"
-            " degrees; type a smaller scene.horizontal_field_deg"
-        )
-    return rays
+    return x1, m1
+
+
+def beam_middle_mm(
+    lens: Prescription, tangent: float | np.ndarray, wavelength_nm: float
+) -> np.ndarray:
+    """Return the positions along x in the plane of the front vertex about which the beams of field
+    points enter, (field point,) mm.
+
+    This is the middle of the paraxial entrance pupil or, where the chief ray enters farther than
+    `AIMED` from it, the chief ray.
+
+    Parameters
+    ----------
+    lens : `Prescription`, scaled and stopped.
+    tangent : tangents of field angles along +x, a number or an array.
+    wavelength_nm : wavelength, nm.
+    """
+    tangent = np.atleast_1d(np.asarray(tangent, float))
+    optics = lens.surfaces[:-1]
+    pupil_z, pupil_radius = paraxial.entrance_pupil(optics, lens.indices(wavelength_nm))
+    paraxial_mm = (lens.surfaces[0].z_mm - pupil_z) * tangent
+    chief_mm, missed_mm = _aim(lens, tangent, wavelength_nm, 0.0)
+    far = _hits(lens, missed_mm) & (np.abs(chief_mm - paraxial_mm) > AIMED * pupil_radius)
+    return np.where(far, chief_mm, paraxial_mm)
 
 
 def distortion(
@@ -193,7 +240,7 @@ def spot(lens: Prescription, tangent: float) -> Spot:
     """
     indices = lens.indices(lens.reference_nm)
     front = lens.surfaces[0].z_mm
-    pupil_z, pupil_radius = paraxial.entrance_pupil(lens.surfaces[:-1], indices)
+    _, pupil_radius = paraxial.entrance_pupil(lens.surfaces[:-1], indices)
 
     def traced(
         low: np.ndarray, high: np.ndarray, count: int
@@ -203,7 +250,7 @@ def spot(lens: Prescription, tangent: float) -> Spot:
         start = collimated(*np.meshgrid(x, y), front, tangent, 0.0)
         return x, y, follow(lens.surfaces, indices, sequential(len(lens.surfaces)), start)
 
-    middle = np.array([(front - pupil_z) * tangent, 0.0])
+    middle = np.array([beam_middle_mm(lens, tangent, lens.reference_nm)[0], 0.0])
     half = REACH * pupil_radius
     x, y, rays = traced(middle - half, middle + half, SEARCH_GRID)
     through = rays.margin > 0
@@ -244,14 +291,14 @@ def pupil_area_mm2(
     wave = wavelength_nm or lens.reference_nm
     tangent = np.atleast_1d(np.asarray(tangent, float))
     indices = lens.indices(wave)
-    pupil_z, pupil_radius = paraxial.entrance_pupil(lens.surfaces[:-1], indices)
+    _, pupil_radius = paraxial.entrance_pupil(lens.surfaces[:-1], indices)
     half = REACH * pupil_radius
     front = lens.surfaces[0].z_mm
     cells = (np.arange(grid) + 0.5) / grid * 2 - 1
     x, y = np.meshgrid(cells * half, cells * half)
     out = []
-    for t in tangent:
-        start = collimated(x + (front - pupil_z) * t, y, front, t, 0.0)
+    for t, middle in zip(tangent, beam_middle_mm(lens, tangent, wave), strict=True):
+        start = collimated(x + middle, y, front, t, 0.0)
         inside = _inside(
             follow(lens.surfaces, indices, sequential(len(lens.surfaces)), start).margin
         )
@@ -259,7 +306,13 @@ def pupil_area_mm2(
     return np.array(out)
 
 
-def seen_sr(lens: Prescription, height_mm: float, wavelength_nm: float, grid: int = GRID) -> float:
+def seen_sr(
+    lens: Prescription,
+    height_mm: float,
+    wavelength_nm: float,
+    grid: int = GRID,
+    slope: float | None = None,
+) -> float:
     """Return irradiance over radiance of a uniform scene at a point of the sensor, sr.
 
     Rays are traced from the sensor back through all rims into the scene. The irradiance is the
@@ -273,6 +326,8 @@ def seen_sr(lens: Prescription, height_mm: float, wavelength_nm: float, grid: in
     height_mm : distance of the point from the axis, mm.
     wavelength_nm : wavelength, nm.
     grid : rays along each side of the pupil.
+    slope : slope of the chief ray at the point, positive away from the axis. The rays are aimed
+        about it where it passes farther than `AIMED` from the middle of the paraxial exit pupil.
     """
     sensor = lens.surfaces[-1].z_mm
     optics = [
@@ -291,7 +346,10 @@ def seen_sr(lens: Prescription, height_mm: float, wavelength_nm: float, grid: in
     half = REACH * pupil_radius * abs(z / pupil_z)
     cells = ((np.arange(grid) + 0.5) / grid * 2 - 1) * half
     # rays from the point on the sensor towards the exit pupil
-    x, y = np.meshgrid(cells - height_mm * z / pupil_z, cells)
+    middle = -height_mm * z / pupil_z
+    if slope is not None and abs(-slope * z - middle) > AIMED * half / REACH:
+        middle = -slope * z
+    x, y = np.meshgrid(cells + middle, cells)
     directions = np.stack([x, y, np.full(x.shape, z)])
     distance = np.sqrt(np.sum(directions**2, axis=0))
     position = np.stack([np.full(x.shape, height_mm), 0.0 * x, 0.0 * x])

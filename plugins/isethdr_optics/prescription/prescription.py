@@ -142,9 +142,16 @@ def names() -> list[str]:
     return sorted(p.stem for p in FOLDER.glob("*.yaml"))
 
 
+def own_files(name: str) -> tuple[Path, ...]:
+    """Return the user's own file that a name is the path of; none for a bundled prescription."""
+    is_path = str(name).endswith((".yaml", ".yml"))
+    return (Path(name).expanduser(),) if is_path else ()
+
+
 def load(name: str) -> Prescription:
     """Return a prescription by its name, or from a YAML file by its path."""
-    path = Path(name) if str(name).endswith((".yaml", ".yml")) else FOLDER / f"{name}.yaml"
+    own = own_files(name)
+    path = own[0] if own else FOLDER / f"{name}.yaml"
     if not path.is_file():
         raise ConfigError(
             f"prescription {str(name)!r} is unknown{did_you_mean(name, names())}, or give the path"

@@ -4,7 +4,6 @@ and polynomials fitted to values on these rays.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -12,6 +11,8 @@ import numpy as np
 from isethdr_core.errors import ConfigError
 from isethdr_core.physics.optics import paraxial
 from isethdr_core.physics.optics.ray_trace import Rays, collimated, follow, sequential
+
+from .figures import beam_middle_mm
 
 if TYPE_CHECKING:
     from isethdr_core.physics.optics.ray_trace import Start
@@ -62,7 +63,7 @@ def filling(
     ConfigError : too few rays count.
     """
     indices = lens.indices(wavelength_nm)
-    start = entering(lens, indices, tangent)
+    start = entering(lens, wavelength_nm, tangent)
     rays = follow(lens.surfaces, indices, sequential(len(lens.surfaces)), start, keep_hits=True)
     stop = np.stack(rays.hits_mm[lens.stop]) / lens.surfaces[lens.stop].semi_diameter_mm
     within = np.isfinite(rays.position_mm[0]) & (np.hypot(*stop) <= reach)
@@ -76,18 +77,19 @@ def filling(
     return FilledStop(rays, stop, within)
 
 
-def entering(lens: Prescription, indices: Sequence[float | np.ndarray], tangent: float) -> Start:
+def entering(lens: Prescription, wavelength_nm: float, tangent: float) -> Start:
     """Return (position, direction) of parallel light over 1.4 radii of the entrance pupil.
 
     Parameters
     ----------
     lens : `Prescription`, scaled and stopped.
-    indices : refractive index of every medium, from `Prescription.indices`.
+    wavelength_nm : wavelength, nm.
     tangent : tangent of the field angle, along +x.
     """
     front = lens.surfaces[0].z_mm
     optics = lens.surfaces[:-1]
-    pupil_z, pupil_radius = paraxial.entrance_pupil(optics, indices)
+    _, pupil_radius = paraxial.entrance_pupil(optics, lens.indices(wavelength_nm))
     across = np.linspace(-1.4, 1.4, RAYS) * pupil_radius
     x, y = np.meshgrid(np.append(across, 0.0), across)
-    return collimated(x + (front - pupil_z) * tangent, y, front, tangent, 0.0)
+    middle = beam_middle_mm(lens, tangent, wavelength_nm)[0]
+    return collimated(x + middle, y, front, tangent, 0.0)

@@ -53,7 +53,7 @@ def zernike_um(lens: Prescription, tangent: float, wavelength_nm: float) -> Wave
     indices = lens.indices(wavelength_nm)
     (rays, _, within), places, lag_mm, image_mm, scale = pupil_rays(lens, tangent, wavelength_nm)
     image = np.array([image_mm, 0.0, lens.surfaces[-1].z_mm])
-    paths_mm = _paths_mm(lens, indices, entering(lens, indices, tangent), rays, image)
+    paths_mm = _paths_mm(lens, indices, entering(lens, wavelength_nm, tangent), rays, image)
     lag_um = 1e3 * (paths_mm + indices[-1] * lag_mm)[within]
     terms = [j for j in range((HIGHEST + 1) * (HIGHEST + 2) // 2) if order(j)[1] >= 0]
     basis = zernike_basis(terms, *(s[within] for s in places))

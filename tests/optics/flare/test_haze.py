@@ -104,6 +104,14 @@ def test_nothing_scattered_changes_nothing():
         np.testing.assert_array_equal(lens(scene(31), [HazeFlare(scattered=0.0)]), lens(scene(31)))
 
 
+def test_the_point_spread_of_a_lens_without_blur_has_the_haze_of_its_image():
+    flare = HazeFlare(scattered=0.2, shoulder_deg=0.5, slope=4.0)
+    lens = IdealLens(falloff="none", focal_length_mm=4.0)
+    image = lens(scene(31, lamp=1.0), [flare]).values / lens.throughput_sr()
+    psf = lens.psf([550.0], 12.0, 31, {"veil": flare}).values
+    np.testing.assert_allclose(psf, image, rtol=1e-5)
+
+
 def test_a_picture_keeps_its_energy():
     # With slope 4 and a shoulder of 0.5 degrees, 0.3 % of the haze lies beyond the frame, 10
     # degrees away (closed form of a disc).

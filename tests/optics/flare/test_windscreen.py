@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from isethdr_optics import IdealLens
+from isethdr_optics import ApertureFlare, DiffractionLimitedLens, IdealLens
 from isethdr_optics.flare.windscreen import WindscreenFlare, shifted
 
 from isethdr_core.data import quantities
@@ -128,6 +128,23 @@ def test_a_lamp_gets_a_second_image_above_it():
     together = WindscreenFlare(wedge_mrad=4.8 / 8 * np.sin(np.pi / 3) * 0.5 / 1.56)
     cosine = np.cos(np.radians(60.0))
     assert abs(together.separation_rad(cosine)) < 0.1 * flare.separation_rad(cosine)
+
+
+def test_both_images_lose_the_same_share_in_the_pupil():
+    blades = ApertureFlare(dust_per_mm2=0.0, scratches_per_mm2=0.0)
+    lens = DiffractionLimitedLens(focal_length_mm=4.0)
+    mixed = field()
+    mixed.values[:] = 1.0
+
+    def second_over_throughput(*flares):
+        first = lens(mixed, flares)
+        both = lens(mixed, (*flares, WindscreenFlare()))
+        return (both.values - first.values) / first.attrs["throughput_sr"]
+
+    clean = second_over_throughput()
+    assert clean.max() > 1e-3
+    # 1e-3: rounding errors of float32 in a difference of one percent
+    np.testing.assert_allclose(second_over_throughput(blades), clean, rtol=1e-3)
 
 
 def test_even_light_stays_even_and_shifts_keep_all_of_it():

@@ -103,6 +103,15 @@ def test_blocks_state_what_tiles_do(monkeypatch):
     assert np.quantile(coarse, 0.99) == pytest.approx(np.quantile(fine, 0.99), rel=0.5)
 
 
+def test_blocks_at_the_border_state_the_error_of_all_their_light(monkeypatch):
+    lens, mixed = street()
+    given = field_optics(lens, mixed, DIRT)
+    monkeypatch.setattr(photoelectron_map, "MOST_BLOCKS", 20)  # blocks of 3 tiles; 34 = 11 x 3 + 1
+    plain = spread_errors.spread_errors(mixed, replace(given, relative=None), np.eye(2))
+    even = spread_errors.spread_errors(mixed, replace(given, relative=np.ones((34, 50))), np.eye(2))
+    np.testing.assert_allclose(even, plain, rtol=1e-6)
+
+
 def test_an_ideal_lens_leaves_no_error():
     _, mixed = street(shape=(9, 10), pitch_um=2.0)
     lens = IdealLens(focal_length_mm=6.0)

@@ -310,6 +310,12 @@ def test_a_name_with_special_characters_is_typed_so_that_it_is_read(tmp_path, mo
     assert (tmp_path / "my lens (2).yaml").is_file()
 
 
+def test_the_design_field_is_the_widest_of_both_axes(tmp_path):
+    path = tmp_path / "a.seq"
+    path.write_text("EPD 5; XAN 0 10; YAN 0 -5; SO 0 1e13\nS 50 5 NBK7\nSTO\nS -50 48\nSI\n")
+    assert imported(path).lens.half_field_deg == 10.0
+
+
 @pytest.mark.parametrize("aperture", ["EPD 0", "FNO 0"])
 def test_a_file_without_an_aperture_is_refused(tmp_path, aperture):
     (tmp_path / "a.seq").write_text(SINGLET.format(glass=1.5, more="").replace("EPD 25", aperture))

@@ -221,6 +221,13 @@ def test_errors_say_what_to_type():
         replace(LENS, focus_m=0.005)
 
 
+def test_tiles_that_are_not_square_are_refused():
+    wide = point(1.0).assign_coords(x=2 * point().x.values)
+    lens = replace(IDEAL, focus_m=2.0)
+    with pytest.raises(ConfigError, match="2 times as wide as high; .*focus_m=hyperfocal"):
+        lens(wide)
+
+
 def test_light_errors_lie_on_the_tiles_of_the_light():
     depth = np.full((31, 31), np.inf)
     depth[:, :15] = 0.2

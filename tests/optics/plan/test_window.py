@@ -10,12 +10,14 @@ from isethdr_optics import DiffractionLimitedLens, GhostFlare, WavefrontLens
 from isethdr_optics.imaging import wing_truncation
 from isethdr_optics.imaging.sensor_plane import without_geometry
 from isethdr_optics.plan import window
+from isethdr_optics.plan.region import region
 from isethdr_optics.psf import kernels
 from isethdr_optics.psf.kernels import KernelRequest
 
 from isethdr_core.data import quantities
 from isethdr_core.demand import Demand
 from isethdr_core.physics.radiometry import photons_per_energy
+from isethdr_core.pipeline.imaging_plan import LightBudget
 from isethdr_core.plugins.registry import build
 from isethdr_core.uncertainty import ledger
 
@@ -214,6 +216,23 @@ def test_errors_of_kernels_are_of_the_tiles_that_light_has_and_hold():
         np.abs(few - every)
         <= 5 * np.hypot(deviation, others[0]) + bound + others[1] + 1e-2 * every.min()
     ).all()
+
+
+@pytest.mark.parametrize(
+    ("lit", "sensed", "kept"),
+    [
+        ((1, 1, 0, 0, 0), (1, 1, 1, 1, 1), (1, 1, 1, 0, 0)),  # 410 nm is 25 nm wide up to 450 nm
+        ((1, 1, 1, 1, 1), (1, 1, 0, 1, 1), (1, 1, 1, 1, 1)),  # two sensors, with a gap between them
+        ((0, 0, 0, 1, 1), (1, 1, 1, 1, 1), (0, 0, 1, 1, 1)),
+    ],
+)
+def test_bands_that_stay_have_the_widths_of_the_whole_field(lit, sensed, kept):
+    bands = np.array([400.0, 410.0, 450.0, 460.0, 500.0])
+    centres = quantities.centres(4, 4e-3)
+    light = np.ones((5, 4, 4)) * np.array(lit)[:, None, None]
+    mixed = quantities.plane(light, bands, centres, centres, quantities.RADIANCE)
+    budget = LightBudget(sensed_nm=tuple(bands[np.array(sensed, bool)]))
+    assert tuple(region(LENS, (), mixed, budget).region.kept.astype(int)) == kept
 
 
 def test_light_from_beyond_the_rendered_field_has_farther_to_go():

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import yaml
-from isethdr_optics import DiffractionLimitedLens, PrescribedLens
+from isethdr_optics import DiffractionLimitedLens, GhostFlare, PrescribedLens
 from isethdr_optics.prescription import figures
 from isethdr_optics.prescription.coatings import Powers, layers
 from isethdr_optics.prescription.figures import (
@@ -27,6 +27,7 @@ from isethdr_core.errors import ConfigError
 from isethdr_core.physics.optics.paraxial import back_focus_mm
 from isethdr_core.physics.optics.thin_film import reflect_unpolarised
 from isethdr_core.uncertainty import ledger
+from isethdr_core.uncertainty.error_terms import ErrorTerm
 
 GOOD = {
     "name": "mine",
@@ -211,6 +212,38 @@ def test_cells_far_outside_a_beam_do_not_count():
     beam[3:6] = -6.0
     assert inside(beam).sum() * 0.02**2 == pytest.approx(np.pi, rel=2e-3)
     assert not inside(beam)[:6].any()
+
+
+def test_a_file_in_the_home_folder_is_found_and_named(tmp_path, monkeypatch):
+    monkeypatch.setenv("HOME", str(tmp_path))
+    path = tmp_path / "own.yaml"
+    path.write_text(yaml.safe_dump(GOOD))
+    lens = PrescribedLens(f_number=8.0, prescription="~/own.yaml")
+    assert lens.real().name == "mine"
+    assert lens.input_files() == GhostFlare("~/own.yaml").input_files() == (path,)
+
+
+def test_a_slow_stop_keeps_the_beam_that_its_aberrated_pupil_lets_in():
+    # at f/200 the entrance pupil of the triplet moves by more than two radii at 20 degrees
+    def beam(f_number):
+        axis, oblique = pupil_area_mm2(load("cooke_triplet").stopped(f_number), [0.0, 0.364])
+        return oblique / axis
+
+    assert beam(200.0) == pytest.approx(beam(16.0), rel=5e-3)  # the rims cut neither beam
+    lens = PrescribedLens(prescription="cooke_triplet", f_number=200.0)
+    assert lens.relative_illumination(0.364) == pytest.approx(0.88, abs=0.01)
+    assert 4 in lens.wavefront_at(0.349)
+    assert lens._uneven(0.349, np.array([550.0])) < 0.02  # rays from the sensor find the pupil too
+
+
+def test_a_table_of_focal_shifts_has_no_error_between_traced_wavelengths():
+    def keys(**focus):
+        lens = PrescribedLens(f_number=5.6, prescription="singlet", **focus)
+        notes = lens.limits(0.02, np.array([550.0]))
+        return [note.source.key for note in notes if isinstance(note, ErrorTerm)]
+
+    assert "traced wavelengths" in keys()
+    assert "traced wavelengths" not in keys(focal_shift_um={400.0: 9.0, 700.0: 0.0})
 
 
 def broken(change):

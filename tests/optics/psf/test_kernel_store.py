@@ -9,9 +9,9 @@ import sys
 
 import numpy as np
 import pytest
-from isethdr_optics import ApertureFlare, DiffractionLimitedLens, WavefrontLens
+from isethdr_optics import ApertureFlare, DiffractionLimitedLens, PrescribedLens, WavefrontLens
 from isethdr_optics.psf import kernel_store, kernels
-from isethdr_optics.psf.kernels import KernelRequest, computing
+from isethdr_optics.psf.kernels import KernelRequest, computing, lookup
 
 BANDS = np.array([500.0, 600.0])
 SAMPLING = (BANDS, (3.0, 3.0), (30, 40))
@@ -222,3 +222,12 @@ def test_a_file_with_a_damaged_header_counts_as_absent(isethdr_home, old, new):
     path = isethdr_home / "kernels" / "some.npy"
     path.write_bytes(path.read_bytes().replace(old, new, 1))
     assert kernel_store.load("some") is None
+
+
+def test_a_changed_prescription_file_is_not_taken_for_the_one_before(bare):
+    request = KernelRequest(PrescribedLens(f_number=8.0, prescription=bare), (), *SAMPLING)
+    before = lookup._key(request)
+    assert lookup._key(request) == before
+    with open(bare, "a") as file:
+        file.write("source: changed\n")
+    assert lookup._key(request) != before

@@ -99,11 +99,13 @@ def without_faint_ghosts(
     light = wing_truncation.Light(
         np.asarray(mixed.values),
         1.0 if optics.relative is None else optics.relative,
-        electrons(response, wave) * optics.gains,
+        electrons(response, wave) * lens.gains_sr(wave),
         response,
     )
+    # irises and dirt of other flares take light from the image, not from ghosts
+    of_image = optics.gains / lens.gains_sr(wave)
     # a ghost as bright as the brightest tile, over the sensor's noise
-    unit = 2 * light.share(np.ones(len(wave)), centre, everywhere=True)
+    unit = 2 * light.share(np.ones(len(wave)), centre * of_image, everywhere=True)
     for flare in flares:
         if type(flare) is GhostFlare:
             faint, share, left_out = _faint(

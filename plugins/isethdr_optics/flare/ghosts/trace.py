@@ -14,13 +14,17 @@ import numpy as np
 
 from isethdr_core.physics.optics import glass, paraxial
 from isethdr_core.physics.optics.ray_trace import Start, collimated, follow, ghost_path
+from isethdr_core.physics.optics.surfaces import sag_mm
 
 from ...prescription.coatings import Powers
 
 if TYPE_CHECKING:
     from ...prescription.prescription import Prescription
 
-SCAN = 36  # number of rays across the front surface that find where a ghost's light enters
+# least number of rays across the front surface that find where a ghost's light enters. Narrow ghosts
+# of slow stops take more, so that the distance between rays is at most half of their width.
+SCAN = 36
+MOST_RAYS = 2_000_000  # largest number of such rays that are traced at a time
 # number of rays across the box where the light enters; even, so that half of them lie on either
 # side of the meridional plane
 NODES = 16
@@ -34,7 +38,9 @@ class Pair:
 
     front: int  # index of the surface
     back: int  # index of the surface
-    share: float  # light of the ghost / light of the image; the largest over bands and field
+    # light of the ghost / light of the image, with the largest reflectance over all bands of either
+    # surface; the largest over the field
+    share: float
     radius_mm: float  # radius of the spot on the sensor, for a distant lamp on the axis
     focus_mm: float  # distance of the ghost's focus behind the sensor
     # position of the ghost over that of the lamp's image: -1 is as far from the axis, on the other
@@ -98,16 +104,45 @@ def _beam(
     """Return (largest area over the tangents in mm2, half width on the axis in mm) of the beam that
     passes all apertures of a path.
     """
+    a, b, width = _apertures(lens, path, steps)
+    centre = -b[:, None] * tangents / np.where(a == 0, 1e-12, a)[:, None]
+    chord = (centre + width[:, None]).min(axis=0) - (centre - width[:, None]).max(axis=0)
+    return float(np.pi / 2 * max(chord.max(), 0.0) * width.min()), float(width.min())
+
+
+def _apertures(
+    lens: Prescription, path: Sequence[tuple[int, bool]], steps: Sequence[np.ndarray]
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return (a, b, half width mm), each (aperture,), of all apertures of a path.
+
+    A ray with the height h at the front and the tangent t crosses an aperture at the height
+    a h + b t. The half width is that of the aperture seen from the front.
+    """
     limits = [
         (m[0, 0], m[0, 1], lens.surfaces[k].semi_diameter_mm)
         for (k, _), m in zip(path, steps)
         if np.isfinite(lens.surfaces[k].semi_diameter_mm)
     ]
     a, b, semi = (np.array(v) for v in zip(*limits))
-    width = semi / np.maximum(np.abs(a), 1e-12)
-    centre = -b[:, None] * tangents / np.where(a == 0, 1e-12, a)[:, None]
-    chord = (centre + width[:, None]).min(axis=0) - (centre - width[:, None]).max(axis=0)
-    return float(np.pi / 2 * max(chord.max(), 0.0) * width.min()), float(width.min())
+    return a, b, semi / np.maximum(np.abs(a), 1e-12)
+
+
+def acceptance(lens: Prescription, pair: Pair, wavelength_nm: float) -> tuple[float, float]:
+    """Return (half width mm, movement mm per tangent) of the paraxial beam of a ghost at the front:
+    those of the narrowest aperture that it passes.
+
+    Parameters
+    ----------
+    lens : `Prescription`, scaled and stopped.
+    pair : pair of reflecting surfaces.
+    wavelength_nm : wavelength, nm.
+    """
+    path = ghost_path(len(lens.surfaces), pair.back, pair.front)
+    indices = lens.indices(wavelength_nm)
+    steps = paraxial.matrices(lens.surfaces, indices, path, lens.surfaces[0].z_mm)
+    a, b, width = _apertures(lens, path, steps)
+    narrowest = int(width.argmin())
+    return float(width[narrowest]), float(abs(b[narrowest] / a[narrowest]))
 
 
 def _to_middle(
@@ -169,17 +204,46 @@ def boxes(
     wavelength_nm : wavelength, nm.
     """
     indices = lens.indices(wavelength_nm)
-    front_mm = lens.surfaces[0].z_mm
-    half = _front_half_mm(lens, indices)
-    step = 2 * half / SCAN
-    across = (np.arange(SCAN) + 0.5) * step - half
-    # only the half y > 0; the other half is its mirror image
-    x, y = np.meshgrid(across, across[SCAN // 2 :])
     path = ghost_path(len(lens.surfaces), pair.back, pair.front)
-    tangents = np.asarray(intervals, float).reshape(-1, 1, 1)
-    passed = (
-        follow(lens.surfaces, indices, path, collimated(x, y, front_mm, tangents, 0.0)).margin > 0
-    )
+    narrow_mm, _ = acceptance(lens, pair, wavelength_nm)
+    halves_mm = [_front_half_mm(lens, indices, high) for _, high in intervals]
+    found: dict[int, tuple[float, float, float, float] | None] = {}
+    for half_mm in dict.fromkeys(halves_mm):
+        count = max(SCAN, 2 * int(np.ceil(half_mm / narrow_mm)))
+        alike = [k for k, half in enumerate(halves_mm) if half == half_mm]
+        together = max(1, MOST_RAYS // count**2)
+        for first in range(0, len(alike), together):
+            some = alike[first : first + together]
+            tangents = np.array([intervals[k] for k in some], float)
+            found |= zip(some, _scanned(lens, indices, path, tangents, half_mm, count))
+    return [found[k] for k in range(len(intervals))]
+
+
+def _scanned(  # noqa: PLR0913 - the lens, its light, and the size of the scan
+    lens: Prescription,
+    indices: Sequence[float | np.ndarray],
+    path: Sequence[tuple[int, bool]],
+    tangents: np.ndarray,
+    half_mm: float,
+    count: int,
+) -> list[tuple[float, float, float, float] | None]:
+    """Return the boxes of `boxes`, from rays on a grid in the plane of the front vertex.
+
+    Parameters
+    ----------
+    lens : `Prescription`, scaled and stopped.
+    indices : refractive index of every medium.
+    path : path of the ghost.
+    tangents : (interval, 2) field tangents along +x.
+    half_mm : half side of the grid, mm.
+    count : number of rays along each side of the grid, even.
+    """
+    step = 2 * half_mm / count
+    across = (np.arange(count) + 0.5) * step - half_mm
+    # only the half y > 0; the other half is its mirror image
+    x, y = np.meshgrid(across, across[count // 2 :])
+    start = collimated(x, y, lens.surfaces[0].z_mm, tangents.reshape(-1, 1, 1), 0.0)
+    passed = follow(lens.surfaces, indices, path, start).margin > 0
     out = []
     for either in passed.reshape(-1, 2, *x.shape).any(axis=1):
         columns = np.flatnonzero(either.any(axis=0))
@@ -198,11 +262,18 @@ def boxes(
     return out
 
 
-def _front_half_mm(lens: Prescription, indices: Sequence[float | np.ndarray]) -> float:
+def _front_half_mm(
+    lens: Prescription, indices: Sequence[float | np.ndarray], tangent: float
+) -> float:
+    """Return the distance from the axis, mm, within which light of a field tangent that enters the
+    lens crosses the plane of the front vertex.
+    """
     first = lens.surfaces[0]
-    if np.isfinite(first.semi_diameter_mm):
+    semi_mm = first.semi_diameter_mm
+    if np.isfinite(semi_mm):
         # oblique light crosses the vertex plane displaced by tangent x sag
-        return first.semi_diameter_mm * 1.15
+        displaced_mm = abs(tangent * float(np.nan_to_num(sag_mm(first, np.array(semi_mm**2)))))
+        return max(semi_mm * 1.15, semi_mm + displaced_mm)
     return 2 * paraxial.entrance_pupil(lens.surfaces[:-1], indices)[1]
 
 

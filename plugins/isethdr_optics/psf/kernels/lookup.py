@@ -9,6 +9,8 @@ from threading import Lock
 from time import perf_counter
 from typing import TYPE_CHECKING
 
+from isethdr_core.runs import provenance
+
 from .. import band_phase, kernel_store, memory
 from . import computing, expected
 from .patterns import one_pattern_frame
@@ -21,7 +23,7 @@ if TYPE_CHECKING:
     Make = Callable[[KernelRequest], Kernels]
 
 CACHE_BYTES = 3 << 30  # memory of the cached kernels that are not mapped from a file
-REACH = 4  # index of the reach in a key of the cache; all entries before it are independent of it
+REACH = 5  # index of the reach in a key of the cache; all entries before it are independent of it
 
 _cache: OrderedDict[tuple, Kernels] = OrderedDict()
 _lock = Lock()
@@ -126,6 +128,8 @@ def _key(request: KernelRequest, make: Make | None = None) -> tuple:
     return (
         repr((request.lens, flares)),
         tuple(map(id, flares)) if any(not is_dataclass(f) for f in flares) else (),
+        # a file may change while the process runs
+        tuple(provenance.input_digests(request.lens, *flares).items()),
         tuple(request.edges_nm.ravel()),
         tuple(round(p, 9) for p in request.pitch_um),
         request.reach,

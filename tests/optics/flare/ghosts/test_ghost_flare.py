@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from isethdr_optics import GhostFlare, IdealLens
 from isethdr_optics.flare.ghosts import ghost_flare as ghosts_module
-from isethdr_optics.flare.ghosts.draw import Canvas, sources
-from isethdr_optics.flare.ghosts.trace import beams, boxes, rank, split
+from isethdr_optics.flare.ghosts.draw import Canvas, Source, points, sources
+from isethdr_optics.flare.ghosts.trace import _front_half_mm, beams, boxes, rank, split
 from isethdr_optics.prescription.coatings import Powers
 from isethdr_optics.prescription.prescription import load, parse
 
@@ -226,6 +226,38 @@ def test_what_is_left_out_is_listed_and_within_the_error():
     pairs = rank(Powers(load("singlet"), wave, 0.02), 0.1)
     kept, left = split(pairs, 0.0)
     assert kept == pairs and left == []
+
+
+def test_narrow_ghosts_of_slow_stops_are_found_and_kept_between_field_angles():
+    lens = load("double_gauss").stopped(180.0)
+    powers = Powers(lens, np.array([550.0]), 0.02)
+    pair = next(p for p in rank(powers, 0.3) if (p.front, p.back) == (8, len(lens.surfaces) - 1))
+    step = 0.3 / ghosts_module._radial_bins(lens, pair, 550.0, 0.3)
+    [box] = boxes(lens, pair, [(0.0, step)], 550.0)
+    low, high = beams(lens, powers, pair, [0.0, step], [box, box])
+
+    def through(x):
+        source = Source(x, 0.0, 1e-6, 1e-6, np.ones(1))
+        return float(points(source, low, high, (0.0, step), box)[2].sum())
+
+    pupil_m2 = np.pi * (1e-3 * 100.0 / 180.0 / 2) ** 2
+    assert through(0.0) == pytest.approx(pair.share * pupil_m2, rel=0.05)
+    # the share for which the beams of both field angles overlap, and the vignetting between them
+    assert through(step / 2) > 0.9 * through(0.0)
+
+
+def test_rays_reach_the_rim_of_a_strongly_curved_front():
+    rows = [
+        {"radius_mm": 40.0, "thickness_mm": 12.0, "glass": "1.5", "semi_diameter_mm": 26.0},
+        {"radius_mm": -400.0, "thickness_mm": 5.0, "semi_diameter_mm": 26.0},
+        {"stop": True, "thickness_mm": 1.0, "semi_diameter_mm": 5.0},
+        {"thickness_mm": 1.0, "glass": "1.5"},
+        {},
+    ]
+    lens = parse({"name": "curved", "f_number": 4.0, "surfaces": rows})
+    sag_mm = 40 - (40**2 - 26**2) ** 0.5
+    # light at 45 degrees that meets the rim crosses the plane of the vertex farther out by the sag
+    assert _front_half_mm(lens, lens.indices(550.0), 1.0) == pytest.approx(26 + sag_mm)
 
 
 def test_rays_between_wavelengths_are_those_of_their_own_wavelength():

@@ -62,6 +62,16 @@ def test_in_the_dark_no_ghost_is_traced_and_a_lamp_brings_all_back():
     assert seen(mixed) == ((GHOSTS,), 0.0, ())
 
 
+def test_dirt_of_another_flare_makes_no_ghost_fainter():
+    mixed = scene(1e-7)  # the noise is that of reading
+    clean = field_optics(LENS, mixed, (GHOSTS,))
+    bounds = [
+        sensor_limited.without_faint_ghosts(LENS, mixed, (GHOSTS,), optics, RESPONSE).bound
+        for optics in (clean, replace(clean, gains=0.5 * clean.gains))
+    ]
+    assert bounds[1] == pytest.approx(bounds[0], rel=1e-3)
+
+
 def test_other_flares_and_ghosts_of_others_are_left_as_they_are():
     haze = build("flare", "haze")
     assert sensor_limited.without_faint_ghosts(LENS, scene(), (haze,), None, RESPONSE) == (
