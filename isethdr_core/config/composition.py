@@ -85,7 +85,13 @@ def check_choices(overrides: Iterable[Override]) -> None:
     for override in overrides:
         group = override.key_or_group.partition("@")[0]
         value = override.value()
-        if group in TABLES and group not in KEYED and not isinstance(value, dict | None):
+        changes = not (override.is_add() or override.is_delete())
+        if (
+            changes
+            and group in TABLES
+            and group not in KEYED
+            and not isinstance(value, dict | None)
+        ):
             kind = TABLES[group]
             single = "sensor=<name> for a single camera, " if kind == "sensor" else ""
             raise ConfigError(

@@ -17,8 +17,8 @@ def with_saturation(picture: xr.Dataset, captures: xr.Dataset) -> xr.Dataset:
     saturated and the pixel is not valid.
 
     A pixel may be valid although its captures are saturated: the table of a nonlinear response
-    covers it, or the isp has replaced the sample of a defect. A picture that already has `saturated`, or whose grid differs from that of the captures, is
-    returned unchanged.
+    covers it, or the isp has replaced the sample of a defect. A picture that already has
+    `saturated`, or whose grid differs from that of the captures, is returned unchanged.
     """
     if "saturated" in picture or "saturated" not in captures:
         return picture

@@ -217,6 +217,7 @@ class Renamed:
 
     def __init__(self, stored):
         self.stored = stored
+        self.path = stored.path
         self.camera = f"_{HOSTILE}"
         a = dict(stored.attributes)
         note = {"what": HOSTILE, "unit": HOSTILE, "how": HOSTILE, "value": 1.0}

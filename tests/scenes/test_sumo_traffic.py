@@ -244,8 +244,6 @@ def test_a_configuration_drives_on_a_shifted_net_of_the_file(tmp_path):
     assert last <= 30.0
 
 
-@needs_sumo
-@pytest.mark.slow
 def test_clock_times_and_packed_files_of_sumo_are_read(tmp_path):
     told = ("90.5", "1:30:00", "2:00:00:10.5", "-1")
     assert [seconds(text) for text in told] == [90.5, 5400.0, 172_810.5, -1.0]
@@ -268,6 +266,8 @@ def test_clock_times_and_packed_files_of_sumo_are_read(tmp_path):
     assert _types([packed])["van"]["vClass"] == "delivery"
 
 
+@needs_sumo
+@pytest.mark.slow
 def test_a_density_that_does_not_fit_says_how_many_were_placed(monkeypatch):
     """SUMO places half of 145 vehicles per km, which almost touch; the test requires 80 %."""
     monkeypatch.setattr("isethdr_scenes.traffic.sumo.traffic.LEAST", 0.8)

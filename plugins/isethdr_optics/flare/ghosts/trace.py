@@ -21,8 +21,8 @@ from ...prescription.coatings import Powers
 if TYPE_CHECKING:
     from ...prescription.prescription import Prescription
 
-# least number of rays across the front surface that find where a ghost's light enters. Narrow ghosts
-# of slow stops take more, so that the distance between rays is at most half of their width.
+# least number of rays across the front surface that find where a ghost's light enters. Narrow
+# ghosts of slow stops take more, so that rays are at most half of the ghost's width apart.
 SCAN = 36
 MOST_RAYS = 2_000_000  # largest number of such rays that are traced at a time
 # number of rays across the box where the light enters; even, so that half of them lie on either
