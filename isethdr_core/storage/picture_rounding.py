@@ -107,7 +107,8 @@ def _quanta(name: str, values: dict) -> np.ndarray:
     if name == FIXED_PATTERN:
         total = values[name] + (0.0 if variance is None else np.nan_to_num(variance))
         luminance_bits = FIXED_PATTERN_BITS
-    quanta = _relative(total, COLOUR_BITS)
+    quanta = np.empty(total.shape)
+    quanta[..., ::2] = _relative(total[..., ::2], COLOUR_BITS)
     quanta[..., 1] = _relative(total[..., 1], luminance_bits)
     return quanta
 
@@ -116,12 +117,14 @@ def _by_variance(values: np.ndarray, variance: np.ndarray | None, share: float) 
     """Return the spacing of a grid that rounds by at most `share` of the standard deviation. Values
     without variance get the spacing of `EXACT_BITS`.
     """
-    quanta = _relative(values, EXACT_BITS)
     if variance is None:
-        return quanta
+        return _relative(values, EXACT_BITS)
     noisy = np.isfinite(variance) & (variance > 0)
     sigma = np.sqrt(np.where(noisy, variance, 1.0))
-    return np.where(noisy, _power_of_two(2 * share * sigma), quanta)
+    quanta = _power_of_two(2 * share * sigma)
+    if not noisy.all():
+        quanta[~noisy] = _relative(values[~noisy], EXACT_BITS)
+    return quanta
 
 
 def _relative(values: np.ndarray, bits: int) -> np.ndarray:

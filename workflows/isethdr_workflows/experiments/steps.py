@@ -77,7 +77,7 @@ def network(sensor: str) -> Step:
         ),
         (model, table),
         20.0,
-        "measured: 18.8 min (bayer); beside other work 22.3 and 22.8 min; 14 min are training",
+        "measured: 18.8 min (bayer); beside other work 22.3 to 22.8 min; 14 min are training",
         ("torch", "train"),
     )
 
@@ -108,8 +108,8 @@ STEPS = (
         "the first 20 of 40 streets, 480 x 270 tiles, 16 bands",
         (f"{GENERATE} sample=20",),
         (f"datasets/{DATASET}/scenes/00019.json",),
-        22.0,
-        "measured beside other work: 24.5 and 26.9 min; about 90 CPU s a scene",
+        23.0,
+        "measured beside other work: 24.0 to 26.9 min; 90 to 130 CPU s a scene",
     ),
     Step(
         "dataset",
@@ -119,8 +119,8 @@ STEPS = (
             *(f"dataset {what} {DATASET}" for what in ("splits", "describe", "report")),
         ),
         (f"datasets/{DATASET}/scenes/00039.json", f"datasets/{DATASET}/splits.json"),
-        22.0,
-        "as for the first half",
+        24.0,
+        "measured beside other work: 26.3 min; 90 to 130 CPU s a scene",
     ),
     network("typical_bayer"),
     network("typical_rgbw"),
@@ -146,9 +146,9 @@ STEPS = (
             " detector={home}/training/detectors/all_cameras/detector.yaml",
         ),
         ("training/detectors/all_cameras/detector.onnx", f"datasets/{DATASET}/detector_scores.csv"),
-        20.0,
-        "measured: 14.4 min, most of it for training and scores; about 6 min more for pictures that"
-        " no run has stored",
+        28.0,
+        "measured: 14.4 min with kernels and pictures at hand; estimate without them: 9 of 33 scenes"
+        " took 6 min",
         ("torch", "train"),
     ),
     Step(
