@@ -147,8 +147,8 @@ STEPS = (
         ),
         ("training/detectors/all_cameras/detector.onnx", f"datasets/{DATASET}/detector_scores.csv"),
         28.0,
-        "measured: 14.4 min with kernels and pictures at hand; estimate without them: 9 of 33 scenes"
-        " took 6 min",
+        "measured: 14.4 min with kernels and pictures at hand; estimate without them: 9 of 33"
+        " scenes took 6 min",
         ("torch", "train"),
     ),
     Step(
