@@ -329,8 +329,9 @@ PAGES = {
         "5 CPU min",
         (
             "`kernel_wings`: the L1 error of a patch and the error of its sum, relative, and the"
-            " error per tile that the kernels state for that octave of distance. An exact core is"
-            " stated as 0: with three bands it reaches 80 tiles along either axis.",
+            " error per tile that the kernels state for that octave of distance. An exact core,"
+            " which reaches 80 tiles along either axis with three bands, states its own error"
+            " alone.",
             "`kernels_beside_lamps`: one lamp of one tile on an even background of about 200"
             " electrons, 31 bands, Bayer sensor that allows 0.1 of its noise, of which kernels have"
             " 0.074. `largest_error` is that of a tile and channel below full scale, in standard"
