@@ -219,7 +219,7 @@ def boxes(
     return [found[k] for k in range(len(intervals))]
 
 
-def _scanned(  # noqa: PLR0913 - the lens, its light, and the size of the scan
+def _scanned(
     lens: Prescription,
     indices: Sequence[float | np.ndarray],
     path: Sequence[tuple[int, bool]],
