@@ -38,8 +38,8 @@ class Pair:
 
     front: int  # index of the surface
     back: int  # index of the surface
-    # light of the ghost / light of the image, with the largest reflectance over all bands of either
-    # surface; the largest over the field
+    # light of the ghost over light of the image, the largest over the field. Each of both surfaces
+    # counts with its largest reflectance over the bands.
     share: float
     radius_mm: float  # radius of the spot on the sensor, for a distant lamp on the axis
     focus_mm: float  # distance of the ghost's focus behind the sensor

@@ -149,8 +149,7 @@ def _factors(mesh: Any) -> np.ndarray:
     white if it states none, times the mean colour of the vertices.
     """
     material = mesh.visual.material
-    kind = type(material).__name__
-    factor = material.baseColorFactor if kind == "PBRMaterial" else material.main_color
+    factor = material.baseColorFactor if _is_of_gltf(material) else material.main_color
     out = np.ones((len(mesh.faces), 4))
     if factor is not None:
         out *= np.asarray(factor, float) / CODES
@@ -163,7 +162,7 @@ def _factors(mesh: Any) -> np.ndarray:
 
 def _opacity(material: Any) -> float:
     """Return the opacity of a material of an OBJ, 0 to 1: `d`, or 1 less `Tr`; 1 without both."""
-    if type(material).__name__ != "SimpleMaterial":
+    if _is_of_gltf(material):
         return 1.0
     for key, of_number in (("d", lambda value: value), ("tr", lambda value: 1 - value)):
         told = material.kwargs.get(key)
@@ -179,8 +178,13 @@ def _encoded(linear: np.ndarray) -> np.ndarray:
     return np.round(codes.clip(0, CODES)).astype(np.uint8)
 
 
+def _is_of_gltf(material: Any) -> bool:
+    """Return whether a material is that of a glTF file; materials of other files are simpler."""
+    kinds = import_module("trimesh.visual.material")  # trimesh is an extra
+    return isinstance(material, kinds.PBRMaterial)
+
+
 def _image(material: Any) -> np.ndarray | None:
     """Return the texture of a material (y, x, 4), or None."""
-    kind = type(material).__name__
-    picture = material.baseColorTexture if kind == "PBRMaterial" else material.image
+    picture = material.baseColorTexture if _is_of_gltf(material) else material.image
     return None if picture is None else np.asarray(picture.convert("RGBA"))
