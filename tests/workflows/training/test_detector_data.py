@@ -4,17 +4,32 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from isethdr_workflows.dataset.generate import Generated
-from isethdr_workflows.dataset.record import Definition, SceneRecord
-from isethdr_workflows.detectors.objects import TruthObject
+from isethdr_workflows.dataset.generate import Generated, Request, generate
+from isethdr_workflows.dataset.record import Definition, SceneRecord, read_dataset
+from isethdr_workflows.dataset.study.cameras import settings_of
+from isethdr_workflows.detection.lit_scene import LitScene, lit
+from isethdr_workflows.detectors.objects import TruthObject, truth_objects
+from isethdr_workflows.detectors.picture_input import View, displayed
 from isethdr_workflows.training.detector import pictures
 from isethdr_workflows.training.detector.patches import STRIDE, batch, patch, targets_of
 from isethdr_workflows.training.detector.pictures import records_of, shrunk
 from isethdr_workflows.training.detector.settings import parsed
 
+from isethdr_core.config.composition import compose
 from isethdr_core.errors import ConfigError
+from isethdr_core.runs.run import run
 
+from ..dataset.small_world import Small, SmallWorld
 from .drawn_roads import drawn
+
+RECIPE = """
+about: A panel over a road.
+families:
+  plain: {overrides: [scene=small_world, scene.fails=false, renderer=small, lighting=day]}
+splits: {train: 1}
+"""
+# few pixels, and no kernels to make
+SMALL = ("sensor=typical_bayer", "sensor.rows=24", "sensor.columns=32", "lens=ideal", "~flare.dirt")
 
 
 @pytest.mark.parametrize(
@@ -133,7 +148,58 @@ def test_a_part_without_a_picture_is_refused(monkeypatch):
     monkeypatch.setattr(pictures, "read_dataset", lambda name: name)
     monkeypatch.setattr(pictures, "generated", lambda name: dataset)
     monkeypatch.setattr(pictures, "chosen_cameras", lambda *asked: (["bayer"], []))
-    monkeypatch.setattr(pictures, "runs_of", lambda *asked: [])
+    monkeypatch.setattr(pictures, "scene_pictures", lambda *asked: [])
     settings, overrides = parsed(["dataset=few", "lightings=dawn"])
     with pytest.raises(ConfigError, match="'train' could be imaged.*not lightings=dawn"):
         pictures.data_of(settings, overrides, lambda line: None)
+
+
+@pytest.fixture
+def panel(offer, isethdr_home, tmp_path) -> SceneRecord:
+    """Return a stored scene with one car."""
+    offer("scene", "small_world", SmallWorld)
+    offer("renderer", "small", Small)
+    recipe = tmp_path / "small.yaml"
+    recipe.write_text(RECIPE)
+    return generate(Request("tiny", count=1, seed=1, recipe=str(recipe)), print).made[0]
+
+
+def test_pictures_are_those_of_a_run_with_the_same_noise(panel):
+    """The stored picture of a run is rounded by less than its noise: at most one code of 255."""
+    only_labels = [f"~metric.{name}" for name in compose([]).metric if name != "contrast"]
+    result = run(compose([*settings_of(panel, SMALL), *only_labels]))
+    [camera] = result.cameras
+    reference = result.open(f"truth/{camera}").load()
+    rgb = displayed(result.open(f"picture/{camera}").load(), View.of(reference), "png")
+    objects = truth_objects(reference, result.attributes["weights"])
+    # the noise of the run has the name of its scene
+    [found] = pictures.camera_pictures(lit(panel, SMALL), [camera], 0, 640, "stored")
+    np.testing.assert_allclose(found.rgb.astype(float), 255 * rgb, rtol=0, atol=1.5)
+    assert found.rgb.std() > 2, "the picture shows the car, or noise"
+    np.testing.assert_array_equal(found.boxes, [one.box for one in objects])
+    assert found.classes.tolist() == [0]
+
+
+def test_kept_pictures_are_read_again_and_each_realisation_has_noise_of_its_own(panel, monkeypatch):
+    settings, overrides = parsed(["dataset=tiny", "realisations=2", "lightings=recipe", *SMALL])
+    asked = (panel, settings, list(lit(panel, SMALL).built.cameras), overrides, print)
+    first = pictures.scene_pictures(*asked)
+    assert len(first) == 2
+    assert (first[0].rgb != first[1].rgb).any()
+
+    def imaged_again(seen: LitScene):
+        raise AssertionError("the pictures are kept")
+
+    monkeypatch.setattr(LitScene, "light", property(imaged_again))
+    for one, again in zip(first, pictures.scene_pictures(*asked), strict=True):
+        assert again.road == panel.road
+        for before, after in zip(one.arrays(), again.arrays(), strict=True):
+            np.testing.assert_array_equal(before, after)
+
+
+def test_overrides_that_ask_for_other_radiance_are_refused(panel):
+    for text in ("renderer.width=9", "scene=night_drive", "+experiment=dusk"):
+        settings, overrides = parsed(["dataset=tiny", text])
+        with pytest.raises(ConfigError, match="changes the radiance.*type for example lens"):
+            pictures.data_of(settings, overrides, print)
+    assert read_dataset("tiny").count == 1

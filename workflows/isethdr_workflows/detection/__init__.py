@@ -4,7 +4,8 @@
 |---------------|---------------------------------------------------------------------------|
 | `exposing`    | the exposure that a camera chooses for a scene at any level of light      |
 | `frame`       | one scene through one camera: stabilised colours, objects                 |
-| `imaging`     | scenes of a dataset through the cameras: light, exposures, frames         |
+| `imaging`     | scenes of a dataset through the cameras: exposures, frames                |
+| `lit_scene`   | the stored radiance of a scene under one lighting, imaged by the lens     |
 | `questions`   | presets of a study: cameras, light levels, overrides                      |
 | `stabilising` | variance stabilisation: a function of mean electrons with a noise of 1    |
 | `study`       | the study: all objects, all cameras, all light levels                     |

@@ -1,8 +1,6 @@
-"""Scenes of a dataset through the cameras: light, exposures, and the frames that the observer sees.
+"""Scenes of a dataset through the cameras: exposures, and the frames that the observer sees.
 
-Light on the sensor plane is kept in the cache of intermediate results, where the next study with
-the same scenes and lens finds it. Mean electrons are proportional to the light, so other levels of
-light need no imaging.
+Mean electrons are proportional to the light, so other levels of light need no imaging.
 """
 
 from __future__ import annotations
@@ -27,13 +25,11 @@ from isethdr_core.data.derived_once import values_only
 from isethdr_core.data.quantities import tristimulus
 from isethdr_core.errors import ConfigError, did_you_mean
 from isethdr_core.physics.optics.projection import direction
-from isethdr_core.pipeline.chain import Chain, chain, imaging, plan, stage
-from isethdr_core.pipeline.imaging_plan import labelled
-from isethdr_core.pipeline.shot import CameraShot, LightNames, Shot, developed
+from isethdr_core.pipeline.chain import Chain, stage
+from isethdr_core.pipeline.shot import CameraShot, Shot, developed
 from isethdr_core.plugins.presets import presets
-from isethdr_core.runs.result_names import named, of_light, of_mixed, of_radiance
-from isethdr_core.runs.reuse import Kept, Reuse, cache_bytes
-from isethdr_core.storage import store
+from isethdr_core.runs.result_names import named
+from isethdr_core.runs.reuse import Kept
 from isethdr_core.truth import labels_on, truth
 from isethdr_core.uncertainty.ledger import Ledger
 from isethdr_core.uncertainty.render_noise import relative_halves
@@ -42,9 +38,8 @@ from ..dataset.record import SceneRecord
 from ..dataset.summary import illuminance
 from .exposing import Exposing, exposing, in_darkness
 from .frame import Boxes, Frame, Layout, SceneObjects, Thing, boxes, cells, kind_of, owners_of
+from .lit_scene import lit
 from .stabilising import Stabiliser, readings
-from .threads import COMPOSING
-from .without import without_people
 
 LAMP_CD_M2 = 1000.0  # least luminance of a lamp that counts as bright
 LAMP_DEG = 3.0  # largest angle between an object's middle and a lamp near it
@@ -53,7 +48,6 @@ LOW_SUN_DEG = 15.0  # a sun up to this height is in the picture of a camera that
 UNIFORM = "uniform"  # kind of sky with one luminance everywhere, at any hour
 AS_BUILT = "ideal"  # the lighting that leaves each light group as the scene was built
 TRANSFER = "detection"  # key of the metric in the config
-OWN = ("report=false",)
 HALF_DIFFERENCE = "relative_half_difference"  # variable (y, x) of a prepared scene
 
 
@@ -165,22 +159,10 @@ def prepared(
     transfer : names of the cameras for which contrast transfer accuracy is computed too.
     bare : whether the same view without people, riders and animals is used.
     """
-    with COMPOSING:
-        config = compose([*record.overrides, *OWN, *overrides])
-        built = chain(config, rendered=True)
-    rows = Ledger()
-    demand = plan(built, rows).with_labels("instance")
-    path = without_people(record) if bare else record.stores[0]
-    scene = store.open_scene(path)
-    mixed = built.lighting(scene)
-    radiance = of_radiance(built.scene, [str(path)] if bare else list(record.stores), demand)
-    of_main = of_mixed(radiance, built.lighting)
-    names = LightNames(radiance, of_main, of_light(of_main, built, demand, mixed))
-    reuse = Reuse.below(cache_bytes(config))
-    imaged = imaging(built, labelled(built.lens, mixed, scene), demand)
-    light = stage(
-        rows, "lens", config.lens.name, built.lens, imaged.light, Kept(reuse, names.light)
-    )
+    seen = lit(record, overrides, bare)
+    scene = seen.scene
+    mixed = seen.mixed
+    light = seen.light
     xyz = tristimulus(mixed)
     luminance = xyz.xyz.values[..., 1].astype(float)
     within = inside(scene)
@@ -190,17 +172,17 @@ def prepared(
         kept[HALF_DIFFERENCE] = (("y", "x"), difference)
     ready = Prepared(
         record=record,
-        condition=condition_of(config),
-        built=built,
+        condition=condition_of(seen.config),
+        built=seen.built,
         scene=kept,
         light=light,
         mean_lux=float(luminance[within].mean()) * float(light.attrs["throughput_sr"]),
         weights=dict(mixed.attrs["weights"]),
         near_lamp=near_lamps(scene, luminance),
     )
-    shot = Shot(light, mixed, scene, generator(scene=record.road), imaged, reuse, names)
+    shot = seen.shot(generator(scene=record.road))
     for name in transfer:
-        ready.transfer[name] = transfer_accuracy(built, rows, name, shot)
+        ready.transfer[name] = transfer_accuracy(seen.built, seen.rows, name, shot)
     return ready
 
 

@@ -27,6 +27,7 @@ from .imaging import (
     prepared,
     view,
 )
+from .lit_scene import check_same_radiance
 from .observer.clutter import Search, searches
 from .observer.observing import (
     Answer,
@@ -82,8 +83,8 @@ def detection(
 
     Raises
     ------
-    ConfigError : no dataset is named, it has no objects, a camera or the question is unknown, or a
-        number is out of its range.
+    ConfigError : no dataset is named, it has no objects, a camera or the question is unknown, a
+        number is out of its range, or an override asks for other radiance.
     CatalogError : there is no such dataset.
     """
     asked = question_of(question)
@@ -93,6 +94,7 @@ def detection(
             "dataset is empty; expected the name of a generated dataset; type for example"
             " isethdr study detection dataset=streets"
         )
+    check_same_radiance(overrides)
     made = generated(read_dataset(dataset))
     names = camera_names(cameras or asked.cameras)
     settings = (

@@ -4,7 +4,7 @@
 |-------------|------------------------------------------------------------------------------|
 | `action`    | the action of the command, and its output                                    |
 | `settings`  | settings as they are typed                                                   |
-| `pictures`  | labelled pictures: runs of the cameras over a dataset, relit, with new noise |
+| `pictures`  | labelled pictures: the cameras over a dataset, relit, with new noise         |
 | `patches`   | crops, flips, zooms and gains of pictures, and targets of the network        |
 | `network`   | the network, and its boxes as a part of the exported file                    |
 | `loss`      | focal loss of the centres, overlap of the boxes                              |

@@ -1,30 +1,39 @@
-"""Labelled pictures for a detector: runs of cameras over a dataset, with several lightings and
+"""Labelled pictures for a detector: the cameras over a dataset, with several lightings and
 realisations of the noise.
+
+Captures and pictures in full size are not stored: writing and reading them would take a third of
+the time. The labelled pictures are kept in the cache of intermediate results, where an interrupted
+training finds them again.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+import itertools
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+import xarray as xr
 from PIL import Image
 
-from isethdr_core.config.composition import compose
+from isethdr_core import generator
 from isethdr_core.errors import CatalogError, ConfigError
-from isethdr_core.runs.run import Result, run
+from isethdr_core.pipeline.shot import developed
+from isethdr_core.runs.result_names import named, record
+from isethdr_core.truth import labels_on, truth
 
 from ...dataset.generate import Generated, generated
 from ...dataset.record import SceneRecord, read_dataset
 from ...dataset.splits import splits
-from ...dataset.study.cameras import settings_of
+from ...detection.lit_scene import LitScene, check_same_radiance, lit
+from ...detection.threads import at_once
 from ...detectors.classes import CLASSES
 from ...detectors.objects import TruthObject, truth_objects
 from ...detectors.picture_input import View, displayed
 from ...detectors.study import chosen_cameras, objects_of
 from .settings import OF_RECIPE, Settings
 
-KEPT_METRIC = "contrast"  # the metric that makes a run keep its map of objects
+FORM = 1  # part of the names of kept pictures; it rises when the same inputs give other pictures
 TRAINING = "train"  # names of the two parts of a dataset that are used
 HELD_OUT = "validation"
 LEAST_HEIGHT_PX = 3.0  # least height, in the shrunk picture, of an object that should be found
@@ -49,6 +58,10 @@ class LabelledPicture:
     asked: np.ndarray
     road: str = ""
 
+    def arrays(self) -> list[np.ndarray]:
+        """Return everything except the road."""
+        return [self.rgb, self.boxes, self.classes, self.asked]
+
 
 @dataclass(frozen=True, eq=False)
 class Data:
@@ -67,7 +80,7 @@ class Data:
 def data_of(settings: Settings, overrides: Sequence[str], tell: Callable[[str], None]) -> Data:
     """Return the pictures of the parts `train` and `validation` of a dataset.
 
-    Each picture comes from a run, which is stored and read again by an interrupted training.
+    A scene is imaged by the lens once for each lighting. Several scenes are imaged at once.
 
     Parameters
     ----------
@@ -77,23 +90,25 @@ def data_of(settings: Settings, overrides: Sequence[str], tell: Callable[[str], 
 
     Raises
     ------
-    ConfigError : an override is wrong, a part has no scene, no scene of it can be imaged, or the
-        training scenes show no object.
-    CatalogError : there is no such dataset, or runs cannot be written.
+    ConfigError : an override is wrong or asks for other radiance, a part has no scene, no scene of
+        it can be imaged, or the training scenes show no object.
+    CatalogError : there is no such dataset, or its radiance cannot be read.
     """
+    check_same_radiance(overrides)
     dataset = generated(read_dataset(settings.dataset))
     cameras, own = chosen_cameras(dataset, overrides, settings.cameras)
     parts = records_of(dataset)
+    done = itertools.count(1)
+    many = sum(map(len, parts.values()))
+
+    def pictures_of(scene: SceneRecord) -> list[LabelledPicture]:
+        found = scene_pictures(scene, settings, cameras, own, tell)
+        tell(f"scene {scene.number + 1}, {next(done)} of {many}")
+        return found
+
     pictures: dict[str, list[LabelledPicture]] = {}
     for part, records in parts.items():
-        pictures[part] = []
-        for place, record in enumerate(records, 1):
-            tell(f"{part}: scene {record.number + 1}, {place} of {len(records)}")
-            for result in runs_of(record, settings, own, tell):
-                pictures[part] += [
-                    labelled_picture(result, camera, settings.input_px, record.road)
-                    for camera in cameras
-                ]
+        pictures[part] = list(itertools.chain.from_iterable(at_once(pictures_of, records)))
         if not pictures[part]:
             raise ConfigError(
                 f"no scene of the part {part!r} could be imaged, as printed above; expected"
@@ -140,56 +155,100 @@ def records_of(dataset: Generated) -> dict[str, list[SceneRecord]]:
     return found
 
 
-def runs_of(
-    record: SceneRecord,
+def scene_pictures(
+    scene: SceneRecord,
     settings: Settings,
+    cameras: Sequence[str],
     overrides: Sequence[str],
     tell: Callable[[str], None],
-) -> list[Result]:
-    """Return the runs of a scene, for each lighting and each realisation of the noise.
+) -> list[LabelledPicture]:
+    """Return the pictures of a scene, for each lighting, realisation of the noise, and camera.
 
     A lighting that fails, for example because the scene lacks a light group, is left out.
 
     Parameters
     ----------
-    record : scene of the dataset.
-    settings : lightings and number of noise realisations.
+    scene : record of the scene.
+    settings : lightings, number of noise realisations, and width of the pictures.
+    cameras : names of the cameras.
     overrides : overrides of the config, as typed.
     tell : called with one line of text for each lighting that is left out.
     """
-    results = []
+    pictures = []
     for lighting in settings.lightings.split(","):
         relit = [] if lighting == OF_RECIPE else [f"lighting={lighting}"]
-        for number in range(settings.realisations):
-            typed = [*settings_of(record, overrides), *relit, "draws=1", f"seed={number}"]
-            config = compose(typed)
-            leave_out = [f"~metric.{name}" for name in config.metric if name != KEPT_METRIC]
-            try:
-                results.append(run(compose([*typed, *leave_out])))
-            except CatalogError:
-                raise
-            except Exception as err:  # any component may fail on one scene; the other scenes go on
-                tell(f"  {lighting} is left out: {type(err).__name__}: {err}".splitlines()[0])
-                break
-    return results
+        try:
+            seen = lit(scene, [*overrides, *relit])
+            for number in range(settings.realisations):
+                pictures += camera_pictures(seen, cameras, number, settings.input_px, scene.road)
+        except CatalogError:
+            raise
+        except Exception as err:  # any component may fail on one scene; the other scenes go on
+            tell(f"  {lighting} is left out: {type(err).__name__}: {err}".splitlines()[0])
+    return pictures
 
 
-def labelled_picture(result: Result, camera: str, width: int, road: str) -> LabelledPicture:
-    """Return the picture of a camera as displayed by `isethdr export --to png`, shrunk to a width.
+def camera_pictures(
+    seen: LitScene, cameras: Sequence[str], number: int, width: int, road: str
+) -> list[LabelledPicture]:
+    """Return the picture of each camera as displayed by `isethdr export --to png`, shrunk to a
+    width.
 
     Parameters
     ----------
-    result : run of the scene.
-    camera : name of the camera.
-    width : width of the picture, pixels.
+    seen : the scene under one lighting.
+    cameras : names of the cameras.
+    number : number of the noise realisation, which is the seed of the shot.
+    width : width of the pictures, pixels.
     road : name of the scene's road.
     """
-    truths = [result.open(f"truth/{name}") for name in result.cameras]
-    view = View.of(max(truths, key=lambda truth: truth.sizes["y"] * truth.sizes["x"]))
-    rgb = displayed(result.open(f"picture/{camera}").load(), view, "png")
-    truth = result.open(f"truth/{camera}").load()
-    objects = truth_objects(truth, result.attributes["weights"])
-    return shrunk(np.rint(255 * rgb).astype(np.uint8), objects, width, road)
+    key = generator(number, seen.config.device, road)
+    components = [*(seen.built.cameras[name] for name in cameras), seen.built.isp]
+    made_of = [record(component) for component in components]
+    noise = [key.seed, key.device, key.scene]
+    name = named("labelled pictures", FORM, seen.names.light, made_of, noise, width)
+
+    def drawn() -> list[list[np.ndarray]]:
+        shot = seen.shot(key)
+        labels = seen.scene[["instance"]]
+        pictures = {}
+        references = {}
+        for camera in cameras:
+            captures = seen.built.cameras[camera](shot.light, key)
+            picture = pictures[camera] = developed(seen.built.isp, captures)
+            on_pixels = labels_on(labels, picture)
+            reference = truth(seen.mixed, picture)
+            references[camera] = reference.assign(on_pixels.data_vars).assign_attrs(on_pixels.attrs)
+        largest = max(references.values(), key=lambda one: one.sizes["y"] * one.sizes["x"])
+        view = View.of(largest)
+        weights = seen.mixed.attrs["weights"]
+        return [
+            labelled_picture(pictures[camera], references[camera], view, weights, width).arrays()
+            for camera in cameras
+        ]
+
+    return [LabelledPicture(*arrays, road) for arrays in seen.reuse.value(name, drawn)]
+
+
+def labelled_picture(
+    picture: xr.Dataset,
+    reference: xr.Dataset,
+    view: View,
+    weights: Mapping[str, float],
+    width: int,
+) -> LabelledPicture:
+    """Return a picture as displayed, shrunk to a width, with its objects.
+
+    Parameters
+    ----------
+    picture : picture of a camera.
+    reference : its reference picture, with the label `instance` and the attribute `objects`.
+    view : white and tone curve.
+    weights : {light group: weight} of the lighting.
+    width : width of the result, pixels.
+    """
+    rgb = displayed(picture, view, "png")
+    return shrunk(np.rint(255 * rgb).astype(np.uint8), truth_objects(reference, weights), width)
 
 
 def shrunk(
