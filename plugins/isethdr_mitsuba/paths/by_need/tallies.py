@@ -201,11 +201,16 @@ def _group_variance(
     light, squares, free = (
         near.sum(neighbours, REACH, 1) + tile for neighbours, tile in zip(every, own, strict=True)
     )
-    level = np.maximum(light, np.finfo(single).tiny)
-    per_light = squares / np.maximum(free, 1) / level
+    mean_squares = squares / np.maximum(free, 1)
+    # where `rare_light` has taken all light away, the spread of the paths that it assumes stays
+    is_lit = light > 0
+    level = np.where(is_lit, np.maximum(light, np.finfo(single).tiny), 1)
+    per_light = mean_squares / level
     per_light *= near.counts[REACH]
     close = near.sum(every.light, 1, 1) + own.light
     lent = per_light * (own.light + close / near.counts[1])
+    # twice: as where the light of the tile and the light around it are equal
+    lent = np.where(is_lit, lent, 2 * mean_squares)
     return (own.squares + single(PRIOR / 2) * lent) / (own.free + single(PRIOR))
 
 

@@ -221,3 +221,26 @@ def test_light_is_moved_where_the_darker_buffer_has_many_more_paths(instance):
         put(tallies[1], np.array([TILE]), later[0, [TILE]], later[0, [TILE]] * dark)
         assert moved(tallies, instance).tiles == [expected]
         assert (light(tallies)[TILE] < dark + 1) == bool(expected)
+
+
+def test_the_noise_around_tiles_that_lost_all_light_is_known(instance):
+    """The other buffer found no light there, so the mean light of all tiles around is zero. The
+    spread that was assumed for the remaining paths stays, and is shared with the tiles around: the
+    sum of squares over all tiles is that of the tile, weighted with the batches of the neighbours.
+    """
+    from isethdr_mitsuba.paths.by_need.rare_light import take
+    from isethdr_mitsuba.paths.by_need.tallies import PRIOR, Neighbours, path_variance
+
+    tallies = buffers(np.random.default_rng(9), 0.0, 0.0)
+    add_path(tallies[0], TILE, 3000.0)
+    assumed = 70.0
+    take(tallies[0], 0, TILE, 0.0, np.full(3, assumed))
+    assert not sum(t.xyz for t in tallies).any()
+    found = path_variance(tallies, Neighbours(instance))[0, 1]
+    assert np.isfinite(found).all()
+    free = 2 * (BATCHES - 1)
+    squares = assumed * (BATCHES - 1)
+    lent = squares / (25 * free)  # the tile is one of 25 of its object in its neighbourhood
+    alone = np.array([squares + PRIOR * lent, PRIOR * lent, 0.0]) / (free + PRIOR)
+    # the tile, a neighbour, and a tile beyond the neighbourhood; sums are in float32
+    assert found[[TILE, TILE + 2, TILE + 3]] == pytest.approx(alone, rel=1e-6)
