@@ -7,6 +7,7 @@ sensor=bayer,rgbw`. Nothing heavy is imported here: `isethdr --help` stays quick
 
 from __future__ import annotations
 
+import logging
 import sys
 from functools import cache
 from pathlib import Path
@@ -27,6 +28,7 @@ from .run_help import print_run_help
 if TYPE_CHECKING:
     from pluggy import PluginManager
 
+log = logging.getLogger(__name__)
 app = typer.Typer(
     no_args_is_help=True,
     add_completion=False,
@@ -133,8 +135,32 @@ def completion(shell: str = typer.Argument(help="bash, zsh or fish")) -> None:
 @cache
 def _with_plugins(manager: PluginManager) -> Any:
     """Return the command line with the commands of all plugins. They are added only once."""
-    manager.hook.isethdr_commands(app=app)
+    add_commands(manager, app)
     return get_command(app)
+
+
+def add_commands(manager: PluginManager, app: typer.Typer) -> None:
+    """Add the commands of all plugins. A plugin that fails is logged as an error, and its commands
+    are left out.
+
+    Parameters
+    ----------
+    manager : plugins.
+    app : command line.
+    """
+    plugins = manager.get_plugins()
+    for impl in reversed(manager.hook.isethdr_commands.get_hookimpls()):  # the order of pluggy
+        others = plugins - {impl.plugin}
+        try:
+            manager.subset_hook_caller("isethdr_commands", others)(app=app)
+        except Exception as err:  # the code of a third party may raise anything
+            said = " ".join(str(err).split())
+            log.error(
+                "plugin %r cannot add its commands, which are left out (%s: %s)",
+                impl.plugin_name,
+                type(err).__name__,
+                said,
+            )
 
 
 def main() -> None:

@@ -10,7 +10,14 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from ..errors import ConfigError
-from ..storage.home_folder import HOME, OTHER_HOMES, existing_home, existing_homes, is_home
+from ..storage.home_folder import (
+    HOME,
+    OTHER_HOMES,
+    existing_home,
+    existing_homes,
+    is_home,
+    readable,
+)
 from ..storage.object_home.address import Address, is_address, scratch_folder
 from ..storage.object_home.calls import prepare_writing
 
@@ -98,8 +105,8 @@ def use_home(path: str, command: str) -> None:
     Raises
     ------
     ConfigError : the path is a file, or a folder of something else; or another kind of address.
-    CatalogError : a command that only reads is given a path that is no home; or the object home
-        cannot be read, or written where the command writes.
+    CatalogError : a command that only reads is given a path that is no home; no permission to read
+        the folder; or the object home cannot be read, or written where the command writes.
     """
     if is_address(path):
         address = Address.parsed(path)
@@ -111,12 +118,16 @@ def use_home(path: str, command: str) -> None:
     os.environ[HOME] = str(folder)
     if command not in MAKES_HOMES:
         existing_home()
-    elif folder.exists() and not is_home(folder):
+        return
+    with readable(folder):
+        exists = folder.exists()
+        is_other = exists and not is_home(folder)
+    if is_other:
         what = "a folder of other files" if folder.is_dir() else "no folder"
         raise ConfigError(
             f"{folder} is {what}; expected a home folder, which holds"
             " scenes/ or runs/, or a path that is free; type for example"
             f" {OPTION} {folder.parent / 'isethdr_home'}"
         )
-    elif not folder.exists():
+    if not exists:
         print(f"new home folder:\n{folder}", file=sys.stderr)

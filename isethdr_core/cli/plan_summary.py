@@ -11,6 +11,8 @@ from ..motion.run_time import sub_frame_work
 from ..pipeline import memory_estimate, runtime_estimate
 from ..pipeline.chain import camera_threads, chain, frame_of, plan
 from ..runs import radiance_cache, run
+from ..storage.home_folder import home
+from ..storage.object_home.calls import follow_home
 from ..uncertainty.ledger import Ledger
 from .summary_tables import memory_text, print_statements, runtime_estimate_table
 from .terminal import console as open_console
@@ -25,6 +27,7 @@ def print_plan(overrides: Sequence[str]) -> None:
     rows = Ledger()
     config = compose(overrides)
     planned_chain = chain(config)
+    follow_home(home())
     demand = plan(planned_chain, rows)
     stored = run.find_run(config, planned_chain)
     if stored:

@@ -100,7 +100,9 @@ def duration(seconds: float) -> str:
 
 def print_path(label: str, path: Path | str) -> None:
     """Print a label, and below it the path alone on its line, so that it can be copied whole."""
-    print(f"{label}:\n{path}")
+    # a byte of a path that is no UTF-8 is shown as a question mark: not every output takes it
+    shown = str(path).encode(errors="replace").decode()
+    print(f"{label}:\n{shown}")
 
 
 def print_table(

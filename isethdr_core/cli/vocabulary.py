@@ -13,6 +13,7 @@ from ..plugins import registry
 from ..plugins.component import KINDS
 from ..plugins.descriptions import Description, descriptions
 from ..plugins.presets import EXPERIMENT, component_of, presets
+from .commands import add_commands
 from .completion import Vocabulary
 
 
@@ -23,7 +24,7 @@ def collected(app: typer.Typer) -> tuple[Vocabulary, list[str]]:
     ----------
     app : the command line, to which the commands of plugins are added.
     """
-    registry.plugin_manager().hook.isethdr_commands(app=app)
+    add_commands(registry.plugin_manager(), app)
     words = Vocabulary(
         experiments=sorted(presets(EXPERIMENT)), settings=[s.name for s in settings()]
     )

@@ -9,8 +9,9 @@ import shlex
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import MISSING, Field, field, fields, make_dataclass
+from enum import Enum
 from functools import cache
-from typing import TYPE_CHECKING, Any, get_args, get_origin, get_type_hints
+from typing import TYPE_CHECKING, Any, Literal, get_args, get_origin, get_type_hints
 
 from hydra.core.config_search_path import ConfigSearchPath
 from hydra.core.override_parser.overrides_parser import OverridesParser
@@ -28,10 +29,11 @@ from omegaconf.errors import (
     ValidationError,
 )
 
-from ..errors import ConfigError, IsetHdrError, did_you_mean
+from ..errors import ConfigError, IsetHdrError, PluginError, did_you_mean
 from ..plugins.component import KEYED, KINDS, Component
+from ..plugins.config_paths import config_paths
 from ..plugins.presets import EXPERIMENT
-from ..plugins.registry import class_of, components, plugin_manager
+from ..plugins.registry import class_of, components
 from .hydra_shortcuts import take_shortcuts
 from .kept_choices import CONFIG_MODULE, composed
 from .preset_source import PresetSource, served
@@ -135,7 +137,8 @@ def user_mistakes() -> Iterator[None]:
     except OverrideParseException as err:
         raise ConfigError(
             f"the override {err.override!r} cannot be read; expected key=value; put quotes around"
-            " text with spaces, brackets or quotes, for example \"key='a b'\""
+            " text with any character other than English letters, digits, spaces and _ - + . / : %,"
+            " for example \"scene.path='/data/a=b.exr'\""
         ) from None
     except (HydraException, OmegaConfBaseException) as err:
         raise ConfigError(explain(err)) from None
@@ -300,7 +303,7 @@ def register_with_hydra() -> None:
 def schema(comp: Component) -> type:
     """Return a typed Hydra node with the component's own fields plus its registry name."""
     cls = class_of(comp)
-    hints = get_type_hints(cls)
+    hints = _field_types(comp, cls)
     columns = [("name", str, field(default=comp.name))]
     for f in fields(cls):
         if not f.init:
@@ -315,6 +318,40 @@ def schema(comp: Component) -> type:
             default = field(default=UNSET if f.default is MISSING else f.default)
         columns.append((f.name, hydra_type(hints[f.name], f), default))
     return make_dataclass(f"{cls.__name__}Config", columns)
+
+
+def _field_types(comp: Component, cls: type) -> dict[str, Any]:
+    """Return the types of the fields of a component's class.
+
+    Raises
+    ------
+    PluginError : a type cannot be read, or its values have no place in the name of a run.
+    """
+    subject = f"{comp.kind}/{comp.name} of package {comp.package!r}"
+    try:
+        hints = get_type_hints(cls)
+    except Exception as err:  # an annotation is code of a third party
+        raise PluginError(
+            f"{subject}: the types of its fields cannot be read ({type(err).__name__}: {err});"
+            " import the names in them at the top of the module, not under TYPE_CHECKING"
+        ) from err
+    for f in fields(cls):
+        if f.init and _has_no_name(hints[f.name]):
+            raise PluginError(
+                f"{subject}: the field {f.name!r} is of the type {hints[f.name]}; expected bool,"
+                " int, float, str, a Literal of names, or tuples and tables of these"
+            )
+    return hints
+
+
+def _has_no_name(annotation: Any) -> bool:
+    """Return whether a type holds bytes, or an Enum of neither texts nor numbers: such values are
+    no JSON, of which the name of a run is made.
+    """
+    if isinstance(annotation, type) and get_origin(annotation) is None:
+        is_plain = issubclass(annotation, str | int | float)
+        return issubclass(annotation, bytes | Enum) and not is_plain
+    return get_origin(annotation) is not Literal and any(map(_has_no_name, get_args(annotation)))
 
 
 def hydra_type(annotation: Any, f: Field[Any] | None = None) -> Any:
@@ -368,10 +405,8 @@ def _search_path_plugin() -> type:
             # before Hydra's own sources of the same files, which parse them for each config
             search_path.prepend(provider="isethdr", path=served(f"pkg://{CONFIG_MODULE}"))
             search_path.prepend(provider="isethdr", path=served("pkg://hydra.conf"))
-            for impl in plugin_manager().hook.isethdr_config_paths.get_hookimpls():
-                paths: Any = impl.function()
-                for path in paths:
-                    search_path.append(provider=impl.plugin_name, path=served(path))
+            for name, path in config_paths():
+                search_path.append(provider=name, path=served(path))
             search_path.append(provider="isethdr", path=f"{SCHEME}://")
             if own_folder().is_dir():
                 search_path.append(provider="working folder", path=f"file://{own_folder()}")

@@ -189,7 +189,9 @@ def keep_traceback(err: Exception) -> None:
     path = home() / "failed" / f"{time.strftime('%Y%m%d_%H%M%S')}_{os.getpid()}.txt"
     with suppress(OSError):  # a full disk must not hide the error that it caused
         path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_text("".join(traceback.format_exception(err)))
+        text = "".join(traceback.format_exception(err))
+        # a path in the text may hold bytes that are no UTF-8
+        path.write_text(text, encoding="utf-8", errors="backslashreplace")
         err.add_note(f"traceback in {path}")
 
 

@@ -12,6 +12,7 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 from functools import cache
+from pathlib import Path
 from typing import Any
 
 from hydra._internal import defaults_list
@@ -58,4 +59,14 @@ def is_in_a_preset(pattern: re.Pattern[str]) -> bool:
     sets the mode.
     """
     files = (path for folder in preset_folders() for path in folder.rglob("*.yaml"))
-    return any(pattern.search(path.read_text(encoding="utf-8")) for path in files)
+    return any(pattern.search(_text_of(path)) for path in files)
+
+
+def _text_of(path: Path) -> str:
+    """Return the text of a config file; "" where it cannot be read. A file in another encoding must
+    not stop the runs that do not choose it.
+    """
+    try:
+        return path.read_text(encoding="utf-8", errors="replace")
+    except OSError:  # just removed, or a link to nothing
+        return ""

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterator, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 
 import hydra
@@ -105,4 +106,5 @@ def _sources() -> Iterator[object]:
         for path, _, names in os.walk(folder):
             for name in names:
                 if name.endswith(".yaml"):
-                    yield path, name, os.stat(f"{path}/{name}").st_mtime_ns
+                    with suppress(OSError):  # just removed, or a link to nothing
+                        yield path, name, os.stat(f"{path}/{name}").st_mtime_ns

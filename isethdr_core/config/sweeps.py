@@ -159,7 +159,10 @@ def _name(overrides: Sequence[Override]) -> Any:
 
 
 def _quoted(path: Path) -> str:
-    text = str(path).replace("\\", "\\\\").replace("'", "\\'")
+    """Return a path as text in quotes, as Hydra reads it: a backslash is doubled only before a
+    quote or at the end.
+    """
+    text = re.sub(r"(\\+)('|$)", r"\1\1\2", str(path)).replace("'", "\\'")
     return f"'{text}'"
 
 

@@ -12,6 +12,7 @@ from __future__ import annotations
 import os
 from collections.abc import Iterable, Sequence
 from pathlib import Path
+from shlex import quote
 from urllib.parse import unquote, urlparse
 
 from hydra._internal.utils import get_args_parser
@@ -49,7 +50,7 @@ def check_folder(folder: str | Path) -> None:
         raise ConfigError(
             f"config files in {path} are not trusted, because a config file can run any code;"
             f" expected files of an installed package, in ./{OWN_FOLDER}, or in a folder that"
-            f" {VARIABLE} names; if you trust these files, type {VARIABLE}={path}"
+            f" {VARIABLE} names; if you trust these files, type {VARIABLE}={quote(str(path))}"
             " before the command"
         )
 

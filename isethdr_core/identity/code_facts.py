@@ -38,7 +38,7 @@ from .name_bindings import (
 )
 from .normal_form import NormalForm, Reference, says_nothing
 
-RULES = 2  # raised when the normal form changes: every digest then changes
+RULES = 3  # raised when the facts change: those of earlier versions are then not read
 
 
 @dataclass
@@ -48,6 +48,7 @@ class Facts:
     tree: str  # digest of the normal form, references and strings numbered
     references: list[Reference] = field(default_factory=list)
     strings: list[str] = field(default_factory=list)  # numbered; they may name a file or folder
+    rare_strings: list[str] = field(default_factory=list)  # other strings that may name one
     suffixes: list[str] = field(default_factory=list)  # suffixes of files named by a pattern
     imports: list[Spec] = field(default_factory=list)  # all that run, so not for type checkers
     imported: dict[str, Spec] = field(default_factory=dict)  # names bound by imports at the top
@@ -96,6 +97,7 @@ def _facts_of_tree(tree: ast.Module) -> Facts:
         tree=digest_of(form.text.encode()),
         references=list(form.references),
         strings=list(form.strings),
+        rare_strings=sorted(form.rare_strings),
         suffixes=sorted(form.suffixes),
         imports=sorted({*imports, *imports_by_call(calls, everywhere)}),
         imported={k: s for k, s in top.imported.items() if k not in top.bound},

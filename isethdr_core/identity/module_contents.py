@@ -131,6 +131,10 @@ class ModuleReader:
                 ",".join(f"{_below(path, text)}={digest(path)}" for path in files) or text
             )
             module.add_data(files, data.folder)
+        for text in facts.rare_strings if data.by_name else []:
+            files = data.named(text)
+            module.strings += [f"{_below(path, text)}={digest(path)}" for path in files]
+            module.add_data(files, data.folder)
         for suffix in facts.suffixes:
             files = data.by_suffix.get(suffix, [])
             module.strings += sorted(f"{os.path.basename(path)}={digest(path)}" for path in files)

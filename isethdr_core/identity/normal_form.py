@@ -22,6 +22,8 @@ from .name_bindings import (
 )
 
 PATH_LIKE = re.compile(r"[\w.*-]+(/[\w.*-]+)*")  # strings that may name a file or a folder
+# other strings that may do so, with spaces or signs: they count only if there is such a file
+RARE_PATH = re.compile(r"[^\x00-\x1f\\:*?\"<>|]{1,200}")
 SUFFIX = re.compile(r".*(\.[A-Za-z]\w*)", re.DOTALL)
 # decorators that never read the annotations of the function below them
 PLAIN_DECORATORS = {
@@ -68,6 +70,7 @@ class NormalForm:
     def __init__(self, tree: ast.Module, everywhere: dict[str, Spec], texts: set[int]) -> None:
         self.references: dict[Reference, int] = {}  # numbered in the order of their first use
         self.strings: dict[str, int] = {}  # strings that may name a file or folder, numbered
+        self.rare_strings: set[str] = set()  # other strings that may name one
         self.suffixes: set[str] = set()  # suffixes of files named by a pattern
         self.builds: set[str] = set()  # `kind/name` of components that it builds
         self.dynamic = False  # whether an import has a target that the text does not show
@@ -221,6 +224,8 @@ class NormalForm:
                 if value.startswith((".", "*")) and (suffix := SUFFIX.fullmatch(value)):
                     self.suffixes.add(suffix[1])
                 return
+            if RARE_PATH.fullmatch(value):
+                self.rare_strings.add(value)
         self._out.append(f"{type(value).__name__} {value!r}")
 
     def _joined(self, node: ast.JoinedStr) -> None:

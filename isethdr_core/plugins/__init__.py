@@ -6,6 +6,7 @@
 | `accuracy_knobs` | fields that trade accuracy for time, as a component declares them           |
 | `builtin`        | the components of the core: lightings                                       |
 | `component`      | what a plugin offers under `kind/name`; one component at work               |
+| `config_paths`   | folders with presets, as plugins name them                                  |
 | `descriptions`   | what `isethdr plugins` prints of each component, kept on disk               |
 | `field_docs`     | meaning, unit, default, range and origin of each field of a component       |
 | `hookspecs`      | the six hooks of a plugin                                                   |

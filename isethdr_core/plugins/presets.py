@@ -9,14 +9,12 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import cache
-from importlib import util
 from pathlib import Path
-from typing import Any
 
 import yaml
 
+from .config_paths import PACKAGE, config_paths, folders_of
 from .ranges import on_command_line
-from .registry import plugin_manager
 from .yaml_text import read_yaml
 
 EXPERIMENT = "experiment"  # the group of presets of whole runs
@@ -41,7 +39,8 @@ def presets(group: str) -> dict[str, Preset]:
     """Return the presets of a kind, or the experiments, by name."""
     by_name: dict[str, Preset] = {}
     for folder in preset_folders():
-        for path in sorted((folder / group).glob("*.yaml")):
+        # an editor may leave a link to nothing
+        for path in filter(Path.is_file, sorted((folder / group).glob("*.yaml"))):
             by_name.setdefault(path.stem, _read(group, path))
     return by_name
 
@@ -89,14 +88,11 @@ def described_file(text: str) -> tuple[str, list[str]]:
 
 def preset_folders() -> Iterator[Path]:
     """Yield the folders with presets of plugins, of the core, and of the working folder."""
-    for impl in plugin_manager().hook.isethdr_config_paths.get_hookimpls():
-        folders: Any = impl.function()
-        for place in folders:
-            if place.startswith("pkg://"):
-                spec = util.find_spec(place.removeprefix("pkg://").replace("/", "."))
-                yield from map(Path, (spec and spec.submodule_search_locations) or [])
-            elif place.startswith("file://"):
-                yield Path(place.removeprefix("file://"))
+    for _, place in config_paths():
+        if place.startswith(PACKAGE):
+            yield from map(Path, folders_of(place.removeprefix(PACKAGE)))
+        elif place.startswith("file://"):
+            yield Path(place.removeprefix("file://"))
     yield Path(__file__).parents[1] / "config" / "conf"  # presets of the core: lightings
     yield Path.cwd() / "conf"
 
@@ -109,7 +105,9 @@ def _read(group: str, path: Path) -> Preset:
     except yaml.YAMLError:  # Hydra reports the mistake when the preset is chosen
         content = None
     values = content if isinstance(content, Mapping) else {}
-    based_on = next((d for d in values.get("defaults") or [] if isinstance(d, str)), "")
+    defaults = values.get("defaults")
+    listed = defaults if isinstance(defaults, list) else []  # Hydra refuses anything else
+    based_on = next((d for d in listed if isinstance(d, str)), "")
     fields: tuple[tuple[str, str], ...] = ()
     if group != EXPERIMENT:
         own = ((k, v) for k, v in values.items() if k not in ("defaults", "name"))

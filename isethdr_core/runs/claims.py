@@ -25,6 +25,8 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
+UNKNOWN = "unknown"  # start time of a process that the system does not show
+
 
 @dataclass(frozen=True)
 class Rhythm:
@@ -230,19 +232,23 @@ def _has_ended(owner: dict) -> bool:
     """Return whether the process of a claim ran on this machine and has ended."""
     if not owner or any(owner.get(key) != value for key, value in _machine().items()):
         return False
-    return _started(owner["process"]) != owner["started"]
+    started = _started(owner["process"])
+    return started is None or started not in (owner["started"], UNKNOWN)
 
 
 def _started(process: int) -> str | None:
-    """Return the start time of a process in ticks of the machine; None if it has ended.
+    """Return the start time of a process in ticks of the machine; `UNKNOWN` if the system does not
+    show it; None if the process has ended.
 
     The number of an ended process may be given to a new one, but the pair of number and start time
-    is unique.
+    is unique. Some systems hide the processes of other users below /proc.
     """
     try:
         text = Path(f"/proc/{process}/stat").read_text()
-    except (FileNotFoundError, ProcessLookupError):  # it may end while the file is read
-        return "unknown" if not Path("/proc/self/stat").exists() and _answers(process) else None
+    except FileNotFoundError:
+        return UNKNOWN if _answers(process) else None
+    except ProcessLookupError:  # it has ended while the file was read
+        return None
     state, *fields = text.rpartition(")")[2].split()
     return None if state in "ZX" else fields[18]
 

@@ -21,6 +21,7 @@ SUFFIX = ".labels.json"
 ALLOWED = re.compile(r"[\w.-]+")
 SETTINGS = ("name", "tags")  # settings of a config that are labels
 MOST = 100  # largest number of characters, because a sweep's name becomes a folder
+MOST_BYTES = 255  # largest length of a folder's name in UTF-8, for names in other scripts
 
 
 @dataclass(frozen=True)
@@ -67,17 +68,19 @@ def checked(kind: str, text: object) -> str:
     Raises
     ------
     ConfigError : the text holds a character other than letters, digits, `_`, `-` and `.`, or only
-        dots, or more than 100 characters.
+        dots, or more than 100 characters, or more than 255 bytes in UTF-8.
     """
     shown = str(text)
     if shown == "":
         return ""
-    if not ALLOWED.fullmatch(shown) or set(shown) == {"."} or len(shown) > MOST:
-        example = re.sub(r"[^\w.-]+", "_", shown)[:MOST].strip("._") or "night"
+    allowed = ALLOWED.fullmatch(shown) and set(shown) != {"."}
+    if not allowed or len(shown) > MOST or len(shown.encode()) > MOST_BYTES:
+        shortened = re.sub(r"[^\w.-]+", "_", shown).encode()[:MOST].decode(errors="ignore")
+        example = shortened.strip("._") or "night"
         typed = f"name={example}" if kind == "name" else f"tags=[{example}]"
         raise ConfigError(
             f"the {kind} is {shown[:MOST]!r}; expected at most {MOST} letters, digits, '_', '-'"
-            f" and '.'; type for example {typed}"
+            f" and '.', of at most {MOST_BYTES} bytes in all; type for example {typed}"
         )
     return shown
 
@@ -86,7 +89,7 @@ def read_labels(store: Path) -> Labels:
     """Return the labels of the run in `store`; none if their file is missing or damaged."""
     try:
         return _decoded(path_of(store).read_text(encoding="utf-8"))
-    except OSError:
+    except (OSError, UnicodeDecodeError):
         return Labels()
 
 

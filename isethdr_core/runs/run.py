@@ -48,7 +48,7 @@ from ..pipeline.runtime_estimate import (
 )
 from ..pipeline.shot import LightNames, Shot
 from ..plugins.component import Stage
-from ..plugins.protocols import MovesInTime
+from ..plugins.protocols import MovesInTime, NamesItsShot
 from ..plugins.registry import plugin_manager
 from ..results.html import html_of
 from ..results.plot import plotted
@@ -161,11 +161,14 @@ def run(config: DictConfig) -> Result:
     except Exception as err:
         with suppress(OSError):  # a full disk must not hide the error that it caused
             failed.parent.mkdir(parents=True, exist_ok=True)
-            failed.write_text(traceback.format_exc())
+            # a path may hold bytes that are no text
+            text = traceback.format_exc()
+            failed.write_text(text, encoding="utf-8", errors="backslashreplace")
             err.add_note(f"traceback in {failed}")
         plugin_manager().hook.isethdr_on_stage_error(stage=Stage("run", key, run_chain, error=err))
         raise
-    failed.unlink(missing_ok=True)
+    with suppress(OSError):  # another user of the same home may have written it
+        failed.unlink(missing_ok=True)
     return announced(Result(path, store.read_attrs(path), computed=True), run_chain, labels)
 
 
@@ -348,6 +351,8 @@ def shot_name(name: str, chain: Chain, ids: list[str]) -> str:
     if ids:
         return recipe_hash(chain)
     scene = chain.scene
+    if isinstance(scene, NamesItsShot):
+        return scene.shot_name()
     if isinstance(scene, MovesInTime) and scene.time_s:
         return f"{name} at {scene.time_s!r} s"
     return name

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -101,17 +102,40 @@ def _others() -> list[str]:
     return [line for line in os.environ.get(OTHER_HOMES, "").splitlines() if line]
 
 
+@contextmanager
+def readable(folder: Path) -> Iterator[None]:
+    """Turn a refusal to read a home folder, or a folder above it, into an error that names it.
+
+    Raises
+    ------
+    CatalogError : no permission to read.
+    """
+    try:
+        yield
+    except PermissionError as error:
+        raise CatalogError(
+            f"no permission to read {error.filename}, for the home folder {folder}; expected a home"
+            " that you may read; type --home PATH"
+        ) from error
+
+
 def _existing(folder: Path) -> Path:
     follow_home(folder)
-    if folder.is_dir() and is_home(folder):
-        return folder
+    with readable(folder):
+        if not (folder.is_dir() and is_home(folder)):
+            raise _no_home(folder)
+    return folder
+
+
+def _no_home(folder: Path) -> CatalogError:
+    """Return the error about a folder that is no home, with the homes near it."""
     if folder.is_dir():
-        raise CatalogError(
+        return CatalogError(
             f"{folder} is no home folder: it holds none of {', '.join(PARTS[:3])}"
             f"{_homes_near(folder, [folder, folder.parent])}; type for example"
             " isethdr catalog find --home PATH"
         )
-    raise CatalogError(
+    return CatalogError(
         f"there is no folder {folder}; expected the home folder of stored runs"
         f"{_homes_near(folder, [folder.parent])}; type for example ISETHDR_HOME=/path isethdr"
         " catalog find, isethdr catalog find --home PATH, or `isethdr run` to make one"

@@ -4,7 +4,7 @@ A renderer states half buffers: half of the difference between the light of two 
 samples. In a changed scene, each tile shows the light of one half or of the other, at random (the
 wild bootstrap: Wu 1986). The scene is exposed and processed again with the same noise of the
 sensor. The reference picture is changed in the same way. Light that was spread by the lens is not
-changed, because noise averages out in it.
+changed: noise averages out in it, except in the flare of single bright tiles.
 
 Sensor and image processing take most of the time, and a pixel depends only on tiles nearby. One
 exposure of a large picture therefore shows several changes, each in blocks of its own: one random

@@ -34,9 +34,13 @@ def check_bands(description: SceneDescription, groups: Sequence[str], bands_nm: 
     low = float(np.min(bands_nm))
     high = float(np.max(bands_nm))
     spans = {"the spectra of this renderer": (float(SPECTRUM_NM[0]), float(SPECTRUM_NM[-1]))}
-    spans |= {
-        what: (s.wavelength_nm[0], s.wavelength_nm[-1]) for what, s in _spectra(description, groups)
-    }
+    for what, spectrum in _spectra(description, groups):
+        # lamps of one kind may have different spectra
+        begin, end = spans.get(what, (-np.inf, np.inf))
+        spans[what] = (
+            max(begin, spectrum.wavelength_nm[0]),
+            min(end, spectrum.wavelength_nm[-1]),
+        )
     lacking = {w: (a, b) for w, (a, b) in spans.items() if a > low or b < high}
     if not lacking:
         return
@@ -65,8 +69,7 @@ def _spectra(
         yield "the sky", description.sky
     used = {}
     for placed in description.objects:
-        model = description.models.get(placed.model)  # a missing model is reported later
-        for part in model.parts if model else ():
+        for part in description.models[placed.model].parts:
             used[part.material] = None
             if part.lamp is not None and part.lamp.group in groups:
                 yield f"lamp {part.lamp.kind}", part.lamp.spectrum

@@ -53,23 +53,31 @@ def in_fog(description: SceneDescription, variant: str) -> SceneDescription:
     return replace(description, sky=Spectrum(tuple(nm.tolist()), tuple(value.tolist())))
 
 
-def state_fog(fog: Fog | None) -> None:
-    """State in the ledger which light in fog is left out, and about what share of the airlight."""
+def state_fog(fog: Fog | None, with_lamps: bool, with_sky: bool) -> None:
+    """State in the ledger which light in fog is left out, and about what share of the airlight.
+
+    Parameters
+    ----------
+    fog : fog of the scene; None: clear air, and nothing is stated.
+    with_lamps, with_sky : whether light of lamps and of the sky is rendered.
+    """
     if fog is None:
         return
     lost = [float(np.interp(np.log(fog.visibility_m), np.log(VISIBILITIES_M), v)) for v in LOST]
-    ledger.left_out(
-        "light of lamps that fog scatters more than once, or onto surfaces",
-        f"only single scattering towards the camera is computed; visibility {fog.visibility_m:.3g}"
-        " m",
-        lost[0],
-        "relative",
-        key="scattered twice",
-    )
-    ledger.left_out(
-        "light of the sky that surfaces reflect into the fog",
-        "random walks through the fog end at surfaces",
-        lost[1],
-        "relative",
-        key="reflected into the fog",
-    )
+    if with_lamps:
+        ledger.left_out(
+            "light of lamps that fog scatters more than once, or onto surfaces",
+            "only single scattering towards the camera is computed; visibility"
+            f" {fog.visibility_m:.3g} m",
+            lost[0],
+            "relative",
+            key="scattered twice",
+        )
+    if with_sky:
+        ledger.left_out(
+            "light of the sky that surfaces reflect into the fog",
+            "random walks through the fog end at surfaces",
+            lost[1],
+            "relative",
+            key="reflected into the fog",
+        )

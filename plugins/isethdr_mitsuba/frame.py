@@ -65,11 +65,12 @@ def render_frame(
     import mitsuba as mi
 
     mi.set_variant(variant)
-    from .labels import category_numbers, cut_labels, label_tiles
+    from .labels import category_numbers, check_labels, cut_labels, label_tiles
     from .lamps.visible_lamps import Bands, visible_lamps
     from .world.geometry import build_world
 
     description = in_fog(description, variant)
+    check_labels(request.demand.labels)
     if request.demand.labels:
         category_numbers(description)  # refuses unknown categories before rendering
     groups = request.groups
@@ -90,7 +91,7 @@ def render_frame(
     np.add(result.radiance, layer, out=result.radiance)
     by_need = share is not None and not is_scalar(variant)
     state_noise(result, groups, settings if by_need else settings.decided())
-    state_fog(description.fog)
+    state_fog(description.fog, any(p.peak_cd_m2 > 0 for p in lamps), "sky" in groups)
     state_hidden_lamps(error, view)
     # an object may extend beyond the field
     labels, objects = cut_labels(

@@ -16,7 +16,7 @@ import numpy as np
 from isethdr_core.data.categories import CATEGORIES
 from isethdr_core.errors import ConfigError, did_you_mean
 from isethdr_core.physics.optics.projection import depth_m
-from isethdr_core.quantities import LARGEST_HALF_FIELD_DEG
+from isethdr_core.quantities import LABELS, LARGEST_HALF_FIELD_DEG
 
 from .illuminance import illuminances
 from .lamps.visible_lamps import NEAR_M, cut
@@ -89,6 +89,17 @@ def label_tiles(
         objects = object_table(description, view, labels, lit)
     asked_labels = {name: labels[name] for name in label_names}
     return asked_labels | motion_label(description, view, labels), objects
+
+
+def check_labels(label_names: frozenset[str]) -> None:
+    """Raise ConfigError if a label is unknown. `motion` is not demanded: it is added to the other
+    labels if the scene states its next frame.
+    """
+    for name in sorted(set(label_names) - set(LABELS)):
+        raise ConfigError(
+            f"the label {name!r} is demanded, which this renderer does not know"
+            + did_you_mean(name, LABELS)
+        )
 
 
 def category_numbers(description: SceneDescription) -> np.ndarray:

@@ -274,7 +274,12 @@ class MitsubaRenderer:
         demand : light groups, bands, labels and accuracy; None: all groups and bands.
         known : {light group: samples and noise of earlier renderings}. Only missing samples are
             computed, and the result consists of these alone.
+
+        Raises
+        ------
+        ConfigError : the scene is incomplete, or the demand or a setting does not fit it.
         """
+        check_models(description)
         groups = self._groups(description, demand)
         bands = self._bands(demand)
         check_bands(description, groups, bands)
@@ -393,3 +398,13 @@ class MitsubaRenderer:
                 needless=True,
             )
         return chosen
+
+
+def check_models(description: SceneDescription) -> None:
+    """Raise ConfigError if an object has a model that the scene lacks."""
+    for placed in description.objects:
+        if placed.model not in description.models:
+            raise ConfigError(
+                f"object {placed.name!r} has the unknown model {placed.model!r}"
+                + did_you_mean(placed.model, description.models)
+            )

@@ -63,6 +63,10 @@ class Stored:
         """Return the stored light groups."""
         return tuple(map(str, self._opened().light_group.values))
 
+    def shot_name(self) -> str:
+        """Return the name of the recipe: shots have the noise of the run that rendered it."""
+        return str(_attributes(self._opened())["recipe"])
+
     def bands_nm(self) -> tuple[float, ...]:
         """Return the centres of the stored bands, nm."""
         return tuple(float(w) for w in self._opened().wavelength.values)

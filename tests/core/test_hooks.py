@@ -4,12 +4,15 @@ from __future__ import annotations
 
 from contextlib import contextmanager
 
+import pluggy
 import pytest
 import typer
 from typer.testing import CliRunner
 
-from isethdr_core import compose, hookimpl, run
+from isethdr_core import compose, hookimpl, hookspecs, run
+from isethdr_core.cli.commands import add_commands
 from isethdr_core.errors import IsetHdrError
+from isethdr_core.plugins.config_paths import config_paths
 from isethdr_core.plugins.registry import components, plugin_manager
 
 # 24 x 16 tiles within 2 degrees: a run takes a tenth of a second
@@ -160,6 +163,31 @@ def test_isethdr_components_and_isethdr_config_paths_feed_the_registry():
     assert all(p.startswith("pkg://") for p in paths)
 
 
+@pytest.mark.parametrize(
+    ("answer", "said"),
+    [
+        (["pkg://acme_camra.conf"], "acme_camra"),
+        (["pkg://acme_camra"], "no package 'acme_camra'"),
+        ("pkg://isethdr_sensors.conf", "expected a list"),
+        (None, "TypeError"),
+        ([3], "returned 3 in its list"),
+    ],
+)
+def test_a_plugin_that_names_no_folder_hides_no_preset_of_the_others(answer, said, caplog):
+    class Mistaken:
+        @hookimpl
+        def isethdr_config_paths(self):
+            return answer
+
+    every = list(config_paths())
+    with plugged_in(Mistaken()):
+        assert list(config_paths()) == every
+        assert compose([*SMALL, "sensor=typical_bayer"]).sensor
+        assert list(config_paths()) == every
+    [message] = [text for text in caplog.messages if "names no folders with presets" in text]
+    assert said in message
+
+
 def test_a_hook_that_raises_stops_the_run_and_stores_nothing(isethdr_home):
     class Strict:
         @hookimpl
@@ -173,3 +201,27 @@ def test_a_hook_that_raises_stops_the_run_and_stores_nothing(isethdr_home):
         not list((isethdr_home / "runs").glob("*"))
         and len(list((isethdr_home / "failed").glob("*.txt"))) == 1
     )
+
+
+def test_commands_of_a_broken_plugin_are_left_out_and_the_others_work(caplog):
+    class Broken:
+        @hookimpl
+        def isethdr_commands(self, app):
+            raise RuntimeError("no licence")
+
+    manager = pluggy.PluginManager("isethdr")
+    manager.add_hookspecs(hookspecs)
+    others = [plugin_manager().get_plugin(name) for name in ("optics", "scenes")]
+    for plugin in (others[0], Broken(), others[1]):
+        manager.register(plugin, name="acme" if isinstance(plugin, Broken) else None)
+    apps = [typer.Typer(), typer.Typer()]
+    add_commands(manager, apps[0])
+    assert ["'acme' cannot add its commands" in text for text in caplog.messages] == [True]
+    manager.unregister(name="acme")
+    manager.hook.isethdr_commands(app=apps[1])
+    commands = [
+        [(c.name, c.callback) for c in app.registered_commands]
+        + [group.name for group in app.registered_groups]
+        for app in apps
+    ]
+    assert commands[0] == commands[1] and commands[0]

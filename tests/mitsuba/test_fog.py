@@ -11,6 +11,7 @@ import mitsuba as mi
 from isethdr_mitsuba.doctor import choose_variant
 from isethdr_mitsuba.renderer import MitsubaRenderer
 
+from isethdr_core import ledger
 from isethdr_core.errors import ConfigError
 from isethdr_core.physics.photometry import LM_PER_W, v_lambda
 from isethdr_core.scene import Fog, Model, PhaseLobe, Placed, SkyDome, SkyPart, flat, fog_of
@@ -297,6 +298,17 @@ def test_a_sky_with_a_gradient_becomes_even_in_fog(make):
     assert in_fog(replace(scene, fog=None), "scalar_spectral").sky is dome
     with pytest.raises(ConfigError, match="visibility_m=null"):
         in_fog(scene, "scalar_spectral")
+
+
+@pytest.mark.parametrize("with_lamps", [False, True])
+@pytest.mark.parametrize("with_sky", [False, True])
+def test_only_light_that_is_rendered_is_stated_as_left_out(with_lamps, with_sky):
+    from isethdr_mitsuba.fog import state_fog
+
+    with ledger.gathered("fog") as row:
+        state_fog(fog_of(100.0), with_lamps, with_sky)
+    expected = ["scattered twice"] * with_lamps + ["reflected into the fog"] * with_sky
+    assert [left.key for left in row.left_out] == expected
 
 
 @pytest.mark.slow

@@ -1,10 +1,13 @@
 """Labels on scenes whose geometry is known."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 pytest.importorskip("mitsuba")
 
+from isethdr_mitsuba.doctor import choose_variant
 from isethdr_mitsuba.renderer import MitsubaRenderer
 
 from isethdr_core.data.categories import CATEGORIES
@@ -38,6 +41,22 @@ def test_an_unknown_category_is_refused_before_rendering(make, monkeypatch):
     scene = make.describe([box], sky=make.flat(1e-3))
     with pytest.raises(ConfigError, match="unknown category 'kar'; did you mean 'car'"):
         MitsubaRenderer(width=4, height=4, samples=1)(scene, ALL)
+
+
+def test_an_unknown_label_is_refused_before_rendering(make, monkeypatch):
+    from isethdr_mitsuba import frame
+
+    monkeypatch.setattr(frame, "followed_light", None)
+    scene = make.describe([], sky=make.flat(1e-3))
+    with pytest.raises(ConfigError, match="label 'dept'.*did you mean 'depth'"):
+        MitsubaRenderer(width=4, height=4, samples=1)(scene, Demand(labels=frozenset({"dept"})))
+
+
+def test_an_unknown_model_is_refused(make):
+    scene = make.describe([("box", "car", (), make.pose(11))], sky=make.flat(1e-3))
+    scene = replace(scene, objects=(replace(scene.objects[0], model="bax"),))
+    with pytest.raises(ConfigError, match="unknown model 'bax'; did you mean 'box'"):
+        MitsubaRenderer(width=4, height=4, samples=1)(scene)
 
 
 def test_the_grid_is_the_camera_field_with_its_margin(boxes):
@@ -157,6 +176,19 @@ def test_a_model_placed_twice_is_labelled_apart(make):
     left, right = (set(np.unique(h)) for h in np.array_split(ds.instance.values, 2, 1))
     assert (left, right) == ({0, 1}, {0, 2})
     assert [lamp["instance"] for lamp in ds.attrs["lamps"]] == [1, 2]
+
+
+def test_the_name_of_a_model_placed_twice_may_contain_a_dot(make):
+    import mitsuba as mi
+
+    mi.set_variant(choose_variant("scalar"))
+    from isethdr_mitsuba.world.geometry import build_world
+    from isethdr_mitsuba.world.materials import ramp_surfaces
+
+    scene = make.describe([("car.v2", "car", (make.part(make.cube),), make.pose(9))])
+    scene = replace(scene, objects=scene.objects * 2)
+    world = build_world(scene, ramp_surfaces(scene))
+    assert [s.label for s in world.shapes if s.pose is not None] == [1, 2]
 
 
 def test_labels_not_asked_for_are_absent(make):

@@ -7,6 +7,7 @@ import pytest
 
 pytest.importorskip("mitsuba")
 
+from isethdr_mitsuba.doctor import choose_variant
 from isethdr_mitsuba.lamps.placed_lamps import beam, placed_lamps
 from isethdr_mitsuba.lamps.spots import spots
 from isethdr_mitsuba.renderer import MitsubaRenderer
@@ -323,3 +324,22 @@ def light(ds):
     """
     found = luminance(ds.radiance.values[0].astype(float), ds.wavelength.values)
     return np.where(found < 100 * np.median(found[found > 0]), found, 0)
+
+
+def test_a_lamp_with_a_table_that_is_off_is_dark(make):
+    """In place of 0 / 0, which rays that hit the lamp by chance would add to the picture."""
+    import mitsuba as mi
+
+    from isethdr_core.scene import IntensityTable, Lamp
+
+    mi.set_variant(choose_variant("scalar"))
+    from isethdr_mitsuba.lamps.beam_lamp import beam_lamp
+
+    angles = np.linspace(-60.0, 60.0, 5)
+    table = IntensityTable(angles, angles, np.ones((5, 5)))
+    lamp = Lamp("drl", "headlights", 0.0, make.flat(1.0), table=table)
+    scene = make.describe(
+        [("lamp", "car", (make.part(make.quad(1, 1), "black", lamp),), make.pose())]
+    )
+    emitter = beam_lamp(placed_lamps(scene)[0], mirrored_only=True)
+    assert emitter.grid_pattern([1.0, 0.0, 0.0], True) == 0.0

@@ -1,5 +1,7 @@
 """Rendering of a sky with a gradient and with the sun."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from isethdr_mitsuba.renderer import MitsubaRenderer
@@ -140,3 +142,26 @@ def test_bands_beyond_the_spectra_of_the_renderer_are_refused(make, first_nm, la
     settings = {"first_nm": first_nm, "last_nm": last_nm, "step_nm": 50.0}
     with pytest.raises(ConfigError, match=message):
         MitsubaRenderer(**settings, width=4, height=4, samples=1)(scene)
+
+
+def test_bands_are_checked_for_all_spectra_of_a_kind_of_lamps(make):
+    """Both lamps have the same kind; the first one has no data beyond 650 nm."""
+    lamps = [
+        make.lamp("tail", "other", 1.0, Spectrum((360.0, last_nm), (1.0, 1.0)))
+        for last_nm in (650.0, 830.0)
+    ]
+    scene = make.describe(
+        [
+            (f"car{k}", "car", (make.part(make.quad(1, 1), "black", lamp),), make.pose(5))
+            for k, lamp in enumerate(lamps)
+        ]
+    )
+    settings = {"first_nm": 400.0, "last_nm": 700.0, "step_nm": 50.0}
+    with pytest.raises(ConfigError, match=r"lamp tail \(360 to 650 nm\).*renderer.last_nm=650"):
+        MitsubaRenderer(**settings, width=4, height=4, samples=1)(scene)
+
+
+def test_a_sun_without_any_material_is_refused(make, day):
+    scene = replace(make.describe([], sky=day), materials={})
+    with pytest.raises(ConfigError, match="no material.*expected at least one"):
+        MitsubaRenderer(**BANDS, width=4, height=4, samples=1)(scene)

@@ -6,15 +6,19 @@ from __future__ import annotations
 
 import csv
 import math
+import sys
 from dataclasses import dataclass
 
 import numpy as np
 import pytest
 import typer
+import xarray as xr
 from isethdr_isp.linear import LinearIsp
 from isethdr_sensors.bayer import BayerSensor
 from isethdr_workflows import accuracy as package
 from isethdr_workflows.accuracy import accuracy, summary
+from isethdr_workflows.accuracy.differences import Noise, difference
+from isethdr_workflows.accuracy.stage_results import Results
 from isethdr_workflows.study_command import study
 from typer.testing import CliRunner
 
@@ -229,6 +233,27 @@ def test_after_ctrl_c_the_same_command_goes_on(home, monkeypatch):
     # rows of another configuration do not count
     accuracy(*SMALL, "seed=3", knob="scene.step_nm", values="50", folder=str(folder))
     assert package.REFERENCE in measured
+    # they do not replace the rows of the first call in the same folder
+    measured.clear()
+    assert accuracy(*SMALL, knob="scene.step_nm") == rows and not measured
+
+
+@pytest.mark.parametrize("order", [("bright", "dim"), ("dim", "bright")])
+def test_a_saturated_camera_does_not_hide_the_error_of_another(order):
+    unsaturated = {"bright": np.zeros((1, 2, 2), bool), "dim": np.ones((1, 2, 2), bool)}
+    sigma = dict.fromkeys(order, np.full((1, 2, 2), 2.0))
+    right, off = (
+        Results(electrons={name: xr.DataArray(np.full((1, 2, 2), value)) for name in order})
+        for value in (100.0, 103.0)
+    )
+    found = difference(off, right, Quantity.ELECTRONS, Noise(sigma, unsaturated, True))
+    assert (found.own, found.half, found.of_noise) == (3.0, 3.0, 1.5)
+
+
+def test_a_missing_library_of_drawings_is_found_before_the_work(monkeypatch):
+    monkeypatch.setitem(sys.modules, "matplotlib", None)
+    with pytest.raises(ConfigError, match=r"needs matplotlib.*pip install 'isethdr\[report\]'"):
+        accuracy("no override")
 
 
 def test_a_configuration_without_knobs_is_refused(home, monkeypatch):

@@ -41,6 +41,12 @@ def test_rendered_reads_what_a_chart_knows():
     ) and parts.renderer is None
 
 
+@pytest.mark.parametrize("settings", [{"draws": 0}, {"levels": 0}, {"levels": -1}])
+def test_scores_need_a_level_and_a_shot(settings):
+    with pytest.raises(ConfigError, match="expected 1 or more of both"):
+        fig8_9.paper_fig8_9_classical(**settings)
+
+
 @pytest.mark.slow
 def test_day_lifts_the_dark_and_not_the_headlight(tmp_path):
     night, day = fig3.paper_fig3(picture=str(tmp_path / "a.png"))

@@ -59,6 +59,7 @@ def test_a_picture_and_a_row_per_group(chain, tmp_path):
     clean = np.asarray(Image.open(tmp_path / "look.png"), float)
     plain_rows = module.preview(denoise=0, picture=str(tmp_path / "noisy.png"))
     assert [r["moved"] for r in plain_rows] == [0.0, 0.0]
+    assert len(module.preview(denoise=0, picture="")) == 2  # no file
     noisy = np.asarray(Image.open(tmp_path / "noisy.png"), float)
     assert clean.shape == (*SHAPE, 3) and clean[..., 1].std() < noisy[..., 1].std() / 2
 

@@ -5,12 +5,12 @@ import inspect
 
 import pytest
 import typer
-from isethdr_workflows import STUDIES
+from isethdr_workflows import STUDIES, study_command
 from isethdr_workflows.sensors.published_figures import published_figures
 from isethdr_workflows.study_command import function_of, parameters_of, run_study, study
 from typer.testing import CliRunner
 
-from isethdr_core.errors import ConfigError
+from isethdr_core.errors import CatalogError, ConfigError
 
 
 @pytest.fixture
@@ -55,6 +55,19 @@ def test_a_folder_for_the_rows_that_does_not_exist_is_found_before_the_work(app,
     missing = tmp_path / "missing" / "rows.csv"
     done = CliRunner().invoke(app, ["study", "budget", "--csv", str(missing)])
     assert isinstance(done.exception, ConfigError) and str(missing) in str(done.exception)
+
+
+def test_a_home_that_cannot_be_written_is_found_before_the_work(app, tmp_path, monkeypatch):
+    (tmp_path / "home").write_text("a file")
+    monkeypatch.setenv("ISETHDR_HOME", str(tmp_path / "home"))
+    monkeypatch.setattr(study_command, "run_study", lambda *_: pytest.fail("work has started"))
+    done = CliRunner().invoke(app, ["study", "published_figures"])
+    assert isinstance(done.exception, CatalogError) and "cannot write" in str(done.exception)
+
+
+def test_a_folder_in_place_of_a_file_for_the_rows_is_found_before_the_work(app, tmp_path):
+    done = CliRunner().invoke(app, ["study", "published_figures", "--csv", str(tmp_path)])
+    assert isinstance(done.exception, ConfigError) and "--csv rows.csv" in str(done.exception)
 
 
 def test_without_a_name_the_studies_are_listed(app):
@@ -102,3 +115,11 @@ def test_the_help_of_each_study_explains_every_setting(name):
 def test_a_drawing_that_cannot_be_written_is_found_before_the_work(picture):
     with pytest.raises(ConfigError, match="picture is .*; expected a file that ends in .png"):
         run_study("paper_fig2", [f"picture={picture}"])
+
+
+@pytest.mark.parametrize("name", ["preview", "paper_fig4"])
+def test_a_study_that_draws_pixels_writes_no_vectors(name):
+    with pytest.raises(
+        ConfigError, match="expected a file that ends in .png, .jpg, .jpeg, .pdf, i"
+    ):
+        run_study(name, ["picture=figure.svg"])

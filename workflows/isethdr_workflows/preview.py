@@ -15,6 +15,7 @@ from isethdr_core.errors import ConfigError
 from isethdr_core.pipeline.chain import chain
 
 from .dataset.page import shown
+from .study_command import RASTERS, check_picture
 
 LABELS = frozenset({"instance", "normal", "distance"})
 
@@ -36,7 +37,7 @@ def preview(
     experiment : experiment that gives scene, renderer and lighting.
     samples, width : samples per tile, and tiles across; the height is 9/16 of the width.
     denoise : 1 denoises by averaging similar tiles, 0 shows the rendering as it is.
-    picture : file to write (png or jpg).
+    picture : file to write (png or jpg); empty writes none.
 
     Returns
     -------
@@ -46,7 +47,8 @@ def preview(
 
     Raises
     ------
-    ConfigError : `denoise` is neither 0 nor 1, or the renderer refuses its settings.
+    ConfigError : `denoise` is neither 0 nor 1, `picture` cannot be written, or the renderer
+        refuses its settings.
     UnitError : there are too few samples to estimate their noise.
     """
     from PIL import Image
@@ -56,6 +58,7 @@ def preview(
             f"study preview: denoise is {denoise}; expected 1, or 0 to see the noise; type"
             " denoise=1"
         )
+    check_picture(picture, RASTERS)
     height = round(width * 9 / 16)
     built = chain(
         compose(
@@ -74,7 +77,8 @@ def preview(
     looks = denoised(scene) if denoise else tristimulus(scene)
     cpu_s = time.process_time() - start
     whole = np.moveaxis(np.tensordot(list(weights.values()), looks, 1), 0, -1)
-    Image.fromarray(shown(without_overscan(whole, height, width))).save(picture)
+    if picture:
+        Image.fromarray(shown(without_overscan(whole, height, width))).save(picture)
     rows = []
     for (group, weight), look, plain in zip(weights.items(), looks, tristimulus(scene)):
         light_kept = float(look[1].sum() / plain[1].sum()) if plain[1].any() else 1.0

@@ -7,7 +7,7 @@ from __future__ import annotations
 import csv
 import inspect
 import sys
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from importlib import import_module
@@ -25,7 +25,8 @@ from . import SHOWN, STUDIES
 INTERRUPTED = 130  # exit code after Ctrl-C: 128 + SIGINT
 NUMBERS = {"int": int, "float": float}
 PICTURE = "picture"  # setting of the studies that draw
-DRAWINGS = (".png", ".jpg", ".jpeg", ".pdf", ".svg")
+RASTERS = (".png", ".jpg", ".jpeg", ".pdf")  # of a study that draws pixels
+DRAWINGS = (*RASTERS, ".svg")
 
 
 @dataclass(frozen=True)
@@ -146,11 +147,14 @@ def study_of(studies: Studies) -> Callable[..., None]:
                 function = studies.function_of(known)
                 print(f"{known}\n{fill(summary_of(function))}\n{fill(settings_of(function))}")
             return
-        if csv_file and not Path(csv_file).resolve().parent.is_dir():
+        rows_file = Path(csv_file).resolve()
+        if csv_file and (rows_file.is_dir() or not rows_file.parent.is_dir()):
             raise ConfigError(
                 f"--csv is {csv_file}; expected a file in a folder that exists; make the folder"
-                " first"
+                " first, or type for example --csv rows.csv"
             )
+        studies.function_of(name)  # an unknown name is an error before the home folder is made
+        check_home()
         try:
             rows = run_study(name, settings or [], studies)
         except KeyboardInterrupt:
@@ -217,12 +221,13 @@ def run_study(name: str, settings: list[str], studies: Studies = OF_USERS) -> li
     return function(*overrides, **values)
 
 
-def check_picture(path: str) -> None:
+def check_picture(path: str, endings: Sequence[str] = DRAWINGS) -> None:
     """Check that the drawing of a study can be written, before the work of the study.
 
     Parameters
     ----------
     path : file of the drawing; empty: none is written.
+    endings : endings of the files that the study can write, in lower case.
 
     Raises
     ------
@@ -230,11 +235,21 @@ def check_picture(path: str) -> None:
     """
     if not path:
         return
-    if Path(path).suffix.lower() not in DRAWINGS or not Path(path).resolve().parent.is_dir():
+    if Path(path).suffix.lower() not in endings or not Path(path).resolve().parent.is_dir():
         raise ConfigError(
-            f"{PICTURE} is {path}; expected a file that ends in {', '.join(DRAWINGS)}, in a folder"
+            f"{PICTURE} is {path}; expected a file that ends in {', '.join(endings)}, in a folder"
             f" that exists; type for example {PICTURE}=figure.png"
         )
+
+
+def check_home() -> None:
+    """Raise CatalogError if the rows of a study could not be stored, before the work of the
+    study.
+    """
+    from isethdr_core import store
+    from isethdr_core.runs.run import check_writable
+
+    check_writable(store.home() / "studies")
 
 
 def keep(name: str, settings: list[str], rows: list[dict]) -> Path:

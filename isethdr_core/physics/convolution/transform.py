@@ -252,8 +252,12 @@ def _blocks(size: tuple[int, int]) -> int:
 
 
 def error(product: float, norm: float, size: tuple[int, int], single: bool = False) -> float:
-    """Return a bound on the error of any pixel of a transform: ten standard deviations of the
-    rounding errors, which are white noise.
+    """Return ten standard deviations of the rounding errors of a transform, taken as white noise.
+
+    This bounds the error of any pixel if light lies in many rows. The rounding errors of a few
+    small lamps are not white: they are largest in the rows of the lamps and next to them. There, 1
+    to 3 lamps of one pixel in 1080 x 1920 dark pixels cause errors of up to 14 times this value,
+    and 30 lamps up to 5 times (measured, in double and in single precision).
 
     Parameters
     ----------

@@ -20,7 +20,10 @@ import scipy.fft as sf
 STEP = 1 / 3  # distance of samples / (wavelength x f-number)
 SUPPORT = 12  # number of samples by which the weights extend beyond a tile and its neighbour
 SHAPE = 12.0  # shape parameter of the Kaiser window: 1e-6 outside of the band
-TABLE = 128  # number of entries per sample in the table, which is interpolated linearly
+# Number of entries per sample in the table, which is interpolated linearly. The error at a
+# frequency is up to 4e-5 of a tile's width for tiles narrower than a sample, and 2e-6 from 4.5
+# samples on.
+TABLE = 128
 
 
 class TileWeights(NamedTuple):

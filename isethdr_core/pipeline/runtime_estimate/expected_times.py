@@ -109,6 +109,8 @@ def _consider_scenes(
     """
     settings = config["renderer"]
     for attributes in newest("scenes"):
+        if not {"scene", "ledger"} <= attributes.keys():  # stored by a program of a user
+            continue
         same = same_class(attributes["scene"], chain.scene)
         for row in attributes["ledger"]:
             kind = kind_of(row["stage"])

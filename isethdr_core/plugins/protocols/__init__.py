@@ -101,6 +101,7 @@ from .scenes import (
     KnowsItsField,
     ListsGroups,
     MovesInTime,
+    NamesItsShot,
     Scene,
 )
 from .sensors import (
@@ -161,6 +162,7 @@ __all__ = [
     "Metric",
     "MovesInTime",
     "NamesItsEffort",
+    "NamesItsShot",
     "NarrowsDemand",
     "OutlinesImaging",
     "PlansImaging",

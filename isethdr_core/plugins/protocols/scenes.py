@@ -72,6 +72,18 @@ class ChecksFiles(Protocol):
 
 
 @runtime_checkable
+class NamesItsShot(Protocol):
+    """A scene that provides radiance of its own, and tells different radiance apart."""
+
+    def shot_name(self) -> str:
+        """Return a name of the radiance, the key of the noise of its shots.
+
+        Without it, all radiance of the scene has the same noise at the same seed.
+        """
+        ...
+
+
+@runtime_checkable
 class MovesInTime(Protocol):
     """A scene with objects that may move. Fields of the dataclass state the time of the view.
 
@@ -97,5 +109,6 @@ ABILITIES: tuple[type, ...] = (
     KnowsItsField,
     ListsGroups,
     ChecksFiles,
+    NamesItsShot,
     MovesInTime,
 )

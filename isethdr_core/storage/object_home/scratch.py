@@ -43,6 +43,8 @@ def follow(folder: Path, address: Address, complete: bool = False) -> None:
     """
     bucket = bucket_of(address)
     known: dict[Path, list[Path]] = {}
+    # a store may be gone although it is recorded: somebody has removed visible files only
+    here = {path for part in PARTS for path in _files(folder / part)}
     for part in PARTS:
         for file in _files(folder / PUBLISHED / part):
             store = folder / part / f"{file.name.rsplit('.', 2)[0]}.zarr"
@@ -51,7 +53,7 @@ def follow(folder: Path, address: Address, complete: bool = False) -> None:
     fresh = {
         entry.key: path
         for path, entry in current.items()
-        if record_path(path, entry.etag) not in known.get(path, ())
+        if path not in here or record_path(path, entry.etag) not in known.get(path, ())
     }
     labels = FollowedLabels(folder, bucket.listing(f"{LABELS}/"))
     wanted = [*(current[path] for path in fresh.values()), *labels.changed()]

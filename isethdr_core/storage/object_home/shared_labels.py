@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 from collections.abc import Callable, Iterable
 from contextlib import suppress
 from pathlib import Path
@@ -72,8 +73,17 @@ class FollowedLabels:
         self._current = {entry.key: entry for entry in listed}
 
     def changed(self) -> list[Entry]:
-        """Return the labels with a version in the bucket that this machine has not read."""
-        return [e for key, e in self._current.items() if self._known.get(key) != e.etag]
+        """Return the labels with a version in the bucket that this machine has not read, or whose
+        file is gone on this machine.
+        """
+        with suppress(OSError):
+            here = set(os.listdir(self.folder / "runs"))
+            return [
+                entry
+                for key, entry in self._current.items()
+                if self._known.get(key) != entry.etag or self._path(key).name not in here
+            ]
+        return list(self._current.values())
 
     def take(self, version: Version) -> None:
         """Write labels from the bucket to the scratch folder."""

@@ -1,12 +1,13 @@
 """Propagation: the stated errors of all stages as errors of the electrons of each capture, in units
 of the sensor's own noise.
 
-Propagation is linear. The renderer's noise is known tile by tile (`render_noise`). Errors of the
-stages after it are shares of the electrons they act on (`error_terms`). In each pixel, bounds and
-measured errors are summed to b, and the squares of statistical errors to the variance s^2. The
-error of the pixel is then b + |normal deviate of standard deviation s|. A figure of a picture is
-the 99th percentile of the errors of its unsaturated pixels (`within`). There are figures of the
-renderer, of all stages after it up to the sensor, of the sensor, and of all together.
+Propagation is linear. The renderer's noise is known tile by tile (`render_noise`); it is taken as
+if the lens did not blur it. Errors of the stages after it are shares of the electrons they act on
+(`error_terms`). In each pixel, bounds and measured errors are summed to b, and the squares of
+statistical errors to the variance s^2. The error of the pixel is then b + |normal deviate of
+standard deviation s|. A figure of a picture is the 99th percentile of the errors of its unsaturated
+pixels (`within`). There are figures of the renderer, of all stages after it up to the sensor, of
+the sensor, and of all together.
 
 | module               | content                                                                 |
 |----------------------|-------------------------------------------------------------------------|

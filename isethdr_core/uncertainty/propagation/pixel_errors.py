@@ -61,7 +61,10 @@ def _in_electrons(term: ErrorTerm, shot: Electrons) -> np.ndarray | float | None
     """
     if term.unit == error_terms.RELATIVE:
         # a part that no stage declared is at most all light
-        return term.value * (shot.parts.get(term.part, shot.total) if term.part else shot.total)
+        light = shot.parts.get(term.part, shot.total) if term.part else shot.total
+        if np.isinf(term.value):  # no light has no error
+            return np.where(light > 0, term.value, 0.0)
+        return term.value * light
     if term.unit == IRRADIANCE:
         return term.value * shot.per_irradiance
     if term.unit == "electrons":

@@ -151,7 +151,7 @@ def _beam_class() -> type:
                     number, d, self.axis, mi.Float(0), mi.Bool(active)
                 )
             else:
-                highest = placed.grid.value.max()
+                highest = max(placed.grid.value.max(), 1e-300)  # 0 for a lamp that is off
                 self.grid_pattern = lambda d, _: float(placed.grid.at(np.array(d)) / highest)
 
         def traverse(self, callback: Any) -> None:

@@ -22,7 +22,7 @@ from isethdr_core.scene import Part
 from ..lamps.sky_discs import disc_mesh, discs_of
 
 if TYPE_CHECKING:
-    from isethdr_core.data.scene_description import Material, SceneDescription
+    from isethdr_core.data.scene_description import Material, Model, SceneDescription
 
 
 @dataclass(frozen=True, eq=False)
@@ -108,16 +108,11 @@ def build_world(
     instances = {}
     parts = {}
     for number, placed in enumerate(description.objects, 1):
-        if placed.model not in description.models:
-            raise ConfigError(
-                f"object {placed.name!r} has the unknown model {placed.model!r}"
-                + did_you_mean(placed.model, description.models)
-            )
         model = description.models[placed.model]
         pose = np.asarray(placed.pose, float)
         shared = [p for p in model.parts if not p.lamp] if times[placed.model] > 1 else []
         if shared:
-            group = f"model_{placed.model}"
+            group = _group_key(placed.model, description.models)
             if group not in entries:
                 meshes = [
                     _mesh(f"{group}_{j}", p, np.eye(4), _surface(surfaces, p))
@@ -165,10 +160,26 @@ def build_world(
     )
 
 
+def _group_key(model: str, models: dict[str, Model]) -> str:
+    """Return the key of a shared model in the scene dictionary. Mitsuba refuses keys with a dot;
+    models with a dot in their name are numbered instead.
+    """
+    return f"model{list(models).index(model)}" if "." in model else f"model_{model}"
+
+
 def _darkest(materials: dict[str, Material]) -> str:
     """Return the name of the opaque material with the lowest reflectance. Sun and moon use it,
     because they should reflect next to nothing.
+
+    Raises
+    ------
+    ConfigError : the scene has no material.
     """
+    if not materials:
+        raise ConfigError(
+            "the scene has a sun or a moon and no material, from which their disc could be made;"
+            " expected at least one material in `SceneDescription.materials`"
+        )
     opaque = [n for n, m in materials.items() if m.kind != "thin_glass" and m.retro is None]
     return min(opaque or materials, key=lambda n: max(materials[n].reflectance.value))
 

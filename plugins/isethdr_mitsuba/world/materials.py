@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from isethdr_core.errors import ConfigError
+from isethdr_core.errors import ConfigError, did_you_mean
 from isethdr_core.scene import Facets, Granular, Material, Spectrum, flat
 
 from .coat_energy import coat_energy
@@ -23,6 +23,7 @@ from .coat_energy import coat_energy
 if TYPE_CHECKING:
     from isethdr_core.data.scene_description import SceneDescription
 
+KINDS = ("diffuse", "plastic", "conductor", "thin_glass", "granular")  # kinds of `Material`
 STEP_NM = 5.0  # spacing of the reflectance tables, nm
 RAMP_NM = (400.0, 500.0)  # wavelengths at which the reflectance of a ramp surface is 0 and 1
 RAMP = Spectrum(RAMP_NM, (0.0, 1.0))
@@ -36,17 +37,46 @@ WORN_MARKING = Granular(
 def ramp_surfaces(description: SceneDescription) -> dict:
     """Return a BSDF per material, with reflectance 0 at RAMP_NM[0] and 1 at RAMP_NM[1]. Equal
     surfaces are shared, also between scenes.
+
+    Raises
+    ------
+    ConfigError : a material has an unknown kind, or impossible retro-reflection or texture.
     """
     import mitsuba as mi
 
     surfaces = {}
     for name, m in description.materials.items():
+        _check(name, m)
         roughness = {"roughness": m.roughness} if m.kind in ("plastic", "conductor") else {}
         roughness |= {"index": m.index} if m.kind in ("plastic", "thin_glass") else {}
         roughness |= {"granular": m.granular} if m.kind == "granular" else {}
         roughness |= {"retro": m.retro} if m.retro else {}
         surfaces[name] = _ramp_surface(mi.variant(), m.kind, **roughness)
     return surfaces
+
+
+def _check(name: str, material: Material) -> None:
+    """Raise ConfigError if a material has an unknown kind, or impossible retro-reflection or
+    texture.
+    """
+    kind = material.kind
+    if kind not in KINDS:
+        raise ConfigError(
+            f"material {name!r} has the unknown kind {kind!r}{did_you_mean(kind, KINDS)}"
+        )
+    retro = material.retro
+    if retro is not None and not (0 < retro.share <= 1 and retro.falloff > 1 and retro.width > 0):
+        raise ConfigError(
+            f"material {name!r} has retro-reflection with share {retro.share:g}, falloff"
+            f" {retro.falloff:g}, width {retro.width:g}; expected a share above 0 and at most 1, a"
+            " falloff above 1 and a width above 0; None stands for no retro-reflection"
+        )
+    texture = material.texture
+    if texture is not None and not (texture.patch_m > 0 and texture.grain_m > 0):
+        raise ConfigError(
+            f"material {name!r} has a texture with patch_m {texture.patch_m:g} and grain_m"
+            f" {texture.grain_m:g}; expected sizes above 0 m; patches=0 or grain=0 switches one off"
+        )
 
 
 @lru_cache(maxsize=256)

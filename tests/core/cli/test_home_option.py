@@ -9,6 +9,7 @@ import pytest
 from isethdr_core.cli import home_option
 from isethdr_core.cli.home_option import command_of, use_home, use_homes, without_homes
 from isethdr_core.errors import CatalogError, ConfigError
+from isethdr_core.storage import home_folder
 
 
 @pytest.mark.parametrize(
@@ -100,3 +101,14 @@ def test_a_mistyped_home_names_the_one_beside_it(tmp_path, monkeypatch):
     (tmp_path / "my_home/runs").mkdir(parents=True)
     with pytest.raises(CatalogError, match="did you mean .*my_home'.*--home PATH"):
         use_home(str(tmp_path / "my_hone"), "catalog")
+
+
+@pytest.mark.parametrize("command", ["run", "catalog"])
+def test_a_home_without_permission_to_read_is_one_line(tmp_path, monkeypatch, command):
+    def refused(path):
+        raise PermissionError(13, "Permission denied", str(path))
+
+    monkeypatch.setenv("ISETHDR_HOME", "elsewhere")
+    monkeypatch.setattr(home_folder.os, "listdir", refused)
+    with pytest.raises(CatalogError, match=f"no permission to read {tmp_path}.*; type --home PATH"):
+        use_home(str(tmp_path), command)

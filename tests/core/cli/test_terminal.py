@@ -221,3 +221,8 @@ def test_a_table_in_a_file_may_be_wider(monkeypatch, capsys):
 def test_one_thing_is_counted_in_the_singular():
     assert [number_of(k, "road") for k in (0, 1, 2)] == ["0 roads", "1 road", "2 roads"]
     assert [number_of(k, "entry", "entries") for k in (1, 2)] == ["1 entry", "2 entries"]
+
+
+def test_a_path_that_is_no_utf8_is_printed(capsys):
+    print_path("store", Path("/data/\udce9/1f3a.zarr"))
+    assert capsys.readouterr().out == "store:\n/data/?/1f3a.zarr\n"

@@ -4,6 +4,8 @@ name.
 
 from __future__ import annotations
 
+from dataclasses import make_dataclass
+from enum import Enum, StrEnum
 from importlib.resources import files
 from itertools import zip_longest
 
@@ -12,11 +14,11 @@ import pytest
 from hydra.core.object_type import ObjectType
 from hydra.errors import MissingConfigException
 
-from isethdr_core import build, compose
+from isethdr_core import Component, build, compose
 from isethdr_core.component import KINDS
 from isethdr_core.config.component_source import SCHEME, ComponentSource
-from isethdr_core.config.composition import explain, register_with_hydra
-from isethdr_core.errors import ConfigError
+from isethdr_core.config.composition import explain, register_with_hydra, schema
+from isethdr_core.errors import ConfigError, PluginError
 from isethdr_core.pipeline.chain import chain
 from isethdr_core.plugins.registry import components, plugin_manager
 from isethdr_core.store import write_store
@@ -209,3 +211,43 @@ def test_a_launcher_that_is_not_installed_names_the_extra(name, message):
     missing = MissingConfigException("", f"hydra/launcher/{name}", ["basic", "local_chunks"])
     said = explain(missing)
     assert message in said and "isethdr plugins" not in said
+
+
+def test_text_that_hydra_cannot_read_is_put_between_quotes():
+    file = ["scene=file", "~renderer", "lighting=ideal"]
+    with pytest.raises(ConfigError, match="any character other than English .* \"scene.path='"):
+        compose([*file, "scene.path=/data/a=b.exr"])
+    assert compose([*file, "scene.path='/data/a=b.exr'"]).scene.path == "/data/a=b.exr"
+
+
+class Colour(Enum):
+    """A choice that is no text."""
+
+    RED = 1
+
+
+class Mode(StrEnum):
+    """A choice that is a text."""
+
+    FAST = "fast"
+
+
+@pytest.mark.parametrize(
+    ("field_type", "message"),
+    [
+        ("Missing | None", "types of its fields cannot be read .*'Missing' is not defined"),
+        (Colour, "the field 'setting' is of the type .*Colour.*; expected bool, int"),
+        (tuple[Colour, ...] | None, "the field 'setting' is of the type"),
+        (bytes, "the field 'setting' is of the type"),
+    ],
+)
+def test_a_field_of_a_type_without_a_place_in_a_config_is_a_broken_plugin(field_type, message):
+    def call(self, picture, truth, labels):
+        return []
+
+    methods = {"__call__": call}
+    made = make_dataclass("Made", [("setting", field_type, None)], frozen=True, namespace=methods)
+    with pytest.raises(PluginError, match=f"metric/made of package .*: .*{message}"):
+        schema(Component("metric", "made", made))
+    plain = make_dataclass("Plain", [("setting", Mode, Mode.FAST)], frozen=True, namespace=methods)
+    assert schema(Component("metric", "plain", plain))

@@ -34,3 +34,10 @@ def test_a_closed_output_is_no_crash_but_a_stage_that_loses_a_pipe_is():
     err.add_note("traceback in failed/1f3a.txt")  # as a run adds it
     assert not output_closed(err)
     assert not output_closed(raised(OSError(5, "Input/output error")))
+
+
+def test_a_traceback_may_hold_any_bytes_of_a_path(isethdr_home):
+    err = raised(ValueError("no lens in /data/\udce9.zmx"))  # a byte that is no UTF-8
+    keep_traceback(err)
+    [kept] = (isethdr_home / "failed").glob("*.txt")
+    assert "/data/\\udce9.zmx" in kept.read_text(encoding="utf-8")

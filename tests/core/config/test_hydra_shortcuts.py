@@ -68,3 +68,12 @@ def test_hydra_is_asked_where_something_may_set_the_mode(asked, monkeypatch, tmp
         hydra_shortcuts.is_in_a_preset.cache_clear()
         assert asked("experiment=mine") == sets_it
     hydra_shortcuts.is_in_a_preset.cache_clear()
+
+
+def test_a_preset_that_cannot_be_read_sets_no_mode(asked, monkeypatch, tmp_path):
+    monkeypatch.setattr(hydra_shortcuts, "preset_folders", lambda: [tmp_path])
+    (tmp_path / "grey.yaml").write_bytes("# f\xfcr nachts\n".encode("latin-1"))
+    (tmp_path / ".#mine.yaml").symlink_to("somebody@somewhere")
+    hydra_shortcuts.is_in_a_preset.cache_clear()
+    assert not asked("experiment=grey")
+    hydra_shortcuts.is_in_a_preset.cache_clear()

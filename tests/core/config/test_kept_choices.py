@@ -105,3 +105,11 @@ def test_files_of_the_working_folder_are_read_each_time(composed_by_hydra, monke
         own.write_text(f"defaults: [wavefront]\nf_number: {f_number}\n")
         assert compose(["lens=mine"]).lens.f_number == f_number
     assert composed_by_hydra == [["lens=mine"]] * 2
+
+
+def test_a_link_to_nothing_among_the_presets_is_no_source(monkeypatch, tmp_path):
+    """Emacs makes such a link, `.#mine.yaml`, beside a file with unsaved changes."""
+    monkeypatch.setattr(kept_choices, "preset_folders", lambda: [tmp_path])
+    before = list(kept_choices._sources())
+    (tmp_path / ".#mine.yaml").symlink_to("somebody@somewhere")
+    assert list(kept_choices._sources()) == before

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import pytest
+from hydra.core.override_parser.overrides_parser import OverridesParser
 
 from isethdr_core.config import sweeps
 from isethdr_core.config.composition import register_with_hydra
@@ -80,3 +83,13 @@ def test_a_sweep_from_another_folder_has_a_name_and_a_record(tried, tmp_path):
     assert not tried, "Hydra alone reads that folder"
     shown = ["-m", "--cfg", "job", "seed=1,2"]
     assert sweeps.prepared(shown) == sweeps.Prepared(shown, None)
+
+
+@pytest.mark.parametrize(
+    "path", ["/a b=c,d", "/it's", "/back\\slash", "/end\\", "/x\\'y", "/\\\\'", '/"']
+)
+def test_hydra_reads_the_folder_of_a_sweep_as_it_is(path):
+    [override] = OverridesParser.create().parse_overrides(
+        [f"hydra.sweep.dir={sweeps._quoted(Path(path))}"]
+    )
+    assert override.value() == path

@@ -115,3 +115,8 @@ def test_a_trusted_file_runs_what_it_names(work):
     arguments = [*from_there, *SMALL, "sensor=bayer"]
     trusted = isethdr("run", *arguments, ISETHDR_TRUST=str(stranger(work)))
     assert trusted.returncode == 0 and (work.parent / "mark").exists(), "a config file is code"
+
+
+def test_the_variable_to_type_is_quoted_for_the_shell(tmp_path):
+    with pytest.raises(ConfigError, match="type ISETHDR_TRUST='[^']*/my files' before"):
+        trust.check_folder(tmp_path / "my files")

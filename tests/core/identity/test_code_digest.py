@@ -197,6 +197,7 @@ def test_a_number_in_a_table_renames_all_that_read_it_and_nothing_else(tmp_path)
         'files(__package__) / f"{name}.txt"',
         'sorted(Path(__file__).parent.rglob("*.txt"))[0]',
         'Path(__file__).parents[1] / "tables/crown.txt"',
+        'str(Path(__file__).parent) + "/tables/crown.txt"',
     ],
 )
 def test_data_named_by_folder_or_pattern_counts(tmp_path, how):
@@ -211,6 +212,25 @@ def test_data_named_by_folder_or_pattern_counts(tmp_path, how):
     assert digest(written(tmp_path / "data", files | {"acme/tables/crown.txt": "1.6"})) != before
     preset = files | {"acme/conf/lens/preset.txt": "f_number: 3"}
     assert digest(written(tmp_path / "preset", preset)) == before  # the config holds its values
+
+
+def test_a_data_file_counts_whatever_characters_its_name_has(tmp_path):
+    lens = """
+from pathlib import Path
+
+UNIT = "1 (relative)"
+
+
+class Lens:
+    def path(self):
+        return Path(__file__).with_name("crown glass (n=1.5).csv")
+"""
+    files = {"acme/__init__.py": "", "acme/lens.py": lens, "acme/crown glass (n=1.5).csv": "1.5"}
+    before = digest(written(tmp_path / "before", files))
+    edited = files | {"acme/crown glass (n=1.5).csv": "1.6"}
+    assert digest(written(tmp_path / "after", edited)) != before
+    other = files | {"acme/flint glass (n=1.7).csv": "1.7"}
+    assert digest(written(tmp_path / "other", other)) == before
 
 
 def test_a_compiled_module_counts_by_its_bytes(tmp_path):

@@ -323,6 +323,14 @@ def test_a_renderer_guesses_where_nothing_is_stored_of_the_scene(monkeypatch):
     assert seconds(None) is None  # all is stored
 
 
+def test_radiance_that_a_program_of_a_user_has_stored_is_no_measure(monkeypatch):
+    parts = replace(chain(compose(FAST)), renderer=Guesses())
+    config = plain(compose(FAST)) | {"renderer": {"name": "guesses"}}
+    stored = {"scenes": [{"kind": "scene"}], "runs": []}
+    monkeypatch.setattr(expected_times, "newest", lambda kind: stored[kind])
+    assert "renderer guesses" not in expected_s(parts, config, Demand())
+
+
 def test_a_guess_is_corrected_by_a_stored_rendering_of_any_scene(monkeypatch):
     """The stored rendering took three times its guess of 200 s (50 rows, 4 groups), so this one is
     expected to take three times its own, 400 s.

@@ -224,3 +224,17 @@ def test_a_process_that_ends_while_its_state_is_read_has_ended(monkeypatch):
 
     monkeypatch.setattr(Path, "read_text", gone)
     assert claims_module._started(os.getpid()) is None
+
+
+@pytest.mark.parametrize("alive", [True, False])
+def test_a_process_that_the_system_hides_ends_when_no_signal_reaches_it(monkeypatch, alive):
+    """Below /proc there may be no files of other users' processes."""
+    owner = claims_module._machine() | {"process": os.getpid(), "started": "17"}
+    assert claims_module._has_ended(owner)  # another process has its number
+
+    def hidden(path):
+        raise FileNotFoundError(2, "No such file or directory")
+
+    monkeypatch.setattr(Path, "read_text", hidden)
+    monkeypatch.setattr(claims_module, "_answers", lambda process: alive)
+    assert claims_module._has_ended(owner) is not alive

@@ -9,7 +9,7 @@ import pytest
 from isethdr_core.config.composition import compose
 from isethdr_core.config.hydra_app import with_list_of_tags
 from isethdr_core.errors import ConfigError
-from isethdr_core.runs.labels import SUFFIX, Labels, add_labels, labels_of, read_labels
+from isethdr_core.runs.labels import SUFFIX, Labels, add_labels, checked, labels_of, read_labels
 from isethdr_core.runs.run import plain
 
 
@@ -52,3 +52,14 @@ def test_tags_may_be_typed_with_commas():
         "tags=[c]",
         "sensor=a,b",
     ]
+
+
+def test_a_name_fits_the_name_of_a_folder_in_every_script():
+    assert checked("name", 85 * "\u540d") == 85 * "\u540d"  # three bytes each
+    with pytest.raises(ConfigError, match=r"at most 255 bytes in all; .*name=\w{33}$"):
+        checked("name", 86 * "\u540d")
+
+
+def test_labels_that_are_no_text_count_as_none(tmp_path):
+    (tmp_path / f"1f3a{SUFFIX}").write_bytes(b'{"name": "\xff"}')
+    assert read_labels(tmp_path / "1f3a.zarr") == Labels()

@@ -4,6 +4,7 @@ The bucket is kept in memory by obstore; two machines are two scratch folders.
 """
 
 import os
+import shutil
 import threading
 from datetime import timedelta
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
@@ -15,6 +16,7 @@ from isethdr_catalog import query, space
 from isethdr_catalog.index import stores
 from isethdr_catalog.verify import verify
 
+from isethdr_core.cli import plan_summary
 from isethdr_core.cli.home_option import use_home
 from isethdr_core.errors import CatalogError, ConfigError
 from isethdr_core.runs.labels import Labels, add_labels, read_labels
@@ -414,3 +416,32 @@ def test_each_server_and_address_has_its_scratch_folder(machine, monkeypatch):
     assert one != scratch_folder(Address.parsed("s3://bucket/lab2"))
     monkeypatch.setenv("AWS_ENDPOINT_URL", "http://other")
     assert one != scratch_folder(ADDRESS)
+
+
+def test_stores_come_back_after_visible_files_of_the_scratch_folder_were_removed(bucket, machine):
+    """`rm -r FOLDER/*` leaves the hidden records of what was read from the bucket."""
+    folder = machine("a")
+    path = write()
+    add_labels(path, Labels("first"))
+    for entry in folder.glob("[!.]*"):
+        shutil.rmtree(entry) if entry.is_dir() else entry.unlink()
+    assert visible() == ["1f3a"] and read_labels(path) == Labels("first")
+    stored = store.open_store(path, "picture/bayer")
+    assert np.array_equal(stored["luminance"].values, picture()["luminance"].values)
+    shutil.rmtree(path)
+    assert visible() == ["1f3a"]
+
+
+def test_a_plan_knows_the_stores_of_other_machines(bucket, machine, monkeypatch):
+    machine("a")
+    write()
+    folder = machine("b")
+    chart = ["scene=uniform", "~renderer", "lighting=ideal", "lens=ideal", "sensor=bayer"]
+
+    def seen(*_):
+        assert [path.name for path in (folder / "runs").iterdir()] == ["1f3a.zarr"]
+        raise CatalogError("seen")
+
+    monkeypatch.setattr(plan_summary, "plan", seen)
+    with pytest.raises(CatalogError, match="seen"):
+        plan_summary.print_plan(chart)

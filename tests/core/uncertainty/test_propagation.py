@@ -110,6 +110,18 @@ def test_bounds_add_up_and_statistics_add_up_in_squares():
         np.testing.assert_allclose(found, want, rtol=1e-14)
 
 
+@pytest.mark.filterwarnings("error")
+def test_an_error_without_a_bound_is_none_of_pixels_without_light():
+    ones = np.ones((2, 2))
+    light = np.array([[0.0, 1000.0], [1000.0, 1000.0]])
+    shot = Electrons("a", light, light, 40 * ones, 0 * ones, ones > 0, 2.0)
+    for how in ("bound", "statistical"):
+        stated = row("lens l", said(np.inf, "relative", how))
+        bound, deviation = propagation.after(shot, stated.errors)
+        np.testing.assert_array_equal(bound + deviation, np.where(light > 0, np.inf, 0.0))
+        assert propagation.figures_of(shot, stated.errors).all_stages == np.inf
+
+
 def test_what_a_lens_knows_of_its_kernels_takes_the_place_of_what_it_stated():
     ones = np.ones((2, 2))
     maps = ErrorMaps(5 * ones, 0.25 * ones, ("grain", "border"), "errors tile by tile")

@@ -144,6 +144,8 @@ def test_training_beats_the_bilinear_rule_on_pictures_it_never_saw(tmp_path):
         ({"path": "filters"}, "ends in .npz"),
         ({"path": "/nowhere/filters.npz"}, "in a folder that exists"),
         ({"path": "filters.npz", "pictures": 0}, "pictures is 0"),
+        ({"path": "filters.npz", "arrays": "RG/GB,RG/G"}, "'RG/G'; expected rows of equal length"),
+        ({"path": "filters.npz", "arrays": "RG/GB,XY/YX"}, "with the letters R, G, B, W"),
     ],
 )
 def test_a_training_that_would_lose_filters_is_refused_before_its_work(settings, match):

@@ -12,6 +12,7 @@ from isethdr_mitsuba.renderer import MitsubaRenderer
 from isethdr_scenes.materials import MATERIALS
 from isethdr_scenes.textures import look_of, textured
 
+from isethdr_core.errors import ConfigError
 from isethdr_core.scene import Material, Texture, flat
 
 
@@ -109,3 +110,11 @@ def test_a_textured_material_keeps_its_mean_and_is_possible(name):
     for spectrum in (made.reflectance, made.texture.other):
         assert 0 < spectrum.at(nm).min() and spectrum.at(nm).max() <= 1
     assert np.ptp(made.texture.other.at(nm) / made.reflectance.at(nm)) > 0.005  # colours differ
+
+
+def test_a_texture_without_a_size_is_refused_by_name(make):
+    from isethdr_mitsuba.world.materials import ramp_surfaces
+
+    scene = make.describe([], materials=[Material("wall", texture=Texture(flat(0.4), grain_m=0.0))])
+    with pytest.raises(ConfigError, match="material 'wall' has a texture.*grain=0"):
+        ramp_surfaces(scene)

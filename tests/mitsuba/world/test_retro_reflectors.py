@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -12,7 +14,8 @@ from isethdr_scenes.geometry.surroundings.road import STUD_FACE_M
 from isethdr_scenes.materials import MATERIALS, RETRO
 from isethdr_scenes.retro_reflectors import luminous_mean, retro_reflection
 
-from isethdr_core.scene import Material, flat
+from isethdr_core.errors import ConfigError
+from isethdr_core.scene import Material, RetroReflection, flat
 
 from .bsdf_probe import albedo, chi_square_p, reciprocity, samples_agree, towards, value
 
@@ -139,3 +142,13 @@ def test_the_scalar_variant_has_the_same_reflector():
         si.wavelengths = mi.Spectrum(550.0)
         found = bsdf.eval(mi.BSDFContext(), si, mi.Vector3f(*way))[0] / way[2]
         assert found == pytest.approx(wanted, rel=1e-3)  # rounding to float32
+
+
+@pytest.mark.parametrize("fields", [{"share": 0.0}, {"share": 1.5}, {"falloff": 1.0}, {"width": 0}])
+def test_impossible_retro_reflection_is_refused_by_name(make, fields):
+    from isethdr_mitsuba.world.materials import ramp_surfaces
+
+    retro = replace(RetroReflection(peak=1.0, width=1e-3, falloff=2.0), **fields)
+    scene = make.describe([], materials=[make.material("sign", retro=retro)])
+    with pytest.raises(ConfigError, match="material 'sign' has retro-reflection.*expected"):
+        ramp_surfaces(scene)

@@ -12,6 +12,7 @@ from isethdr_mitsuba.world.coat_energy import coat_energy, lost_light
 from isethdr_mitsuba.world.compensated_surface import mean_over_hemisphere
 from isethdr_scenes.materials import MATERIALS
 
+from isethdr_core.errors import ConfigError
 from isethdr_core.scene import Material, flat
 
 from .bsdf_probe import albedo, chi_square_above_p, reciprocity, samples_agree
@@ -112,3 +113,11 @@ def test_what_a_scene_loses_is_that_of_its_worst_surface():
     lost, name = lost_light([smooth, rough, matt])
     assert name == "rough" and lost == 1 - coat_energy("plastic", 0.55).least > 0.02
     assert lost_light([matt]) == (0.0, "")
+
+
+def test_an_unknown_kind_is_refused(make):
+    from isethdr_mitsuba.world.materials import ramp_surfaces
+
+    scene = make.describe([], materials=[make.material("wall", "difuse")])
+    with pytest.raises(ConfigError, match="'wall' has the unknown kind 'difuse'; did you mean"):
+        ramp_surfaces(scene)

@@ -3,7 +3,13 @@
 import numpy as np
 import pytest
 
-from isethdr_core.physics.convolution import convolve, convolve_with_bound, direct_sums, linear
+from isethdr_core.physics.convolution import (
+    convolve,
+    convolve_with_bound,
+    direct_sums,
+    linear,
+    transform,
+)
 
 
 def direct(image, psf, pixels):
@@ -167,6 +173,23 @@ def test_signed_input_is_allowed():
     np.testing.assert_allclose(
         convolve(image, psf)[10, 10], float(direct(image, psf, [(10, 10)])[0]), atol=1e-13
     )
+
+
+def test_rounding_beside_one_lamp_is_within_the_stated_multiple_of_white_noise():
+    psf = gaussian(41, 0.6)
+    image = np.zeros((180, 320))
+    row = 97
+    column = 243
+    image[row, column] = 1.0
+    size = transform.sizes(image.shape, psf.shape)
+    got, norm = transform.convolved(image, transform.spectrum(psf, size, 1.0, True), size)
+    want = np.zeros_like(image)
+    want[row - 20 : row + 21, column - 20 : column + 21] = psf
+    dark = want < 1e-9
+    white = transform.error(norm * np.linalg.norm(psf), np.linalg.norm(got), size)
+    error = np.where(dark, np.abs(got - want), 0.0)
+    assert error.max() < 14 * white
+    assert np.median(error.max(axis=1)) < 0.5 * white  # only few rows exceed white noise
 
 
 def test_bad_input_is_refused():

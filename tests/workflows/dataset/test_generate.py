@@ -13,8 +13,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 import typer
+import xarray as xr
 from isethdr_workflows.dataset import generate as module
-from isethdr_workflows.dataset import summary
+from isethdr_workflows.dataset import packs, summary
 from isethdr_workflows.dataset.actions import OF_WORKERS, check, divided, workers_of
 from isethdr_workflows.dataset.card import card
 from isethdr_workflows.dataset.generate import Generated, Request, begun, generate, generated
@@ -366,6 +367,35 @@ def test_a_study_reads_the_radiance_of_the_records_whatever_the_code(
     assert len(RENDERED) == 1
 
 
+def test_stored_radiance_has_the_noise_of_the_run_that_rendered_it(recipe, isethdr_home):
+    """Noise is named by the radiance, so that different stored scenes have different noise."""
+    [record] = generate(Request("tiny", count=1, seed=1, recipe=recipe), silent).made
+    few = ["sensor=typical_bayer", "sensor.rows=24", "sensor.columns=32", "lens=ideal"]
+    few += ["~flare.dirt", *(f"~metric.{name}" for name in compose([]).metric)]
+    stored = cameras.settings_of(record, few)
+    assert "scene=stored" in stored
+    captures = []
+    rendered = [*record.overrides, *cameras.OWN, *few]
+    for settings in (stored, rendered, [*rendered, "seed=1"]):
+        result = run(compose(settings))
+        [camera] = result.cameras
+        captures.append(result.open(f"captures/{camera}").load().drop_attrs())
+    xr.testing.assert_identical(*captures[:2])
+    assert not captures[0].equals(captures[2]), "the captures have noise"
+
+
+def test_motion_during_a_shot_is_not_asked_of_the_radiance_of_one_moment(monkeypatch):
+    """Stored radiance stands still, so it would silently be imaged without motion."""
+    monkeypatch.setattr(cameras, "is_stored", lambda _record: True)
+    moving = "motion.within_exposure=true"
+    record = SceneRecord(0, "f", "r", ("scene=street",), ("s",))
+    assert "scene=stored" in cameras.settings_of(record, [])
+    rendered = ["scene=street", *cameras.OWN, moving]
+    assert cameras.settings_of(record, [moving]) == rendered
+    record = SceneRecord(0, "f", "r", ("scene=street", moving), ("s",))
+    assert cameras.settings_of(record, []) == ["scene=street", moving, *cameras.OWN]
+
+
 @pytest.mark.slow
 def test_two_processes_make_the_same_bytes_as_one_and_a_killed_one_is_continued(tmp_path):
     """Scenes of 24 x 16 tiles are rendered in full. Radiance and labels are equal bit for bit, and
@@ -430,8 +460,24 @@ def test_a_recipe_that_draws_the_seed_of_its_scenes_is_refused():
 
 
 def test_the_card_counts_the_families_of_the_scenes_that_are_made(monkeypatch):
-    monkeypatch.setattr(sys.modules[card.__module__], "pack_lines", lambda _dataset: [])
+    for lines in ("pack_lines", "file_lines"):
+        monkeypatch.setattr(sys.modules[card.__module__], lines, lambda _dataset: [])
     definition = Definition("tiny", 5, 6, "small", RECIPE, (), {}, "")
     record = SceneRecord(0, "bright", "bright-1", (), stores=("a",))
     assert "1 of 6 scenes are made (1 bright)." in card(Generated(definition, {0: record}))
     assert "0 of 6 scenes are made." in card(Generated(definition, {}))
+
+
+def test_the_card_names_the_road_files_of_the_scenes(monkeypatch):
+    inputs = {"maps/town.xodr": "1f", "packs/a/pack.yaml": "2e"}
+    attributes = {"scene": {"assets": ["packs/a"]}, "inputs": inputs}
+    monkeypatch.setattr(packs, "read_attrs", lambda _path: attributes)
+    definition = Definition("tiny", 5, 6, "small", RECIPE, (), {}, "")
+    record = SceneRecord(0, "bright", "bright-1", (), stores=("a",))
+    text = card(Generated(definition, {0: record}))
+    assert "asset packs and the roads and the traffic of the files named below." in text
+    assert "- `maps/town.xodr` (its SHA-256 begins with 1f)" in text
+    assert "- `packs/a`: cannot be read now" in text and "pack.yaml" not in text
+    assert "text of others" not in text and "contains no" not in text
+    attributes.update(scene={}, inputs={})
+    assert "contains no photograph" in card(Generated(definition, {0: record}))

@@ -299,6 +299,9 @@ def test_a_folder_of_other_settings_is_not_mixed(quick):
         (["shots=65"], "expected 0 to 64"),
         (["scenes=0"], "scenes is 0"),
         (["blur=yes"], "expected true or false"),
+        (["renderer.width=320"], "renderer.width=320 has no effect"),
+        (["+scene.hour=9"], "scene.hour=9 has no effect"),
+        (["motion.within_exposure=true"], "stored radiance of one moment"),
     ],
 )
 def test_mistakes_in_settings_are_named(settings, message):

@@ -18,12 +18,13 @@ from isethdr_workflows.detection.frame import Layout, SceneObjects, Thing
 from isethdr_workflows.detection.imaging import camera_names, condition_of, overrides_of
 from isethdr_workflows.detection.questions import QUESTIONS
 from isethdr_workflows.detection.study import chosen, detection
-from isethdr_workflows.detection.threads import COMPOSING
+from isethdr_workflows.detection.threads import COMPOSING, threads_of
 from isethdr_workflows.study_command import run_study
 from omegaconf import OmegaConf
 
 from isethdr_core.conformance.renderer import world
 from isethdr_core.errors import CatalogError, ConfigError
+from isethdr_core.plugins.registry import build
 from isethdr_core.quantities import centres, scene_radiance
 
 RECIPE = """
@@ -158,6 +159,20 @@ class Drawn:
         return ds
 
 
+def test_a_lens_of_another_package_is_called_by_one_thread_at_a_time(monkeypatch):
+    """As a plugin may rely on; bundled components may be called by several threads."""
+    monkeypatch.setattr("os.cpu_count", lambda: 3)
+    monkeypatch.setattr("os.sched_getaffinity", lambda _process: {0, 1, 2}, raising=False)
+    monkeypatch.delenv("OMP_NUM_THREADS", raising=False)
+    kinds = ("lighting", "lens", "isp")
+    bundled = {kind: build(kind, "ideal") for kind in kinds}
+    rest = {"flares": {}, "cameras": {"ideal": build("sensor", "ideal")}, "metrics": {}}
+    assert threads_of(SimpleNamespace(**bundled, **rest)) == 3
+    assert threads_of(SimpleNamespace(**bundled | {"lens": object()}, **rest)) == 1
+    drawn = SimpleNamespace(**bundled, **rest, scene=DrawnWorld(), renderer=Drawn())
+    assert (threads_of(drawn), threads_of(drawn, rendering=True)) == (3, 1)
+
+
 def test_views_without_people_are_composed_one_at_a_time(monkeypatch, isethdr_home):
     """Threads prepare several scenes at once, and Hydra has one global state."""
     locked = []
@@ -216,7 +231,7 @@ def test_a_class_that_only_a_later_camera_shows_has_places(monkeypatch):
     ready = [SimpleNamespace(record=SimpleNamespace(number=0), light=None)]
     [name] = camera_names("rgbw:W")
     before = {"car": 7.0}
-    study._through(name, study.Scenes(ready, []), QUESTIONS[""], study.Observer(), before)
+    study._through(name, study.Scenes(ready, [], 1), QUESTIONS[""], study.Observer(), before)
     assert set(given[0]) == {"car", "animal"} and given[0]["car"] == 7.0
 
 

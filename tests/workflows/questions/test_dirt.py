@@ -5,11 +5,12 @@ from __future__ import annotations
 import errno
 import math
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from isethdr_workflows.dataset.pairs.sources import Source
-from isethdr_workflows.questions import dirt, render_noise
+from isethdr_workflows.questions import dirt, render_noise, term_scores
 from isethdr_workflows.questions.radiance_versions import changed, checked_version
 from isethdr_workflows.questions.term_scores import SCORES, SUBSETS, TERMS, key_of
 
@@ -40,6 +41,11 @@ def asked(monkeypatch, isethdr_home):
     sources = tuple(Source(f"{k:05d}", f"road {k}", (), f"store{k}") for k in range(3))
 
     class Plain:
+        scene = None
+        renderer = None
+        lighting = None
+        cameras = {}
+
         def components(self):
             return []
 
@@ -90,6 +96,25 @@ def test_an_interrupted_study_goes_on(asked, monkeypatch, capsys):
     assert len(calls) == 7
 
 
+def test_scores_of_another_camera_of_the_same_name_are_not_used(asked, monkeypatch):
+    # the overrides name a preset, which its owner can edit
+    made = []
+
+    def scored(exposure_s):
+        camera = build("sensor", "bayer", exposure_s=exposure_s)
+        chain = SimpleNamespace(scene=None, renderer=None, lighting=None, cameras={"mine": camera})
+        chain.components = lambda: [camera]
+        monkeypatch.setattr(dirt, "checked_chain", lambda _source: chain)
+        monkeypatch.setattr(dirt, "term_scores", lambda *_: made.append(exposure_s) or {})
+        dirt.scored(asked)
+
+    scored(0.01)
+    scored(0.01)
+    assert made == [0.01] * 3
+    scored(0.02)
+    assert made == [0.01] * 3 + [0.02] * 3
+
+
 def test_a_full_disk_is_one_line(asked, monkeypatch):
     def full(_path, _text):
         raise OSError(errno.ENOSPC, "No space left on device")
@@ -106,6 +131,13 @@ def test_a_full_disk_is_one_line(asked, monkeypatch):
 def test_mistakes_are_named_first(settings, message, isethdr_home):
     with pytest.raises(ConfigError, match=message):
         dirt.dirt(dataset="none", **settings)
+
+
+def test_a_camera_without_noise_is_named_before_the_light_is_computed(monkeypatch):
+    chain = SimpleNamespace(cameras={"ideal": build("sensor", "ideal")}, flares={})
+    monkeypatch.setattr(term_scores, "built_for", lambda _source: (None, chain))
+    with pytest.raises(ConfigError, match="noise of IdealSensor cannot be switched off"):
+        term_scores.checked_chain(Source("00000", "road", (), "store"))
 
 
 def test_a_change_that_is_told_and_leaves_the_limits_turns_an_answer():

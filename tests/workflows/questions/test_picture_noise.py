@@ -52,6 +52,22 @@ def test_a_change_is_the_mean_of_its_pairs_less_the_stored_result():
     assert rows["RGBW less RGB, classical", "ssim"]["changes"] == "none"
 
 
+def test_all_scenes_of_a_road_count():
+    """Each road has two scenes, in which the network is better by 0.3 and by 0.5."""
+    every = [
+        found(road, filters, pair, own + scene)
+        for road, own in ROADS.items()
+        for scene in (0.2, 0.4)
+        for filters in (RGB, RGBW)
+        for pair in PAIRS
+    ]
+    rows = {(row["answer"], row["score"]): row for row in rows_of(every)}
+    row = rows["network less classical, RGB", "ssim"]
+    assert row["stored"] == pytest.approx(0.4)  # the mean over both scenes
+    # roads are the samples: the interval of three values with the standard deviation 0.01
+    assert row["stored_high"] - 0.4 == pytest.approx(4.303 * 0.01 / 3**0.5, rel=1e-3)
+
+
 def test_pictures_are_scored_against_the_noise_they_share_and_against_another():
     assert (STORED, STORED) in PAIRS
     for of, against in CHANGES["half_buffers"]:

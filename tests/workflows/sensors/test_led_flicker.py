@@ -12,6 +12,11 @@ def test_a_folder_that_does_not_exist_is_found_before_the_work(tmp_path):
         led_flicker(str(tmp_path / "missing"))
 
 
+def test_shares_of_no_phases_are_refused():
+    with pytest.raises(ConfigError, match="phases is 0; expected 1 or more"):
+        led_flicker(phases=0)
+
+
 @pytest.mark.slow
 def test_short_exposures_miss_lamps_that_the_small_photodiode_keeps(tmp_path):
     rows = {(r["sensor"], r["capture"]): r for r in led_flicker(str(tmp_path))}

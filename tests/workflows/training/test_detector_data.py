@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from isethdr_workflows.dataset.generate import Generated, Request, generate
 from isethdr_workflows.dataset.record import Definition, SceneRecord, read_dataset
 from isethdr_workflows.dataset.study.cameras import settings_of
-from isethdr_workflows.detection.lit_scene import LitScene, lit
+from isethdr_workflows.detection.lit_scene import LitScene, joined_stores, lit
 from isethdr_workflows.detectors.objects import TruthObject, truth_objects
 from isethdr_workflows.detectors.picture_input import View, displayed
 from isethdr_workflows.training.detector import pictures
@@ -148,10 +150,35 @@ def test_a_part_without_a_picture_is_refused(monkeypatch):
     monkeypatch.setattr(pictures, "read_dataset", lambda name: name)
     monkeypatch.setattr(pictures, "generated", lambda name: dataset)
     monkeypatch.setattr(pictures, "chosen_cameras", lambda *asked: (["bayer"], []))
+    monkeypatch.setattr(pictures, "scenes_at_once", lambda *asked: 1)
     monkeypatch.setattr(pictures, "scene_pictures", lambda *asked: [])
     settings, overrides = parsed(["dataset=few", "lightings=dawn"])
     with pytest.raises(ConfigError, match="'train' could be imaged.*not lightings=dawn"):
         pictures.data_of(settings, overrides, lambda line: None)
+    # the card and the description of the detector name the overrides
+    monkeypatch.setattr(pictures, "scene_pictures", lambda *asked: [drawn(0, "a")])
+    assert pictures.data_of(settings, ["lens=ideal"], print).about.endswith(
+        "; overrides lens=ideal"
+    )
+
+
+def test_light_has_another_name_once_a_run_has_added_radiance(isethdr_home):
+    """All stores of a recipe are joined when a scene is opened."""
+    record = SceneRecord(0, "f", "r", (), ("ab-2",))
+    for name in ("ab-2.zarr", "abc-1.zarr"):
+        (isethdr_home / "scenes" / name).mkdir(parents=True)
+    assert joined_stores(record) == ["ab-2"]
+    (isethdr_home / "scenes" / "ab-1.zarr").mkdir()
+    assert joined_stores(record) == ["ab-1", "ab-2"]
+
+
+def test_as_many_scenes_are_imaged_at_once_as_fit_into_the_memory(monkeypatch):
+    monkeypatch.setattr(pictures, "built_for", lambda *asked: (None, None))
+    monkeypatch.setattr(pictures, "pixel_bytes", lambda built: {"bayer": 1e9, "rgbw": 1e9})
+    monkeypatch.setattr(pictures, "threads_of", lambda built: 8)
+    for free_bytes, scenes in ((5e9, 2), (1e9, 1), (1e12, 8)):
+        monkeypatch.setattr(pictures, "free_memory", lambda free=free_bytes: free)
+        assert pictures.scenes_at_once(SceneRecord(0, "f", "r", ()), []) == scenes
 
 
 @pytest.fixture
@@ -172,8 +199,9 @@ def test_pictures_are_those_of_a_run_with_the_same_noise(panel):
     reference = result.open(f"truth/{camera}").load()
     rgb = displayed(result.open(f"picture/{camera}").load(), View.of(reference), "png")
     objects = truth_objects(reference, result.attributes["weights"])
-    # the noise of the run has the name of its scene
-    [found] = pictures.camera_pictures(lit(panel, SMALL), [camera], 0, 640, "stored")
+    # the noise of the run has the name of the recipe of the radiance
+    recipe = panel.stores[0].partition("-")[0]
+    [found] = pictures.camera_pictures(lit(panel, SMALL), [camera], 0, 640, recipe)
     np.testing.assert_allclose(found.rgb.astype(float), 255 * rgb, rtol=0, atol=1.5)
     assert found.rgb.std() > 2, "the picture shows the car, or noise"
     np.testing.assert_array_equal(found.boxes, [one.box for one in objects])
@@ -198,8 +226,11 @@ def test_kept_pictures_are_read_again_and_each_realisation_has_noise_of_its_own(
 
 
 def test_overrides_that_ask_for_other_radiance_are_refused(panel):
-    for text in ("renderer.width=9", "scene=night_drive", "+experiment=dusk"):
+    moving = "motion.within_exposure=true"
+    for text in ("renderer.width=9", "scene=night_drive", "+experiment=dusk", moving):
         settings, overrides = parsed(["dataset=tiny", text])
         with pytest.raises(ConfigError, match="changes the radiance.*type for example lens"):
             pictures.data_of(settings, overrides, print)
     assert read_dataset("tiny").count == 1
+    with pytest.raises(ConfigError, match="scene 1 moves during a shot"):
+        lit(replace(panel, overrides=(*panel.overrides, moving)), SMALL)

@@ -150,6 +150,12 @@ def test_every_object_that_is_asked_for_counts_in_the_scores_of_held_out_picture
     assert [one.counted for one in export.objects_of(picture)] == [True, False]
 
 
+def test_the_size_of_the_cache_does_not_make_another_training():
+    settings = Settings(**QUICK, steps=2)
+    larger = training.recipe_text(settings, ["lens=ideal", "cache_gb=20"])
+    assert larger == training.recipe_text(settings, ["lens=ideal"])
+
+
 def test_another_recipe_of_the_same_name_is_refused(isethdr_home):
     trained(Settings(**QUICK, steps=2, checks=1, name="one"), 4)
     with pytest.raises(ConfigError, match="other settings .*rate=0.0005.*name=one_2"):

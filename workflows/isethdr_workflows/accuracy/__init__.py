@@ -35,7 +35,7 @@ from isethdr_core.storage import store
 from isethdr_core.uncertainty.error_terms import Quantity
 
 from .configured_knobs import ConfiguredKnob, Setting, chosen, configured_knobs, setting
-from .diagram import draw
+from .diagram import check_library, draw
 from .differences import Noise, difference, noise_of
 from .kept_rows import TABLE, read_rows, row_key, write_rows
 from .point import Point, Work
@@ -133,9 +133,11 @@ def accuracy(*overrides: str, knob: str = "", values: str = "", folder: str = ""
 
     Raises
     ------
-    ConfigError : no component declares a knob, or a component refuses a value of its knob.
+    ConfigError : no component declares a knob, a component refuses a value of its knob, or the
+        library that draws the diagrams is not installed.
     KeyboardInterrupt : after Ctrl-C; the rows measured so far are in the folder.
     """
+    check_library()
     config = checked_config(compose(list(overrides)))
     base = Setting(config, chain(config))
     configured = chosen(configured_knobs(config, base.parts), knob, values)
@@ -161,7 +163,8 @@ def accuracy(*overrides: str, knob: str = "", values: str = "", folder: str = ""
                     row = study.measure(job)
                     if row is not None:
                         kept[job.key] = row
-                        write_rows(into, kept, _ordered(jobs, kept))
+                        # rows of other knobs and values in the same folder stay known
+                        write_rows(into, earlier | kept, _ordered(jobs, kept))
     except KeyboardInterrupt:
         tell(
             f"stopped: {len(kept)} of {tried} settings are measured; type the same command again to"

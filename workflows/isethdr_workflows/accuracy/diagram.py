@@ -7,6 +7,7 @@ from __future__ import annotations
 import math
 import textwrap
 from collections.abc import Sequence
+from importlib import import_module
 from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -61,6 +62,12 @@ PLACES = (
     (8, 24, "left", "bottom"),
     (8, -24, "left", "top"),
 )
+
+
+def check_library() -> None:
+    """Raise ConfigError if diagrams cannot be drawn, before the work of a study."""
+    with needed("a diagram", extra="report"):
+        import_module("matplotlib")
 
 
 def draw(works: list[Work], path: Path) -> None:

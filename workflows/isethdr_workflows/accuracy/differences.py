@@ -5,6 +5,7 @@ unit and in standard deviations of the sensor's noise.
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -82,7 +83,7 @@ def difference(
         return _of_scores(measured, reference)
     if error_of == Quantity.PICTURE:
         return _of_pictures(measured, reference)
-    of_noise = max(_in_noise(measured, reference, noise, name) for name in measured.electrons)
+    of_noise = _largest(_in_noise(measured, reference, noise, name) for name in measured.electrons)
     if error_of in LIGHT:
         a, b = (getattr(results, LIGHT[error_of]) for results in (measured, reference))
         if _alike(a, b):
@@ -92,8 +93,8 @@ def difference(
         np.abs(measured.electrons[name].values - right.values)[noise.counts[name]]
         for name, right in reference.electrons.items()
     ]
-    worst = max(map(_most, off_e))
-    half = max(map(_half, off_e))
+    worst = _largest(map(_most, off_e))
+    half = _largest(map(_half, off_e))
     return Difference(worst, half, "electrons", Quantity.ELECTRONS, of_noise)
 
 
@@ -116,9 +117,9 @@ def _of_pictures(results: Results, reference: Results) -> Difference:
         with np.errstate(invalid="ignore", divide="ignore"):
             shares = (np.abs(y - y_right) / np.sqrt(variance.values))[valid]
         of_noise.append(_most(shares[np.isfinite(shares)]))
-    most = max(map(_most, relative_errors))
-    half = max(map(_half, relative_errors))
-    return Difference(most, half, RELATIVE, Quantity.PICTURE, max(of_noise))
+    most = _largest(map(_most, relative_errors))
+    half = _largest(map(_half, relative_errors))
+    return Difference(most, half, RELATIVE, Quantity.PICTURE, _largest(of_noise))
 
 
 def _of_scores(results: Results, reference: Results) -> Difference:
@@ -158,3 +159,10 @@ def _most(errors: np.ndarray) -> float:
 
 def _half(errors: np.ndarray) -> float:
     return float(np.median(errors)) if errors.size else math.nan
+
+
+def _largest(errors: Iterable[float]) -> float:
+    """Return the largest error of the cameras; NaN if none is known. A camera with only saturated
+    pixels has no known error.
+    """
+    return max((error for error in errors if not math.isnan(error)), default=math.nan)

@@ -50,8 +50,8 @@ def write_rows(folder: Path, kept: dict[str, dict], rows: Sequence[dict]) -> Non
     Parameters
     ----------
     folder : folder of the study.
-    kept : {key: row} of all settings measured so far.
-    rows : the same rows in the order of the table.
+    kept : {key: row} of all settings measured so far, also by other calls with this folder.
+    rows : rows of this call in the order of the table.
     """
     write_text(folder / KEPT, json.dumps(kept, indent=1))
     text = io.StringIO(newline="")

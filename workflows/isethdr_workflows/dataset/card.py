@@ -11,7 +11,7 @@ from isethdr_core.cli.terminal import duration
 from isethdr_core.storage.atomic_write import write_text
 
 from .generate import Generated
-from .packs import pack_lines
+from .packs import file_lines, pack_lines
 from .record import folder_of
 from .splits import splits
 from .summary import class_counts
@@ -21,10 +21,8 @@ COMPUTED = (
     "Every shape, surface and lamp is computed from parameters. The dataset contains no photograph,"
     " mesh or network made by others."
 )
-PACKED = (
-    "Shapes, surfaces and lamps are computed from parameters, except the meshes of the asset packs"
-    " named below."
-)
+PACKS = "the meshes of the asset packs"
+FILES = "the roads and the traffic of the files"
 
 
 def write_card(dataset: Generated) -> Path:
@@ -46,6 +44,7 @@ def card(dataset: Generated) -> str:
     size = sum(record.stored_bytes for record in made)
     noise = _noise(dataset)
     packs = pack_lines(dataset)
+    files = file_lines(dataset)
     lines = [
         f"# {definition.name}",
         "",
@@ -68,8 +67,8 @@ def card(dataset: Generated) -> str:
         "",
         "## How it was made",
         "",
-        f"{PACKED if packs else COMPUTED} Spectra of lamps are computed from tables of the CIE."
-        " Light is simulated by path tracing, so it has the noise that is stated below.",
+        f"{_made_of(bool(packs), bool(files))} Spectra of lamps are computed from tables of the"
+        " CIE. Light is simulated by path tracing, so it has the noise that is stated below.",
         "",
         f"    {definition.command}",
         "",
@@ -96,14 +95,33 @@ def card(dataset: Generated) -> str:
         "",
         "The program that makes the scenes is under the MIT licence."
         + (
-            " The scenes show meshes of these asset packs, each under its own licence:"
-            if packs
+            ""
+            if packs or files
             else " Radiance and labels hold no picture, mesh or text of others."
         ),
         "",
-        *packs,
+        *_named("The scenes show meshes of these asset packs", packs),
+        *_named("The scenes have roads or traffic of these files", files),
     ]
     return "\n".join(lines)
+
+
+def _made_of(packs: bool, files: bool) -> str:
+    """Return a text about the origin of the scenes.
+
+    Parameters
+    ----------
+    packs, files : whether scenes use asset packs, and files of roads or traffic.
+    """
+    if not (packs or files):
+        return COMPUTED
+    others = " and ".join([PACKS] * packs + [FILES] * files)
+    return f"Shapes, surfaces and lamps are computed from parameters, except {others} named below."
+
+
+def _named(title: str, lines: list[str]) -> list[str]:
+    """Return a list with its title; nothing if the list is empty."""
+    return [f"{title}, each under its own licence:", "", *lines, ""] if lines else []
 
 
 def _noise(dataset: Generated) -> str:

@@ -1,6 +1,9 @@
-"""Asset packs behind the scenes of a dataset, with their licences."""
+"""Files of others behind the scenes of a dataset: asset packs with licences, roads, traffic."""
 
 from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
 
 from isethdr_scenes.things.packs.pack import Pack, load_pack
 
@@ -24,14 +27,30 @@ def pack_lines(dataset: Generated) -> list[str]:
     return lines
 
 
+def file_lines(dataset: Generated) -> list[str]:
+    """Return one line for each file of roads or traffic that the stored scenes were made with."""
+    digests: dict[str, str] = {}
+    for attributes in _stored(dataset):
+        folders = [Path(folder).resolve() for folder in _packs_of(attributes)]
+        for path, digest in attributes.get("inputs", {}).items():
+            if not any(Path(path).resolve().is_relative_to(folder) for folder in folders):
+                digests[path] = digest
+    return [f"- `{path}` (its SHA-256 begins with {digests[path]})" for path in sorted(digests)]
+
+
 def _folders(dataset: Generated) -> list[str]:
     """Return the packs that the stored scenes name."""
-    found: set[str] = set()
-    for record in dataset.made:
-        for name in record.stores[:1]:
-            scene = read_attrs(home() / "scenes" / f"{name}.zarr").get("scene", {})
-            found |= set(scene.get("assets", ()))
-    return sorted(found)
+    return sorted({folder for attributes in _stored(dataset) for folder in _packs_of(attributes)})
+
+
+def _stored(dataset: Generated) -> list[dict[str, Any]]:
+    """Return the attributes of the first store of each scene."""
+    names = [name for record in dataset.made for name in record.stores[:1]]
+    return [read_attrs(home() / "scenes" / f"{name}.zarr") for name in names]
+
+
+def _packs_of(attributes: dict[str, Any]) -> list[str]:
+    return list(attributes.get("scene", {}).get("assets", ()))
 
 
 def _about(pack: Pack) -> list[str]:

@@ -29,7 +29,8 @@ from .threads import COMPOSING
 from .without import without_people
 
 OWN = ("report=false",)
-OTHER_RADIANCE = ("scene", "renderer", "experiment")  # keys of the config that choose the radiance
+# keys of the config that choose the radiance; motion during a shot has further radiance
+OTHER_RADIANCE = ("scene", "renderer", "experiment", "motion")
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,7 +79,8 @@ def check_same_radiance(overrides: Sequence[str]) -> None:
 
     Raises
     ------
-    ConfigError : an override changes the scene, the renderer, or the experiment.
+    ConfigError : an override changes the scene, the renderer, the experiment, or the motion
+        during a shot.
     """
     for text in overrides:
         node = text.lstrip("+~").partition("=")[0].partition(".")[0].partition("@")[0]
@@ -90,6 +92,43 @@ def check_same_radiance(overrides: Sequence[str]) -> None:
             )
 
 
+def built_for(record: SceneRecord, overrides: Sequence[str]) -> tuple[Any, Chain]:
+    """Return the config of a stored scene, and its components.
+
+    Parameters
+    ----------
+    record : record of the scene.
+    overrides : overrides of all scenes, after those of the scene itself.
+
+    Raises
+    ------
+    ConfigError : an override is wrong, or the scene moves during the shot: its radiance is stored
+        for one moment.
+    """
+    with COMPOSING:
+        config = compose([*record.overrides, *OWN, *overrides])
+        built = chain(config, rendered=True)
+    if built.motion is not None:
+        raise ConfigError(
+            f"scene {record.number + 1} moves during a shot, but its radiance is that of one"
+            " moment; expected motion.within_exposure=false in the recipe of the dataset"
+        )
+    return config, built
+
+
+def joined_stores(record: SceneRecord) -> list[str]:
+    """Return the names of all stores whose radiance is joined when the scene is opened. They
+    include those that runs have added since the dataset was made, for example with more samples.
+
+    Parameters
+    ----------
+    record : record of the scene.
+    """
+    recipe = record.stores[0].partition("-")[0]
+    names = {path.stem for path in (store.home() / "scenes").glob(f"{recipe}-*.zarr")}
+    return sorted(names | set(record.stores))
+
+
 def lit(record: SceneRecord, overrides: Sequence[str], bare: bool = False) -> LitScene:
     """Return a stored scene under the lighting of its config.
 
@@ -98,16 +137,19 @@ def lit(record: SceneRecord, overrides: Sequence[str], bare: bool = False) -> Li
     record : record of the scene; its radiance is stored.
     overrides : overrides of all scenes, after those of the scene itself.
     bare : whether the same view without people, riders and animals is used.
+
+    Raises
+    ------
+    ConfigError : as `built_for`.
+    CatalogError : there is no stored radiance.
     """
-    with COMPOSING:
-        config = compose([*record.overrides, *OWN, *overrides])
-        built = chain(config, rendered=True)
+    config, built = built_for(record, overrides)
     rows = Ledger()
     demand = plan(built, rows).with_labels("instance")
     path = without_people(record) if bare else record.stores[0]
     scene = store.open_scene(path)
     mixed = built.lighting(scene)
-    radiance = of_radiance(built.scene, [str(path)] if bare else list(record.stores), demand)
+    radiance = of_radiance(built.scene, [str(path)] if bare else joined_stores(record), demand)
     of_main = of_mixed(radiance, built.lighting)
     return LitScene(
         config=config,

@@ -27,7 +27,7 @@ from .imaging import (
     prepared,
     view,
 )
-from .lit_scene import check_same_radiance
+from .lit_scene import built_for, check_same_radiance
 from .observer.clutter import Search, searches
 from .observer.observing import (
     Answer,
@@ -47,7 +47,7 @@ from .results.files import write_files
 from .results.shares import Found, Needed, roads_needed
 from .results.study_results import Results
 from .results.summary import print_limitations, summary
-from .threads import at_once
+from .threads import at_once, threads_of
 
 OneScene = TypeVar("OneScene", bound=SceneObjects)
 RENDERED = ", rendered without"  # these two texts follow the name of a camera
@@ -191,6 +191,7 @@ def studied(
     """
     transfer = list(dict.fromkeys(name.sensor for name in names)) if asked.transfer else []
     ready, failed = all_prepared(records, settings, transfer)
+    threads = threads_of(ready[0].built) if ready else 1
     bare: list[Prepared] = []
     if asked.bare:
         bare, not_bare = all_prepared(records, settings, [], bare=True)
@@ -200,7 +201,8 @@ def studied(
     places: dict[str, float] = {}
     for name in names:
         # a function of its own, so that the pictures of one camera are freed before the next one
-        found, of_camera, places = _through(name, Scenes(ready, bare), asked, how, places)
+        scenes = Scenes(ready, bare, threads)
+        found, of_camera, places = _through(name, scenes, asked, how, places)
         rows += found
         for text, check in of_camera.items():
             checks[text] = checks.get(text, Check()) + check
@@ -227,6 +229,7 @@ class Scenes(NamedTuple):
 
     ready: Sequence[Prepared]
     bare: Sequence[Prepared]  # the same views rendered without objects; empty if not asked for
+    threads: int  # number of threads that may call sensors
 
 
 def _through(
@@ -241,7 +244,9 @@ def _through(
     have the same thresholds.
     """
     views = at_once(
-        lambda one: view(one, name, even(one.light) if asked.grey_field else None), scenes.ready
+        lambda one: view(one, name, even(one.light) if asked.grey_field else None),
+        scenes.ready,
+        scenes.threads,
     )
     light = {one.record.number: one.light for one in scenes.ready}
     bare = {one.record.number: view(one, name, light.get(one.record.number)) for one in scenes.bare}
@@ -253,7 +258,9 @@ def _through(
     checks: dict[str, Check] = {}
     for level in levels_of(asked):
         # each frame is freed once its windows are read
-        forms = at_once(lambda one, level=level: _forms(one, bare, asked, level, read), views)
+        forms = at_once(
+            lambda one, level=level: _forms(one, bare, asked, level, read), views, scenes.threads
+        )
         for suffix in suffixes:
             text = name.text + suffix
             row_of = RowOf(text, level, transfer_of(views, name))
@@ -323,7 +330,8 @@ def all_prepared(
         print(f"scene {record.number + 1}, {next(done)} of {len(records)}", flush=True)
         return made
 
-    every = at_once(one, records)
+    threads = threads_of(built_for(records[0], settings)[1], rendering=bare) if records else 1
+    every = at_once(one, records, threads)
     ready = [made for made in every if isinstance(made, Prepared)]
     return ready, [made for made in every if not isinstance(made, Prepared)]
 

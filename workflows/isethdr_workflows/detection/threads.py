@@ -6,22 +6,56 @@ from collections.abc import Callable, Sequence
 from threading import Lock
 from typing import TypeVar
 
-from isethdr_optics.imaging.threads import cpus, executor
+from isethdr_optics.imaging.threads import executor
 
+from isethdr_core.pipeline.chain import Chain
+from isethdr_core.pipeline.chain.side_by_side import threads_for
+
+# packages with lightings, lenses, flares, scenes and renderers that several threads may call
+BUNDLED = (
+    *("isethdr_core", "isethdr_isp", "isethdr_metrics", "isethdr_mitsuba", "isethdr_optics"),
+    *("isethdr_scenes", "isethdr_sensors"),
+)
 COMPOSING = Lock()  # Hydra has one global state, so only one thread may compose at a time
 
 One = TypeVar("One")
 Made = TypeVar("Made")
 
 
-def at_once(function: Callable[[One], Made], items: Sequence[One]) -> list[Made]:
-    """Return `function` of each item, computed by as many threads as there are processors. Threads
-    help because most of the time is spent in operations on large arrays, not in Python code.
+def at_once(
+    function: Callable[[One], Made], items: Sequence[One], threads: int | None = None
+) -> list[Made]:
+    """Return `function` of each item, computed by several threads. Threads help because most of the
+    time is spent in operations on large arrays, not in Python code.
 
     Parameters
     ----------
     function : function of one item.
     items : the items.
+    threads : number of threads; None: as many as this process has processors.
     """
-    with executor(cpus()) as pool:
+    with executor(threads or threads_for(())) as pool:
         return list(pool.map(function, items))
+
+
+def threads_of(built: Chain, rendering: bool = False) -> int:
+    """Return how many threads may work with such components, each thread on a scene of its own.
+
+    It is one if a plugin does not allow more (docs/how-to/plugins.md): a sensor, isp or metric that
+    is not declared as thread-safe, or a lighting, lens or flare of another package.
+
+    Parameters
+    ----------
+    built : components of a scene.
+    rendering : whether the threads also build and render scenes.
+    """
+    others: list[object] = [built.lighting, built.lens, *built.flares.values()]
+    if rendering:
+        others += [built.scene, built.renderer]
+    others = not_bundled(others)
+    return threads_for((*built.cameras.values(), built.isp, *built.metrics.values(), *others))
+
+
+def not_bundled(components: Sequence[object]) -> list[object]:
+    """Return the components that come from other packages."""
+    return [one for one in components if type(one).__module__.partition(".")[0] not in BUNDLED]

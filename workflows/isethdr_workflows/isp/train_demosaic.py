@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 from isethdr_isp.demosaic.interpolation import demosaic, plane_weights
 from isethdr_isp.demosaic.learned import (
+    LETTERS,
     RADIUS,
     SIDE,
     TABLE,
@@ -72,8 +73,8 @@ def train_demosaic(
 
     Raises
     ------
-    ConfigError : the file cannot be made, there is no picture, or filters that are not those of the
-        recipe would replace the installed ones.
+    ConfigError : the file cannot be made, there is no picture, an array has no known filters, or
+        filters that are not those of the recipe would replace the installed ones.
     """
     recipe = {**RECIPE, "pictures": pictures}
     names = [name.strip() for name in arrays.split(",")]
@@ -112,11 +113,13 @@ def check(path: str, pictures: int, arrays: Sequence[str]) -> None:
 
     Raises
     ------
-    ConfigError : the file cannot be made, there is no picture, or filters that are not those of the
-        recipe would replace the installed ones.
+    ConfigError : the file cannot be made, there is no picture, an array has no known filters, or
+        filters that are not those of the recipe would replace the installed ones.
     """
     if pictures < 1:
         raise ConfigError(f"pictures is {pictures}; expected 1 or more; type pictures=80")
+    for cell in arrays:
+        _check_array(cell)
     if path and not (path.endswith(".npz") and Path(path).resolve().parent.is_dir()):
         raise ConfigError(
             f"path is {path!r}; expected a file that ends in .npz, in a folder that exists; type"
@@ -127,6 +130,16 @@ def check(path: str, pictures: int, arrays: Sequence[str]) -> None:
             f"filters of {pictures} pictures for {', '.join(arrays)} would replace all filters of"
             " the installed isp; expected the recipe's pictures and arrays; type for example"
             " path=trial.npz"
+        )
+
+
+def _check_array(cell: str) -> None:
+    """Raise ConfigError unless a cell has rows of equal length with letters of known filters."""
+    rows = cell.split("/")
+    if not rows[0] or {len(row) for row in rows} != {len(rows[0])} or set(cell) - {"/", *LETTERS}:
+        raise ConfigError(
+            f"arrays has {cell!r}; expected rows of equal length, separated by /, with the letters"
+            f" {', '.join(LETTERS)}; type for example arrays={ARRAYS[0]}"
         )
 
 

@@ -13,6 +13,8 @@ from isethdr_core.errors import ConfigError
 from isethdr_core.physics.photometry import luminance
 from isethdr_core.plugins.registry import build
 
+from ..study_command import RASTERS, check_picture
+
 BLADES = (4, 5, 6, 8, 0)  # numbers of blades; 0 is a round aperture
 DIRT = {  # assumed densities: dust grains and scratches per mm2 of the pupil
     "dense": (120.0, 40.0),
@@ -48,8 +50,10 @@ def paper_fig4(picture: str = "", width: int = 240, height: int = 135) -> list[d
 
     Raises
     ------
-    ConfigError : a cell is too small for the rings around the discs.
+    ConfigError : a cell is too small for the rings around the discs, or the picture cannot be
+        written.
     """
+    check_picture(picture, RASTERS)
     if width < LEAST_WIDTH or height < LEAST_HEIGHT:
         raise ConfigError(
             f"study paper_fig4 has width={width} height={height}; expected at least"

@@ -11,6 +11,7 @@ import numpy as np
 import xarray as xr
 
 from isethdr_core.display.display_view import white_cd_m2
+from isethdr_core.errors import ConfigError
 from isethdr_core.plugins.registry import build
 
 from .parameters import PAPER, SCRIPTS, chosen
@@ -64,7 +65,16 @@ def paper_fig8_9_classical(
     -------
     rows with filters, demosaic, mean_lux, ssim and ciede2000, each with its standard error over
     shots.
+
+    Raises
+    ------
+    ConfigError : there is no illuminance or no shot, or the parameters are unknown.
     """
+    if levels < 1 or draws < 1:
+        raise ConfigError(
+            f"levels is {levels} and draws is {draws}; expected 1 or more of both; type for example"
+            " levels=10 draws=3"
+        )
     levels_lux = chosen("paper_fig8_9_classical", parameters, LEVELS_LUX)
     pixel = PIXEL if levels_lux else {}
     street = driving(scene)

@@ -11,7 +11,8 @@ from typing import Any
 
 from isethdr_core.cli.terminal import duration, number_of
 from isethdr_core.errors import CatalogError, ConfigError
-from isethdr_core.runs.provenance import fingerprint
+from isethdr_core.pipeline.chain import Chain
+from isethdr_core.runs.provenance import described, fingerprint, input_digests, libraries
 from isethdr_core.storage import store
 from isethdr_core.storage.atomic_write import write_text
 from isethdr_core.storage.home_folder import home
@@ -131,10 +132,9 @@ def scored(asked: Asked, version: str = STORED) -> list[dict[str, Values]]:
     started = time.monotonic()
     computed = 0
     for place, source in enumerate(asked.sources, 1):
-        chain = checked_chain(source) if place == 1 else None
-        if chain is not None:
-            code = fingerprint(*chain.components(), frame=True)
-        name = store.content_hash([source.store, source.overrides, asked.shots, version, code])
+        if place == 1:
+            made_with = identity_of(checked_chain(source))
+        name = store.content_hash([source.store, source.overrides, asked.shots, version, made_with])
         path = home() / "questions" / "dirt" / f"{name}.json"
         line = f"scene {source.name}, {place} of {len(asked.sources)}, radiance {version}: "
         if path.exists():
@@ -157,6 +157,28 @@ def scored(asked: Asked, version: str = STORED) -> list[dict[str, Values]]:
         rest = f", about {duration(rate_s * left)} left" if left else ""
         print(line + f"{time.monotonic() - begun:.0f} s{rest}")
     return found
+
+
+def identity_of(chain: Chain) -> dict[str, Any]:
+    """Return all that can change the scores of a scene, except for its light and its overrides:
+    fields, code, libraries and input files of the components.
+
+    The fields are listed because the overrides only name presets and main config, which can change.
+
+    Parameters
+    ----------
+    chain : components of one of the scenes.
+    """
+    components = chain.components()
+    of_scene = (chain.scene, chain.renderer, chain.lighting)
+    shared = [one for one in components if not any(one is other for other in of_scene)]
+    return {
+        "fields": [described(one) for one in shared],
+        "cameras": list(chain.cameras),
+        "code": fingerprint(*components, frame=True),
+        "libraries": libraries(*components, frame=True),
+        "inputs": input_digests(*shared),
+    }
 
 
 def rows_of(asked: Asked, scenes: Sequence[dict[str, Values]]) -> list[dict[str, Any]]:

@@ -170,8 +170,12 @@ def compared(
 
 
 def rows_of(found: Sequence[Found]) -> list[dict[str, Any]]:
-    """Return the rows of the study: differences with the stored radiance, and their changes."""
-    known = {(one.road, one.filters, one.lux, one.pair): one for one in found}
+    """Return the rows of the study: differences with the stored radiance, and their changes. The
+    scenes of a road are averaged, so that each road counts once.
+    """
+    known: dict[Any, list[Found]] = {}
+    for one in found:
+        known.setdefault((one.road, one.filters, one.lux, one.pair), []).append(one)
     roads = list(dict.fromkeys(one.road for one in found))
     levels = sorted({one.lux for one in found})
     rows = []
@@ -207,16 +211,18 @@ ANSWERS = {
 
 
 def _score(
-    known: dict[Any, Found],
+    known: dict[Any, list[Found]],
     road: str,
     of: tuple[str, str],
     at: tuple[float, tuple[str, str], str],
 ) -> float:
     filters, development = of
     lux, pair, score = at
-    one = known[road, filters, lux, pair]
-    scores = one.network if development == NETWORK else one.classical
-    return float(scores[score])
+    values = [
+        (one.network if development == NETWORK else one.classical)[score]
+        for one in known[road, filters, lux, pair]
+    ]
+    return float(np.mean(values))
 
 
 def changes(row: dict[str, Any]) -> str:

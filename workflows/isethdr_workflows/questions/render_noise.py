@@ -46,6 +46,8 @@ def render_noise(
     rows with camera, score, term, `shapley` (loss by the stored radiance), `half_buffers` and
     `denoised` (change of this loss, paired by scene, with 95 % limits over roads), and `changes`,
     the names of those that differ from 0 and move the result beyond the 95 % limits of `shapley`.
+    For `dynamic_range`, which is defined only with noise, `shapley` is the loss by the term as the
+    last one.
     """
     checked_page(page)
     asked = asked_of(dataset, cameras, scenes, shots, overrides)

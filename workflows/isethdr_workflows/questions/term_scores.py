@@ -52,13 +52,17 @@ def key_of(subset: frozenset[str]) -> str:
 
 
 def checked_chain(source: Source) -> Chain:
-    """Return the chain of a scene, and check that it has both kinds of flares.
+    """Return the chain of a scene, and check that it has both kinds of flares, and cameras with
+    noise that can be switched off.
 
     Raises
     ------
-    ConfigError : the chain has no flare that spreads light, or none that adds light.
+    ConfigError : the chain has no flare that spreads light, none that adds light, or a camera
+        without the field `noise`.
     """
     built = built_for(source)[1]
+    for sensor in built.cameras.values():
+        _with_noise(sensor)
     kinds = {spreads(flare) for flare in built.flares.values()}
     if kinds != {True, False}:
         lacking = "spreads light" if True not in kinds else "adds light"
@@ -68,6 +72,16 @@ def checked_chain(source: Source) -> Chain:
         )
     check_added(built, built.scene())
     return built
+
+
+def _with_noise(sensor: Any) -> ImagingSensor:
+    """Return a sensor; raise ConfigError if its noise cannot be switched off."""
+    if not isinstance(sensor, ImagingSensor):
+        raise ConfigError(
+            f"the noise of {type(sensor).__name__} cannot be switched off; expected a sensor with"
+            " the field noise; type for example cameras=bayer"
+        )
+    return sensor
 
 
 def term_scores(source: Source, version: str = STORED, shots: int = 1) -> dict[str, Values]:
@@ -116,12 +130,7 @@ def of_camera(seen: Imaged, sensor: Any, keys: Sequence[Generator]) -> Values:
     sensor : sensor of the camera.
     keys : keys of the noise of each shot.
     """
-    fixed = at_one_exposure(sensor, seen.light["scatter+ghosts"])
-    if not isinstance(fixed, ImagingSensor):
-        raise ConfigError(
-            f"the noise of {type(fixed).__name__} cannot be switched off; expected a sensor with"
-            " the field noise; type for example cameras=bayer"
-        )
+    fixed = _with_noise(at_one_exposure(sensor, seen.light["scatter+ghosts"]))
     silent = replace(fixed, noise=False)
 
     def pictured(subset: frozenset[str]) -> list[Any]:

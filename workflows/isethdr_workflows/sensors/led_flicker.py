@@ -51,10 +51,12 @@ def led_flicker(folder: str = "", phases: int = 400) -> list[dict]:
 
     Raises
     ------
-    ConfigError : there is no such folder.
+    ConfigError : there is no such folder, or there is no phase.
     """
     if folder and not os.path.isdir(folder):
         raise ConfigError(f"folder is {folder}; expected a folder that exists; make it first")
+    if phases < 1:
+        raise ConfigError(f"phases is {phases}; expected 1 or more; type for example phases=400")
     shots = {name: shot(name) for name in ("staggered", "split_pixel")}
     rows = []
     for name, (sensor, captures, steady, picture, truth) in shots.items():

@@ -41,10 +41,11 @@ def needed(
     ----------
     variance : (group, 3, tile) variance of X, Y and Z of single paths, (cd/m2)^2.
     limit : (3, tile) largest standard deviations of X, Y and Z of all light, cd/m2; infinite where
-        no sensor sees the tile.
+        no sensor sees the tile. 0 sets no limit either: the light has no X, Y or Z there.
     weights : (group,) weights of the light groups.
     group_us : (group,) CPU time of a path, us.
     """
+    limit = np.where(limit > 0, limit, np.inf)
     relative = np.square(np.asarray(weights))[:, None, None] * variance / np.square(limit)
     root = np.sqrt(relative.max(1))
     us = np.sqrt(group_us)[:, None]

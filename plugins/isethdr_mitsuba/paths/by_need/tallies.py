@@ -202,11 +202,15 @@ def _group_variance(
         near.sum(neighbours, REACH, 1) + tile for neighbours, tile in zip(every, own, strict=True)
     )
     mean_squares = squares / np.maximum(free, 1)
-    # where `rare_light` has taken all light away, the spread of the paths that it assumes stays
+    # where `rare_light` has taken all light away, or all but so little that the ratio exceeds
+    # float32, the spread of the paths that it assumes stays
     is_lit = light > 0
     level = np.where(is_lit, np.maximum(light, np.finfo(single).tiny), 1)
-    per_light = mean_squares / level
-    per_light *= near.counts[REACH]
+    with np.errstate(over="ignore"):
+        per_light = mean_squares / level
+        per_light *= near.counts[REACH]
+    is_lit &= np.isfinite(per_light)
+    per_light[~is_lit] = 0
     close = near.sum(every.light, 1, 1) + own.light
     lent = per_light * (own.light + close / near.counts[1])
     # twice: as where the light of the tile and the light around it are equal

@@ -36,6 +36,23 @@ def test_planned_paths_bring_tiles_to_their_limit_in_the_least_time():
         assert (other[fair] > 1).all()
 
 
+def test_a_limit_of_zero_is_no_limit():
+    """Light of a red lamp has no Z, so the limit of a blue channel is 0 there. Without a plan for
+    these tiles (0 / 0), the plan of all others would lose its bound on the dearest tiles.
+    """
+    rng = np.random.default_rng(2)
+    variance = rng.lognormal(0, 2, (2, 3, 500))
+    limit = rng.lognormal(0, 1, (3, 500))
+    variance[:, 2, :20] = 0.0
+    variance[:, 2, 20:40] = 1.0  # light with Z in the neighbourhood
+    limit[2, :40] = np.inf
+    expected = plan.needed(variance, limit, [1.0, 1.0], np.ones(2))
+    limit[2, :40] = 0.0
+    found = plan.needed(variance, limit, [1.0, 1.0], np.ones(2))
+    assert np.isfinite(expected).all() and expected[:, :40].all()
+    assert np.array_equal(found, expected)
+
+
 def test_launches_follow_what_is_planned_and_share_paths():
     rng = np.random.default_rng(3)
     more = rng.integers(0, 5, (4, 60)) * 8 * (rng.random((4, 60)) < 0.5)

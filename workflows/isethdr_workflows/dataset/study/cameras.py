@@ -136,8 +136,9 @@ def settings_of(record: SceneRecord, overrides: Sequence[str]) -> list[str]:
     """Return the overrides of the run of a scene.
 
     The run reads the radiance that the scene's record names, which is the same with every version
-    of the code. If this radiance is gone, or if an override may choose another scene or renderer,
-    the run has the scene's own settings instead and renders what is not stored.
+    of the code. The run has the scene's own settings instead, and renders what is not stored, if
+    this radiance is gone, if an override may choose another scene or renderer, or if motion during
+    the shot needs radiance of further moments.
 
     Parameters
     ----------
@@ -146,7 +147,8 @@ def settings_of(record: SceneRecord, overrides: Sequence[str]) -> list[str]:
     """
     changed = {_node(text) for text in overrides} & {"scene", "renderer", "experiment"}
     own = {text: _node(text) for text in record.overrides}
-    if changed or "experiment" in own.values() or not is_stored(record):
+    moving = "motion" in {*own.values(), *map(_node, overrides)}
+    if changed or moving or "experiment" in own.values() or not is_stored(record):
         return [*record.overrides, *OWN, *overrides]
     others = [text for text, node in own.items() if node not in ("scene", "renderer")]
     stored = ("scene=stored", f"scene.store={record.stores[0]}", "~renderer")

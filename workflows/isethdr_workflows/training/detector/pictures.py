@@ -18,15 +18,17 @@ from PIL import Image
 
 from isethdr_core import generator
 from isethdr_core.errors import CatalogError, ConfigError
+from isethdr_core.pipeline.runtime_estimate import pixel_bytes
 from isethdr_core.pipeline.shot import developed
 from isethdr_core.runs.result_names import named, record
 from isethdr_core.truth import labels_on, truth
 
+from ...accuracy.point import free_memory
 from ...dataset.generate import Generated, generated
 from ...dataset.record import SceneRecord, read_dataset
 from ...dataset.splits import splits
-from ...detection.lit_scene import LitScene, check_same_radiance, lit
-from ...detection.threads import at_once
+from ...detection.lit_scene import LitScene, built_for, check_same_radiance, lit
+from ...detection.threads import at_once, threads_of
 from ...detectors.classes import CLASSES
 from ...detectors.objects import TruthObject, truth_objects
 from ...detectors.picture_input import View, displayed
@@ -80,7 +82,8 @@ class Data:
 def data_of(settings: Settings, overrides: Sequence[str], tell: Callable[[str], None]) -> Data:
     """Return the pictures of the parts `train` and `validation` of a dataset.
 
-    A scene is imaged by the lens once for each lighting. Several scenes are imaged at once.
+    A scene is imaged by the lens once for each lighting. Several scenes are imaged at once, as many
+    as plugins and the free memory allow.
 
     Parameters
     ----------
@@ -100,6 +103,7 @@ def data_of(settings: Settings, overrides: Sequence[str], tell: Callable[[str], 
     parts = records_of(dataset)
     done = itertools.count(1)
     many = sum(map(len, parts.values()))
+    threads = scenes_at_once(parts[TRAINING][0], own)
 
     def pictures_of(scene: SceneRecord) -> list[LabelledPicture]:
         found = scene_pictures(scene, settings, cameras, own, tell)
@@ -108,7 +112,8 @@ def data_of(settings: Settings, overrides: Sequence[str], tell: Callable[[str], 
 
     pictures: dict[str, list[LabelledPicture]] = {}
     for part, records in parts.items():
-        pictures[part] = list(itertools.chain.from_iterable(at_once(pictures_of, records)))
+        of_scenes = at_once(pictures_of, records, threads)
+        pictures[part] = list(itertools.chain.from_iterable(of_scenes))
         if not pictures[part]:
             raise ConfigError(
                 f"no scene of the part {part!r} could be imaged, as printed above; expected"
@@ -121,7 +126,23 @@ def data_of(settings: Settings, overrides: Sequence[str], tell: Callable[[str], 
         f" {len(parts[HELD_OUT])} held out; cameras {', '.join(cameras)}; lightings"
         f" {settings.lightings}; {settings.realisations} realisations of the noise"
     )
+    if overrides:
+        about += f"; overrides {' '.join(overrides)}"
     return Data(pictures[TRAINING], pictures[HELD_OUT], about)
+
+
+def scenes_at_once(scene: SceneRecord, overrides: Sequence[str]) -> int:
+    """Return how many scenes are imaged at the same time, at least one. The pictures of all cameras
+    of each scene must fit into the free memory together.
+
+    Parameters
+    ----------
+    scene : record of one scene.
+    overrides : overrides of the config, as typed.
+    """
+    built = built_for(scene, overrides)[1]
+    each_bytes = max(sum(pixel_bytes(built).values()), 1.0)
+    return max(1, min(threads_of(built), int(free_memory() // each_bytes)))
 
 
 def records_of(dataset: Generated) -> dict[str, list[SceneRecord]]:
@@ -181,7 +202,7 @@ def scene_pictures(
             seen = lit(scene, [*overrides, *relit])
             for number in range(settings.realisations):
                 pictures += camera_pictures(seen, cameras, number, settings.input_px, scene.road)
-        except CatalogError:
+        except (CatalogError, MemoryError):  # the next try may succeed
             raise
         except Exception as err:  # any component may fail on one scene; the other scenes go on
             tell(f"  {lighting} is left out: {type(err).__name__}: {err}".splitlines()[0])

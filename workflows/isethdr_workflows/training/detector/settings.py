@@ -100,6 +100,7 @@ class Settings:
 
 # settings that do not change the result, except by rounding
 FREE = ("device", "threads", "name")
+FREE_OVERRIDES = ("cache_gb",)  # overrides of the config that do not change the result
 
 
 def parsed(typed: Sequence[str]) -> tuple[Settings, list[str]]:

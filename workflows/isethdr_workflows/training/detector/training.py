@@ -25,7 +25,7 @@ from .loss import loss_of
 from .network import DetectorNetwork
 from .patches import batch
 from .pictures import Data, LabelledPicture, data_of
-from .settings import FREE, Settings
+from .settings import FREE, FREE_OVERRIDES, Settings
 
 STATE = "state.pt"
 DECAY = 1e-4  # weight decay of AdamW, per step and learning rate
@@ -288,4 +288,5 @@ def recipe_text(settings: Settings, overrides: Sequence[str]) -> str:
     overrides : overrides of the config, as typed.
     """
     decides = {k: v for k, v in asdict(settings).items() if k not in FREE}
-    return json.dumps({**decides, "overrides": sorted(overrides)}, sort_keys=True)
+    kept = sorted(one for one in overrides if one.partition("=")[0] not in FREE_OVERRIDES)
+    return json.dumps({**decides, "overrides": kept}, sort_keys=True)

@@ -12,6 +12,7 @@ from isethdr_isp.scene_light import illuminant
 from isethdr_isp.spectra import Illuminant
 
 from isethdr_core import generator
+from isethdr_core.data.derived_once import once
 from isethdr_core.display.display_view import display, white_cd_m2
 from isethdr_core.physics.photometry import luminance
 from isethdr_core.plugins.registry import build
@@ -80,15 +81,17 @@ def scores_of(picture: Any, reference: Any) -> dict[str, float]:
     """Return SSIM, PSNR of the displayed pictures in dB, and mean CIEDE2000.
 
     PSNR is 20 log10(255 / rms) over all pixels and channels of the same displayed pictures for
-    which SSIM is computed.
+    which SSIM is computed. Within `derived_once.shared(reference)`, what follows from the reference
+    alone is computed once.
 
     Parameters
     ----------
     picture : picture of the camera.
     reference : reference picture on the same grid.
     """
-    white = white_cd_m2(reference)
-    ours, meant = (display(p, white).astype(float) for p in (picture, reference))
+    white = once("white", (reference,), lambda: white_cd_m2(reference))
+    ours = display(picture, white).astype(float)
+    meant = once("displayed", (reference,), lambda: display(reference, white).astype(float))
     rms = float(np.sqrt(np.mean((ours - meant) ** 2)))
     return {
         "ssim": build("metric", "ssim")(picture, reference)[0].value,

@@ -16,6 +16,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from isethdr_core.data.derived_once import shared
 from isethdr_core.errors import ConfigError
 from isethdr_core.pipeline.chain.side_by_side import threads_for
 from isethdr_core.plugins.registry import build
@@ -204,7 +205,8 @@ def tuned(
     def searched(contest: Contest) -> Search:
         shots = [contest.shot(view, seed).middle() for seed, view in enumerate(views)]
         search = Search(lambda setting: mean_scores(shots, setting), demosaics)
-        search.best()
+        with shared(*(shot.reference for shot in shots)):
+            search.best()
         return search
 
     return together(searched, [(contest,) for contest in contests])
@@ -246,14 +248,15 @@ def compared(road: Road, shot: Shot, network: Any, settings: set[Setting]) -> Co
     settings : classical settings.
     """
     learned = dict.fromkeys(SIGNS, math.nan)
-    if network is not None:
-        learned = scores_of(network(shot.captures), shot.reference)
-    return Compared(
-        road.record.road,
-        learned,
-        {setting: mean_scores([shot], setting) for setting in settings},
-        scores_of(matrix_alone(shot, "automatic"), shot.reference),
-    )
+    with shared(shot.reference):
+        if network is not None:
+            learned = scores_of(network(shot.captures), shot.reference)
+        return Compared(
+            road.record.road,
+            learned,
+            {setting: mean_scores([shot], setting) for setting in settings},
+            scores_of(matrix_alone(shot, "automatic"), shot.reference),
+        )
 
 
 def costs_of(model: str, shot: Shot, settings: set[Setting]) -> dict[Any, Cost]:

@@ -34,7 +34,8 @@ LARGEST_RATIO = 1.25
 LOSSES = {
     "electrons": "squared error of X, Y, Z in electrons over (local mean of the raw + noise^2 + 1 +"
     f" {RELATIVE:g} local mean^2), the logarithm of its mean over blocks of {BLOCK} px;"
-    f" {MEAN_WEIGHT:g} times the squared relative error of each picture's mean",
+    f" {MEAN_WEIGHT:g} times the logarithm of 1 + the squared relative error of each picture's"
+    " mean",
     "view": "absolute error of display values: pictures look better, but the mean luminance in the"
     " dark is biased; electrons of such a network are not absolute",
 }

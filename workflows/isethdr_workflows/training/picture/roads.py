@@ -17,12 +17,14 @@ import numpy as np
 from isethdr_core.config.composition import compose
 from isethdr_core.errors import CatalogError, ConfigError
 from isethdr_core.physics.photometry import luminance, xyz_weights
+from isethdr_core.pipeline.chain.side_by_side import threads_for
 from isethdr_core.plugins.registry import build, build_from_config
 from isethdr_core.storage.home_folder import home
 from isethdr_core.store import open_scene
 
 from ...dataset.record import DEFINITION, SceneRecord, read_dataset, read_definition, read_scenes
 from ...dataset.splits import part_of
+from ...detection.threads import COMPOSING, not_bundled
 from .camera import TrainingCamera
 
 LEAST_ROADS = 2  # fewest roads to train on; a network would memorise a single road
@@ -126,7 +128,8 @@ def lit_scene(
     record : record of the road's scene.
     camera, overrides, variant : as in `lit`.
     """
-    config = compose([*record.overrides, *overrides])
+    with COMPOSING:
+        config = compose([*record.overrides, *overrides])
     lighting = build_from_config("lighting", config.lighting)
     if variant:
         rng = np.random.default_rng([record.number, variant])
@@ -139,6 +142,22 @@ def lit_scene(
     wanted = config.get("flare") or {} if variant % 2 else {}
     flares = tuple(build_from_config("flare", value) for value in wanted.values() if value)
     return Lit(mixed, lens(mixed, flares=flares) if flares else lens(mixed), scene)
+
+
+def threads_of(road: Road, overrides: Sequence[str]) -> int:
+    """Return how many threads may call `lit` at the same time: one if the lighting, the lens or a
+    flare is of another package.
+
+    Parameters
+    ----------
+    road : stored scene.
+    overrides : overrides of the config, after those of the scene.
+    """
+    config = compose([*road.record.overrides, *overrides])
+    nodes = (config.get("flare") or {}).values()
+    flares = [build_from_config("flare", node) for node in nodes if node]
+    lighting = build_from_config("lighting", config.lighting)
+    return threads_for(not_bundled([lighting, build_from_config("lens", config.lens), *flares]))
 
 
 def relit_weights(scene: Any, rng: np.random.Generator) -> dict[str, float]:

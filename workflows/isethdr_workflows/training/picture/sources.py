@@ -25,6 +25,7 @@ from .roads import (
     planes_of,
     render_noise,
     roads_of,
+    threads_of,
 )
 from .settings import LEAST_PATCH, PATCH_STEP, Settings
 from .sheets import Source
@@ -147,6 +148,7 @@ def roads_source(
         lambda number: planes_of(
             lit(roads[number // VARIANTS], camera, overrides, number % VARIANTS), camera
         ),
+        threads=threads_of(roads[0], overrides),
     )
     return Source("roads", pictures, wavelength_nm, share)
 
