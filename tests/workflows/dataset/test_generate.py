@@ -9,6 +9,7 @@ import shlex
 import signal
 import sys
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -27,12 +28,13 @@ from isethdr_workflows.dataset.record import (
     folder_of,
     read_dataset,
     read_scenes,
+    write_scene,
 )
 from isethdr_workflows.dataset.runtime_estimate import runtime_estimate
 from isethdr_workflows.dataset.splits import splits
 from isethdr_workflows.dataset.study import cameras
 from isethdr_workflows.dataset.verify import verify
-from isethdr_workflows.dataset.workers import lines_about
+from isethdr_workflows.dataset.workers import lines_about, one_by_one
 
 from isethdr_core.config.composition import compose
 from isethdr_core.data.quantities import tristimulus
@@ -481,3 +483,23 @@ def test_the_card_names_the_road_files_of_the_scenes(monkeypatch):
     assert "text of others" not in text and "contains no" not in text
     attributes.update(scene={}, inputs={})
     assert "contains no photograph" in card(Generated(definition, {0: record}))
+
+
+def test_scenes_of_slow_families_come_before_those_of_quick_ones(monkeypatch, tmp_path):
+    """First one scene of each family, then the slowest family that is known. A failed scene is no
+    measure.
+    """
+    families = {"quick": (0, 3, 4), "slow": (1, 5), "failing": (2, 6)}
+    of = {number: name for name, numbers in families.items() for number in numbers}
+    scenes = [SimpleNamespace(number=number, family=of[number]) for number in range(7)]
+    definition = SimpleNamespace(name="mine", scenes=lambda: scenes)
+    monkeypatch.setattr(module, "folder_of", lambda name: tmp_path)
+    order = module.longest_first(definition)
+    seconds = {"quick": 3.0, "slow": 90.0, "failing": 0.0}
+    taken = []
+    for number in one_by_one(range(7), order):
+        stores = () if of[number] == "failing" else ("a",)
+        record = SceneRecord(number, of[number], "r", (), stores, seconds=seconds[of[number]])
+        write_scene(tmp_path, record)
+        taken.append(number)
+    assert taken == [0, 1, 2, 5, 3, 4, 6]

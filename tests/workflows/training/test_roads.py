@@ -125,7 +125,7 @@ def test_a_study_without_a_model_or_with_wrong_light_is_refused():
 def test_roads_under_another_light_are_other_pictures(monkeypatch):
     """Datasets that differ in their lighting alone share the stores of their scenes."""
     recipes = []
-    monkeypatch.setattr(sources, "bank", lambda _title, recipe, *_: recipes.append(recipe))
+    monkeypatch.setattr(sources, "bank", lambda _title, recipe, *_, **__: recipes.append(recipe))
     bands = xr.Dataset(coords={"wavelength": [500.0]})
     monkeypatch.setattr(sources, "open_scene", lambda _path: bands)
     camera = SimpleNamespace(plane_weights=lambda _nm: np.ones((4, 1)))

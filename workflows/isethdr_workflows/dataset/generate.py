@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 import traceback
 from collections.abc import Callable, Sequence
@@ -34,7 +35,7 @@ from .record import (
     read_scenes,
     write_scene,
 )
-from .workers import Workers, share
+from .workers import Order, Workers, share
 
 FAILED = "failed"  # folder of tracebacks, in the folder of the dataset
 TIMED = ("scene", "renderer")  # stages that count towards the seconds of a scene
@@ -108,8 +109,37 @@ def generate(request: Request, tell: Tell = print) -> Generated:
     missing = [number for number in wanted if not _is_stored(done.get(number))]
     if missing:
         make = partial(make_scenes, at_once=request.workers.at_once)
-        share(make, missing, request.workers, definition.name, tell)
+        order = longest_first(definition)
+        share(make, missing, request.workers, definition.name, tell, order)
     return generated(definition)
+
+
+def longest_first(definition: Definition) -> Order:
+    """Return a function that chooses the next scene: one of a family of which no scene was begun,
+    else one of the family whose scenes took longest. So the last scenes are short, and no process
+    waits long for another one.
+
+    Parameters
+    ----------
+    definition : definition of the dataset.
+    """
+    families = {scene.number: scene.family for scene in definition.scenes()}
+    records: dict[int, SceneRecord] = {}
+    begun_families: set[str] = set()
+
+    def chosen(left: Sequence[int]) -> int:
+        records.update(read_scenes(folder_of(definition.name), without=records))
+        seconds: dict[str, list[float]] = {}
+        for record in records.values():
+            if record.stores:
+                seconds.setdefault(record.family, []).append(record.seconds)
+        means = {family: sum(values) / len(values) for family, values in seconds.items()}
+        means |= dict.fromkeys(set(families.values()) - means.keys() - begun_families, math.inf)
+        number = max(left, key=lambda one: means.get(families[one], 0.0))
+        begun_families.add(families[number])
+        return number
+
+    return chosen
 
 
 def begun(request: Request) -> Definition:

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import json
 import shlex
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
@@ -194,11 +194,19 @@ def _write(path: Path, text: str) -> None:
         ) from err
 
 
-def read_scenes(folder: Path) -> dict[int, SceneRecord]:
-    """Return the records in a dataset's folder, by number. A damaged record counts as missing."""
+def read_scenes(folder: Path, without: Collection[int] = ()) -> dict[int, SceneRecord]:
+    """Return the records in a dataset's folder, by number. A damaged record counts as missing.
+
+    Parameters
+    ----------
+    folder : folder of the dataset.
+    without : numbers of records that are not read.
+    """
     records = {}
     for path in sorted((folder / SCENES).glob("[0-9]*.json")):
         try:
+            if int(path.stem) in without:
+                continue
             content = json.loads(path.read_text(encoding="utf-8"))
             lists = {key: tuple(content[key]) for key in ("overrides", "stores", "objects")}
             record = SceneRecord(**content | lists)

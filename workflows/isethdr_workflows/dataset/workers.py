@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import os
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial
 from importlib import import_module
@@ -22,6 +22,7 @@ from isethdr_core.errors import CatalogError, ConfigError
 from isethdr_core.storage.home_folder import home
 
 Make = Callable[[str, Sequence[int], Callable[[str], None]], None]
+Order = Callable[[Sequence[int]], int]
 
 HERE = "here"
 PROCESSES = "processes"
@@ -78,8 +79,18 @@ class Workers:
         return self.count if self.engine == PROCESSES else 1
 
 
+def first_of(left: Sequence[int]) -> int:
+    """Return the first of the scenes that no process has begun."""
+    return left[0]
+
+
 def share(
-    make: Make, numbers: Sequence[int], workers: Workers, name: str, tell: Callable[[str], None]
+    make: Make,
+    numbers: Sequence[int],
+    workers: Workers,
+    name: str,
+    tell: Callable[[str], None],
+    order: Order = first_of,
 ) -> None:
     """Make some scenes of a dataset, and return when all have been tried.
 
@@ -90,6 +101,7 @@ def share(
     workers : the processes, jobs or tasks that make them.
     name : name of the dataset.
     tell : called with one line of text for each scene; jobs and tasks print instead.
+    order : function(scenes that no process has begun) -> the next one, for processes.
 
     Raises
     ------
@@ -99,7 +111,7 @@ def share(
         make(name, numbers, tell)
         return
     if workers.engine == PROCESSES:
-        by_processes(partial(lines_about, make, name), numbers, workers.count, tell)
+        by_processes(partial(lines_about, make, name), numbers, workers.count, tell, order)
         return
     chunks = [list(numbers[first :: workers.count]) for first in range(workers.count)]
     wanted = [chunk for chunk in chunks if chunk]
@@ -130,6 +142,7 @@ def by_processes(
     numbers: Sequence[int],
     count: int,
     tell: Callable[[str], None],
+    order: Order = first_of,
 ) -> None:
     """Make scenes in processes of this machine. Each process takes the next scene when it is free.
 
@@ -140,15 +153,22 @@ def by_processes(
     numbers : numbers of the scenes.
     count : number of processes.
     tell : called with one line of text for each scene.
+    order : function(scenes that no process has begun) -> the next one.
 
     Raises
     ------
     CatalogError : a process was killed.
     """
     joblib = import_module(ENGINES[PROCESSES])
-    pool = joblib.Parallel(n_jobs=count, batch_size=1, return_as="generator_unordered")
+    # joblib asks for a task when a process is free, so that the order may depend on earlier scenes
+    pool = joblib.Parallel(
+        n_jobs=count, batch_size=1, pre_dispatch="n_jobs", return_as="generator_unordered"
+    )
     folder = str(home().resolve())
-    tasks = (joblib.delayed(lines_of)(folder, os.getpid(), number) for number in numbers)
+    tasks = (
+        joblib.delayed(lines_of)(folder, os.getpid(), number)
+        for number in one_by_one(numbers, order)
+    )
     started = time.monotonic()
     try:
         for done, lines in enumerate(pool(tasks), 1):
@@ -158,6 +178,21 @@ def by_processes(
                 tell(line + rest)
     except RuntimeError as err:  # joblib raises it if a process was killed
         raise ended_early(f"{type(err).__name__}: {err}") from err
+
+
+def one_by_one(numbers: Sequence[int], order: Order) -> Iterator[int]:
+    """Yield scenes in an order that is decided one by one.
+
+    Parameters
+    ----------
+    numbers : numbers of the scenes.
+    order : function(scenes that were not yielded) -> the next one.
+    """
+    left = list(numbers)
+    while left:
+        number = order(left)
+        left.remove(number)
+        yield number
 
 
 def by_ray(call: Callable[[Sequence[int]], None], chunks: Sequence[list[int]], cpus: int) -> None:

@@ -69,15 +69,15 @@ def network(sensor: str) -> Step:
         f"a network of at most half a million parameters for {sensor}, against classical"
         " development",
         (
-            f"train picture sensor={sensor} dataset={DATASET} size=small minutes=14 threads=2"
+            f"train picture sensor={sensor} dataset={DATASET} size=small minutes=12 threads=2"
             " patch_px=96 pictures=240"
             f" name={name}",
             f"study learned_picture sensor={sensor} dataset={DATASET} model={{home}}/{model}"
             f" --csv {{home}}/{table}",
         ),
         (model, table),
-        20.0,
-        "measured: 18.8 min (bayer); beside other work 22.3 to 22.8 min; 14 min are training",
+        20.3,
+        "measured with 14 min of training, of which 12 are left: 22.3 to 22.8 min",
         ("torch", "train"),
     )
 
@@ -108,8 +108,8 @@ STEPS = (
         "the first 20 of 40 streets, 480 x 270 tiles, 16 bands",
         (f"{GENERATE} sample=20",),
         (f"datasets/{DATASET}/scenes/00019.json",),
-        23.0,
-        "measured beside other work: 24.0 to 26.9 min; 90 to 130 CPU s a scene",
+        22.0,
+        "measured beside other work: 20.9 to 26.9 min; 90 to 130 CPU s a scene",
     ),
     Step(
         "dataset",
@@ -120,7 +120,7 @@ STEPS = (
         ),
         (f"datasets/{DATASET}/scenes/00039.json", f"datasets/{DATASET}/splits.json"),
         24.0,
-        "measured beside other work: 26.3 min; 90 to 130 CPU s a scene",
+        "measured beside other work: 26.3 to 27.5 min; 90 to 130 CPU s a scene",
     ),
     network("typical_bayer"),
     network("typical_rgbw"),
@@ -146,9 +146,8 @@ STEPS = (
             " detector={home}/training/detectors/all_cameras/detector.yaml",
         ),
         ("training/detectors/all_cameras/detector.onnx", f"datasets/{DATASET}/detector_scores.csv"),
-        28.0,
-        "measured: 14.4 min with kernels and pictures at hand; estimate without them: 9 of 33"
-        " scenes took 6 min",
+        22.0,
+        "measured: 22.4 min",
         ("torch", "train"),
     ),
     Step(
@@ -156,34 +155,34 @@ STEPS = (
         "which objects each camera could find",
         (f"study detection dataset={DATASET}",),
         (f"datasets/{DATASET}/detection.md",),
-        6.0,
-        "measured beside other work",
+        4.5,
+        "measured: 4.5 min",
     ),
     question(
         "captures",
         "one capture of the split pixel against three",
-        2.0,
-        "measured: 3.3 min on a slow machine",
+        1.5,
+        "measured: 1.5 min",
     ),
     question(
         "filters",
         "RGB against RGBW and RCCB, 0.003 to 100 lx",
-        8.5,
-        "estimate: half of 16.9 min, measured on a slow machine",
+        6.4,
+        "measured: 6.4 min",
     ),
     Step(
         "detection_dark",
         "how dark it may get before a person is lost, for six sensors",
         (f"study detection dataset={DATASET} question=dark cameras={SIX}",),
         (f"datasets/{DATASET}/detection_dark.md",),
-        8.0,
-        "estimate: half of 15.6 min, measured on a slow machine",
+        5.6,
+        "measured beside other work",
     ),
     question(
         "noise",
         "whether the renderer's noise changes which objects are found",
-        2.5,
-        "measured: 3.1 min on a slow machine",
+        2.2,
+        "measured beside other work",
     ),
     Step(
         "low_sun",
