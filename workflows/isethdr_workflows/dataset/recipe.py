@@ -267,3 +267,8 @@ def _table(
                 f" {', '.join(known)}"
             )
     return value
+
+
+def node_of(override: str) -> str:
+    """Return the top node of the config that an override changes: `scene` for `scene.road=x`."""
+    return override.lstrip("+~").partition("=")[0].partition(".")[0].partition("@")[0]

@@ -24,6 +24,7 @@ from isethdr_core.runs.seeds import Generator
 from isethdr_core.storage import store
 from isethdr_core.uncertainty.ledger import Ledger
 
+from ..dataset.recipe import node_of
 from ..dataset.record import SceneRecord
 from .threads import COMPOSING
 from .without import without_people
@@ -83,8 +84,7 @@ def check_same_radiance(overrides: Sequence[str]) -> None:
         during a shot.
     """
     for text in overrides:
-        node = text.lstrip("+~").partition("=")[0].partition(".")[0].partition("@")[0]
-        if node in OTHER_RADIANCE:
+        if node_of(text) in OTHER_RADIANCE:
             raise ConfigError(
                 f"{text} changes the radiance, but the scenes are those of the dataset; expected"
                 " overrides of the lighting, lens, cameras or isp; type for example"

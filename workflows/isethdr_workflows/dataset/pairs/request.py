@@ -10,6 +10,8 @@ from typing import Any
 from isethdr_core.errors import ConfigError, did_you_mean
 from isethdr_core.storage.home_folder import home
 
+from ..recipe import node_of
+
 FORMATS = ("numpy", "exr")
 WITHOUT_EFFECT = ("scene", "renderer", "motion")  # keys of the config that only a rendering uses
 LARGEST_SHOTS = 64  # most noisy shots of one scene; their mean has an eighth of the noise
@@ -54,8 +56,7 @@ class PairRequest:
                 f"scenes is {self.scenes}; expected 1 or more; type for example scenes=3"
             )
         for text in self.overrides:
-            node = text.lstrip("+~").partition("=")[0].partition(".")[0].partition("@")[0]
-            if node in WITHOUT_EFFECT:
+            if node_of(text) in WITHOUT_EFFECT:
                 raise ConfigError(
                     f"{text} has no effect, because pairs show stored radiance of one moment;"
                     " expected overrides of the lighting, lens, flares or cameras; type for example"

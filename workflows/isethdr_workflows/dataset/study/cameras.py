@@ -16,6 +16,7 @@ from isethdr_core.runs.run import Result, run
 from isethdr_core.storage.home_folder import home
 
 from ..generate import Generated, generated
+from ..recipe import node_of
 from ..record import SceneRecord, read_dataset
 from ..workers import HERE, Workers, share
 
@@ -145,9 +146,9 @@ def settings_of(record: SceneRecord, overrides: Sequence[str]) -> list[str]:
     record : record of the scene.
     overrides : overrides of all runs, after those of the scene.
     """
-    changed = {_node(text) for text in overrides} & {"scene", "renderer", "experiment"}
-    own = {text: _node(text) for text in record.overrides}
-    moving = "motion" in {*own.values(), *map(_node, overrides)}
+    changed = {node_of(text) for text in overrides} & {"scene", "renderer", "experiment"}
+    own = {text: node_of(text) for text in record.overrides}
+    moving = "motion" in {*own.values(), *map(node_of, overrides)}
     if changed or moving or "experiment" in own.values() or not is_stored(record):
         return [*record.overrides, *OWN, *overrides]
     others = [text for text, node in own.items() if node not in ("scene", "renderer")]
@@ -159,11 +160,6 @@ def is_stored(record: SceneRecord) -> bool:
     """Return whether the radiance that a record names is in the home folder."""
     folder = home() / "scenes"
     return bool(record.stores) and all((folder / f"{n}.zarr").exists() for n in record.stores)
-
-
-def _node(override: str) -> str:
-    """Return the top node of the config that an override changes."""
-    return override.lstrip("+~").partition("=")[0].partition(".")[0].partition("@")[0]
 
 
 def shot_of(record: SceneRecord, result: Result) -> Shot:
