@@ -54,7 +54,7 @@ def folders_of(package: str) -> list[str]:
 
 
 def _checked(answer: Any) -> list[str]:
-    """Return the search paths that a plugin answered.
+    """Return the answer of a plugin as a list of search paths.
 
     Raises
     ------

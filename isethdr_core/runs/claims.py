@@ -25,7 +25,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
-UNKNOWN = "unknown"  # start time of a process that the system does not show
+UNKNOWN = "unknown"  # in place of a start time, if the system hides the process
 
 
 @dataclass(frozen=True)

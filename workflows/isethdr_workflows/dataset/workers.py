@@ -181,7 +181,7 @@ def by_processes(
 
 
 def one_by_one(numbers: Sequence[int], order: Order) -> Iterator[int]:
-    """Yield scenes in an order that is decided one by one.
+    """Yield the numbers of scenes. Each next one is chosen only when a process is free.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Lit scene: the stored radiance of a scene under one lighting, and the image that a lens makes.
+"""Lit scene: the stored radiance of a scene under one lighting, and its image by the lens.
 
 Light on the sensor plane is kept in the cache of intermediate results, where the next study with
 the same scenes and lens finds it.

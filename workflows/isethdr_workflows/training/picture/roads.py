@@ -146,7 +146,7 @@ def lit_scene(
 
 def threads_of(road: Road, overrides: Sequence[str]) -> int:
     """Return how many threads may call `lit` at the same time: one if the lighting, the lens or a
-    flare is of another package.
+    flare comes from another package than those of isethdr.
 
     Parameters
     ----------
