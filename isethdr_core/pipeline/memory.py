@@ -12,7 +12,7 @@ import warnings
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
-from pathlib import Path
+from pathlib import Path, PurePosixPath
 from typing import Any, NamedTuple
 
 from ..errors import ConfigError
@@ -28,10 +28,8 @@ from ..plugins.protocols import (
 FLOAT32_BYTES = 4
 STEP = 0.9  # ratio between the sizes of frames that are tried one after the other
 CUBES = 2  # spectral cubes in memory at a time: scene radiance, and the light from it
-CONTROL_GROUPS = (
-    Path("/sys/fs/cgroup/memory.max"),
-    Path("/sys/fs/cgroup/memory/memory.limit_in_bytes"),
-)
+OWN_GROUPS = Path("/proc/self/cgroup")  # the control groups of this process
+CONTROL_GROUPS = Path("/sys/fs/cgroup")  # where Linux shows all control groups
 
 
 @dataclass(frozen=True)
@@ -139,13 +137,13 @@ def check_fits(needs: Sequence[Need]) -> None:
 
 
 def machine_bytes() -> float:
-    """Return the memory that this process may use: the least of the machine's memory, the limit of
-    its control group, and its own limit; inf if none is known.
+    """Return the memory that this process may use: the least of the machine's memory, the limits of
+    its control groups, and its own limit; inf if none is known.
     """
     limits = [math.inf]
     with suppress(AttributeError, ValueError, OSError):  # no such figure on this system
         limits.append(os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES"))
-    for path in CONTROL_GROUPS:
+    for path in group_limits():
         with suppress(OSError, ValueError):  # ValueError: "max"
             limits.append(int(path.read_text()))
     with suppress(ImportError):
@@ -155,6 +153,28 @@ def machine_bytes() -> float:
         if limit != resource.RLIM_INFINITY:
             limits.append(limit)
     return float(min(limits))
+
+
+def group_limits() -> list[Path]:
+    """Return the files with the memory limits of this process's control groups, which need not
+    exist.
+
+    A limit of a group holds for the groups in it. A job of SLURM or a service of systemd has its
+    limit in a group below the root; a container sees its own group as the root.
+    """
+    own = {"": "/", "memory": "/"}  # {controllers: group}; version 2 names no controllers
+    with suppress(OSError, ValueError):
+        for line in OWN_GROUPS.read_text().splitlines():
+            _, controllers, group = line.split(":", 2)
+            own |= {name: group for name in controllers.split(",") if name in own}
+    return [
+        CONTROL_GROUPS / folder / above.relative_to("/") / name
+        for group, folder, name in (
+            (own[""], "", "memory.max"),
+            (own["memory"], "memory", "memory.limit_in_bytes"),
+        )
+        for above in (PurePosixPath(group), *PurePosixPath(group).parents)
+    ]
 
 
 def _light_needs(source: CountsTiles, lens: Any, flares: Sequence[Any], frame: Frame) -> list[Need]:

@@ -176,12 +176,24 @@ def test_wavefront_too_steep_for_any_pupil_is_refused_by_the_plan(no_work):
 
 
 def test_control_groups_and_limits_of_the_process_count(tmp_path, monkeypatch):
-    (tmp_path / "max").write_text("12345678\n")
-    (tmp_path / "none").write_text("max\n")
-    monkeypatch.setattr(
-        memory, "CONTROL_GROUPS", (tmp_path / "max", tmp_path / "none", tmp_path / "absent")
-    )
+    monkeypatch.setattr(memory, "CONTROL_GROUPS", tmp_path)
+    monkeypatch.setattr(memory, "OWN_GROUPS", tmp_path / "own")
+    job = tmp_path / "system.slice" / "job_7"
+    old = tmp_path / "memory" / "job_7" / "step_0"
+    job.mkdir(parents=True)
+    old.mkdir(parents=True)
+    (tmp_path / "memory.max").write_text("max\n")
+    assert memory.machine_bytes() > 1e9, "no limit"
+    (tmp_path / "own").write_text("4:cpu,memory:/job_7/step_0\n0::/system.slice/job_7\n")
+    (job / "memory.max").write_text("12345678\n")
     assert memory.machine_bytes() == 12345678
+    (job.parent / "memory.max").write_text("2345678\n")
+    assert memory.machine_bytes() == 2345678, "limits hold for the groups below"
+    (old.parent / "memory.limit_in_bytes").write_text("345678\n")
+    assert memory.machine_bytes() == 345678
+    (tmp_path / "own").unlink()
+    (tmp_path / "memory" / "memory.limit_in_bytes").write_text("45678\n")
+    assert memory.machine_bytes() == 45678, "a container sees its own group as the root"
     code = (
         "import resource; resource.setrlimit(resource.RLIMIT_AS, (3 << 30, 3 << 30));"
         "from isethdr_core.pipeline.memory import machine_bytes; print(machine_bytes())"

@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 
 from isethdr_core import ledger
 from isethdr_core.errors import ConfigError
+from isethdr_core.pipeline.memory import machine_bytes
 
 # short calls are repeated until they have taken this CPU time in total, or this number of times
 SHORT_S = 0.5
@@ -138,16 +139,18 @@ def largest_that_fits(count: int, needed_bytes: Callable[[int], float], free: in
 
 
 def free_memory() -> int:
-    """Return the bytes of memory that are available without swapping (Linux); 2^62 where that is
-    not known.
+    """Return the bytes of memory that are available without swapping (Linux), at most what this
+    process may use; 2^62 where neither is known.
     """
+    most = int(min(machine_bytes(), 1 << 62))
     try:
         with open("/proc/meminfo") as lines:
-            return next(
+            available = next(
                 int(line.split()[1]) * 1024 for line in lines if line.startswith("MemAvailable:")
             )
     except (OSError, StopIteration):
-        return 1 << 62
+        return most
+    return min(available, most)
 
 
 def front(points: list[Point]) -> list[Point]:
