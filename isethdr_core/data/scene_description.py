@@ -8,11 +8,13 @@ Spectra are tables over wavelength in nm; no value is an RGB number.
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from itertools import pairwise
 from typing import Literal
 
 import numpy as np
 import numpy.typing as npt
 
+from ..errors import ConfigError
 from .fog import Fog
 from .sky import SkyDome
 
@@ -21,10 +23,29 @@ from .sky import SkyDome
 class Spectrum:
     """A tabulated spectrum: `value` at `wavelength_nm`, linear between, constant beyond the
     ends.
+
+    Raises
+    ------
+    ConfigError : the wavelengths do not rise, or there is not one value for each of them.
     """
 
     wavelength_nm: tuple[float, ...]
     value: tuple[float, ...]
+
+    def __post_init__(self) -> None:
+        if not self.wavelength_nm or len(self.wavelength_nm) != len(self.value):
+            raise ConfigError(
+                "wavelength_nm and value of a Spectrum have the lengths"
+                f" {len(self.wavelength_nm)} and {len(self.value)}; expected equal lengths of at"
+                " least 1"
+            )
+        # interpolation between wavelengths that do not rise returns wrong values without an error
+        for shorter, longer in pairwise(self.wavelength_nm):
+            if not shorter < longer:
+                raise ConfigError(
+                    f"a Spectrum has {longer:g} nm after {shorter:g} nm; expected wavelengths that"
+                    " rise"
+                )
 
     def at(self, wavelength_nm: npt.ArrayLike) -> np.ndarray:
         """Return the values at `wavelength_nm` (any shape), in the unit of the table."""
