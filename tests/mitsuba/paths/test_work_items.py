@@ -31,6 +31,15 @@ def test_every_path_of_a_list_is_one_item_s_and_items_of_a_tile_stand_in_one_vec
     assert (longest - np.minimum.reduceat(work.paths, first)).max() <= 1
 
 
+def test_a_light_group_does_not_use_the_random_numbers_of_another_purpose():
+    from isethdr_mitsuba.paths.tracing.lanes import purpose_of
+
+    names = ["sky", "headlights", "path", "points", "places in fog", "fog sky"]
+    purposes = [purpose_of(name) for name in names]
+    assert len({*purposes}) == len(names) and not {*purposes} & {*names[2:]}
+    assert purposes[:2] == names[:2]  # the numbers of other groups stay as they were
+
+
 def test_paths_share_camera_rays_only_where_no_lamp_is_requested():
     sky = 0b001
     work = listed_work(np.arange(4), [64, 512, 512, 512], [sky, sky, 0b010, 0b011], sky=sky)

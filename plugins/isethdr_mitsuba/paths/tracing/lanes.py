@@ -98,6 +98,16 @@ class Numbers:
     air: mi.UInt32 | int  # place along a ray in fog; 0 without fog
 
 
+def purpose_of(group: str) -> str:
+    """Return the purpose that names the random numbers of a light group.
+
+    A group of a user's scene may have the name of another purpose, for example `path`. Its numbers
+    must not be those of the paths.
+    """
+    taken = group in ("path", "points", "places in fog") or group.startswith("fog ")
+    return f"light group {group}" if taken else group
+
+
 def numbers_of(fixed: Fixed, seed: Any) -> Numbers:
     """Return the numbers before the first path.
 
@@ -110,7 +120,7 @@ def numbers_of(fixed: Fixed, seed: Any) -> Numbers:
     groups = fixed.tables.lamps.groups
     numbers = items.tile * MOST_LANES + items.lane
     of_path = stream(seed, numbers, "path")
-    of_groups = [stream(seed, numbers, name) for name in groups]
+    of_groups = [stream(seed, numbers, purpose_of(name)) for name in groups]
     of_fog = []
     air = 0
     if fixed.tables.fog is not None:
