@@ -50,8 +50,10 @@ def plugin_manager() -> pluggy.PluginManager:
     """Load every installed plugin once. A plugin that fails is logged as an error and skipped."""
     pm = pluggy.PluginManager(hookspecs.PROJECT)
     pm.add_hookspecs(hookspecs)
-    enabled = os.environ.get("ISETHDR_PLUGINS", "all")
+    enabled = os.environ.get("ISETHDR_PLUGINS", "all").strip()
     entries = metadata.entry_points(group=hookspecs.PROJECT)
+    if enabled != "all":
+        _warn_of_unknown(enabled, {entry.name for entry in entries})
     for entry in sorted(entries, key=lambda e: (e.name, package_of(e))):
         if enabled != "all" and entry.name not in map(str.strip, enabled.split(",")):
             continue
@@ -76,6 +78,23 @@ def plugin_manager() -> pluggy.PluginManager:
                 reason,
             )
     return pm
+
+
+def _warn_of_unknown(enabled: str, known: set[str]) -> None:
+    """Log a warning for each name in ISETHDR_PLUGINS that no installed package offers.
+
+    Parameters
+    ----------
+    enabled : value of ISETHDR_PLUGINS, a list of names.
+    known : names of the entry points that are installed.
+    """
+    for name in map(str.strip, enabled.split(",")):
+        if name and name not in known:
+            log.warning(
+                "ISETHDR_PLUGINS names %r, which no installed package offers%s",
+                name,
+                did_you_mean(name, known),
+            )
 
 
 def broken_plugins() -> tuple[BrokenPlugin, ...]:

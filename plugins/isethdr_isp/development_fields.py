@@ -27,7 +27,7 @@ class Development:
     # signal-to-noise ratio for which the colour matrix is solved: low values give noise more
     # weight, inf ignores noise; below 0.1 noise hides the signal
     design_snr: Annotated[float, Range(0.1, inf)] = 20.0
-    # demosaic method; malvar and menon need `pip install isethdr[demosaic]`; automatic is learned
+    # demosaic method; malvar and menon need `pip install 'isethdr[demosaic]'`; automatic is learned
     # if filters are trained for the array, otherwise guided
     demosaic: Literal["bilinear", "guided", "malvar", "menon", "learned", "automatic"] = "bilinear"
     # black level and dark charge: as the sensor states them, or the mean of its optical black rows

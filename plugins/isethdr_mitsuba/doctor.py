@@ -25,8 +25,9 @@ HELP = {
         " DRJIT_LIBLLVM_PATH to its libLLVM.so; LLVM 15 and 16 stop the process with Mitsuba 3.9.1"
     ),
     "cuda": "needs an NVIDIA graphics card with a driver of version 535 or newer",
-    "scalar": "reinstall mitsuba: `pip install --force-reinstall isethdr[mitsuba]`",
+    "scalar": "reinstall mitsuba: `pip install --force-reinstall 'isethdr[mitsuba]'`",
 }
+NOT_INSTALLED = "is not installed; type pip install 'isethdr[mitsuba]'"
 PROBE_S = 300.0  # longest time of a test
 # a small scene with compiled code that fails with old LLVM versions
 PROBE = """
@@ -113,7 +114,7 @@ def doctor_command(fresh: bool = False) -> None:
         _write({})
         doctor.cache_clear()
     working = doctor()
-    print(f"mitsuba {working['mitsuba'] or 'is not installed: pip install isethdr[mitsuba]'}")
+    print(f"mitsuba {working['mitsuba'] or NOT_INSTALLED}")
     for name in VARIANTS:
         print(
             f"{name:7s} {working[name]}"

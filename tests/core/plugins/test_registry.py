@@ -136,6 +136,16 @@ def test_spaces_between_the_names_of_plugins_do_not_matter(monkeypatch):
     assert sorted(loaded) == ["core", "isp"]
 
 
+def test_a_name_in_isethdr_plugins_that_no_package_offers_is_a_warning(monkeypatch, caplog):
+    monkeypatch.setenv("ISETHDR_PLUGINS", "core, sensor,")
+    loaded = [name for name, _ in plugin_manager.__wrapped__().list_name_plugin()]
+    assert loaded == ["core"]
+    [said] = [record.getMessage() for record in caplog.records]
+    assert said.startswith(
+        "ISETHDR_PLUGINS names 'sensor', which no installed package offers; did you mean 'sensors'?"
+    )
+
+
 def test_a_class_registered_by_its_place_is_imported_on_use():
     code = """
 import sys
