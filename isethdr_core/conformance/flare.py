@@ -19,7 +19,7 @@ from ..plugins.protocols import (
 )
 from ..plugins.protocols.by_kind import FLARES
 from .inputs import damaged_planes, mixed, some
-from .promise import close, holds, keeps, refuses, repeatable, same
+from .promise import close, holds, keeps, refuses, repeatable, safe_in_threads, same
 
 # a small field of three bands, because kernels of a lens with a new flare take most of the time
 field = partial(mixed, height=12, width=16, bands=3)
@@ -179,6 +179,8 @@ def check_in_lens(subject: str, flare: Flare, adds: bool) -> None:
     dirty = repeatable(subject, lambda m: lens(m, flares=(flare,)), field)
     with keeps(subject, "a lens with this flare returns irradiance"):
         check_irradiance(dirty)
+    lights = (field(), field(0.5 * field().values))
+    safe_in_threads(subject, flare, [partial(lens, one, flares=(flare,)) for one in lights])
     if adds:
         return
     clean = lens(field())

@@ -22,7 +22,7 @@ from ..pipeline.demand import Demand, Response
 from ..plugins.protocols import HasPointSpread, Lens, MakesPhotocurrent, NarrowsDemand
 from .inputs import damaged_planes, in_components, mixed
 from .lazy import same_from_store
-from .promise import close, holds, keeps, refuses, repeatable, same, stated
+from .promise import close, holds, keeps, refuses, repeatable, safe_in_threads, same, stated
 
 # error allowed as a fraction of the largest value; float32 results of Fourier transforms of this
 # size have an error of 1e-6 of it
@@ -40,6 +40,8 @@ def check(subject: str, lens: Lens) -> None:
     with keeps(subject, "returns irradiance with its attributes"):
         check_irradiance(light)
     same_from_store(subject, lens, scene, light)
+    half = mixed(0.5 * scene.values)
+    safe_in_threads(subject, lens, [partial(lens, one) for one in (scene, half)])
     same(subject, "no flare is the default", light, stated(subject, lambda: lens(scene, flares=())))
     holds(
         subject,

@@ -12,13 +12,24 @@ from ..pipeline.demand import Demand
 from ..plugins.protocols import Lighting, NarrowsDemand
 from .inputs import GROUPS, damaged_scenes, scene
 from .lazy import same_from_store
-from .promise import close, fortran, holds, keeps, refuses, repeatable, stated
+from .promise import (
+    close,
+    fortran,
+    holds,
+    keeps,
+    refuses,
+    repeatable,
+    safe_in_threads,
+    stated,
+)
 
 
 def check(subject: str, lighting: Lighting) -> None:
     """Check one lighting on a scene of four light groups."""
     radiance = scene()
     repeatable(subject, lighting, scene)
+    scenes = (radiance, scene(level=0.02))
+    safe_in_threads(subject, lighting, [partial(lighting, one) for one in scenes])
     mixed = time_mean(lighting(radiance))
     with keeps(subject, "returns mixed radiance"):
         check_mixed(mixed)

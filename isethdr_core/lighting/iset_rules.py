@@ -6,7 +6,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, ClassVar
 
 from ..errors import ConfigError, did_you_mean
 from ..plugins.ranges import Seed, Share, check_ranges
@@ -25,6 +25,8 @@ class IsetLighting:
     """Weights by the rule of ISETHDR's lightGroupDynamicRangeSet, for comparison with its
     pictures.
     """
+
+    THREAD_SAFE: ClassVar[bool] = True
 
     dynamic_range: Ratio = 1e4  # dynamic range: the sky is set to 200000 cd/m2 / dynamic_range
     # median luminance of the whole picture; null keeps the luminance of the lamps

@@ -39,6 +39,8 @@ class TargetsLighting:
     mean.
     """
 
+    THREAD_SAFE: ClassVar[bool] = True
+
     # photometric targets {group: {statistic, cd_m2, percentile, lamp_kind, ...}}
     targets: dict[str, Any] = field(default_factory=dict)
     # weights of groups without a target {group: weight}

@@ -23,6 +23,8 @@ if TYPE_CHECKING:
 class WeightsLighting:
     """Fixed weights: multiply each light group by its weight and sum."""
 
+    THREAD_SAFE: ClassVar[bool] = True
+
     # weights {group: weight}; 1 keeps the light of the scene
     weights: dict[str, Weight] = field(default_factory=dict)
     others: Weight = 0.0  # weight of every group that `weights` does not name
@@ -80,6 +82,7 @@ class WeightsLighting:
 class IdealLighting:
     """Sum all light groups with weight 1."""
 
+    THREAD_SAFE: ClassVar[bool] = True
     WITHIN_FIELD: ClassVar[bool] = True
 
     def __call__(self, radiance: xr.Dataset) -> xr.DataArray:

@@ -118,6 +118,7 @@ class MitsubaRenderer:
     lamps.
     """
 
+    THREAD_SAFE: ClassVar[bool] = True
     # fields that change only the accuracy, and are no part of a recipe
     effort_fields: ClassVar[tuple[str, ...]] = (
         "samples",

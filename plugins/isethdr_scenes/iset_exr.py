@@ -13,7 +13,7 @@ import re
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
@@ -41,6 +41,8 @@ FILES = {
 @dataclass(frozen=True)
 class IsetExr:
     """A scene of the published ISETHDR deposit, read from its folder of EXR files."""
+
+    THREAD_SAFE: ClassVar[bool] = True
 
     folder: str = "."  # folder with <scene_id>_skymap.exr, _headlights.exr, ..., <scene_id>.mat
     scene_id: str = ""  # month, day, hour, minute and second, for example 1112184733

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
 from isethdr_core.pipeline.field_check import camera_field
 from isethdr_core.plugins.ranges import Range, Seed, check_ranges
@@ -47,6 +47,8 @@ class NightDrive:
     moonless night is a weight of 1e-7 to 1e-5. Ranges are (least, most); the seed selects values
     between them.
     """
+
+    THREAD_SAFE: ClassVar[bool] = True
 
     seed: Seed = 0  # seed of all fields that are ranges
     horizontal_field_deg: RoadField = 45.0  # full horizontal field angle of the camera

@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from isethdr_core import ledger
 from isethdr_core.errors import ConfigError
@@ -24,6 +24,8 @@ if TYPE_CHECKING:
 @dataclass(frozen=True)
 class Stored:
     """Scene radiance of the home folder: a rendered scene of any version, or an imported one."""
+
+    THREAD_SAFE: ClassVar[bool] = True
 
     store: str = ""  # name of the store, of its recipe, or the beginning of either
 

@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from dataclasses import asdict, dataclass, field
 from functools import cached_property
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 import numpy as np
 
@@ -85,6 +85,8 @@ class Street:
     stand on the ground, and the first 6 m in front of the camera are free. Lamps and sky are as in
     `night_drive`. A density that cannot be placed is an error that says how many were placed.
     """
+
+    THREAD_SAFE: ClassVar[bool] = True
 
     seed: Seed = 0  # seed of the road and of everything on it
     # kind of road: country_curve, village, city_4_lanes, motorway, ... (`isethdr roads list`), or

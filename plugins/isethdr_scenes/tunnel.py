@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
 from isethdr_core.pipeline.field_check import camera_field
 from isethdr_core.plugins.ranges import Range, Seed, check_ranges
@@ -40,6 +40,8 @@ class Tunnel:
     pedestrian stands on the right walkway in front of the dim wall; the exit fills a few degrees of
     the picture.
     """
+
+    THREAD_SAFE: ClassVar[bool] = True
 
     seed: Seed = 0  # seed of all fields that are ranges
     horizontal_field_deg: RoadField = 45.0  # full horizontal field angle of the camera

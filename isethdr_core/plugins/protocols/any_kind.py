@@ -67,10 +67,11 @@ class DividesErrorAllowed(Protocol):
 
 @runtime_checkable
 class ThreadSafe(Protocol):
-    """A sensor, isp or metric that several threads may call at the same time.
+    """A component that several threads may call at the same time.
 
     Its results then depend on its fields and arguments alone, and its call changes nothing that
-    another call reads. A plugin with hooks around stages may declare the same.
+    another call reads. Each thread has a scene and a renderer of its own. A plugin with hooks
+    around stages may declare the same.
     """
 
     # True: several threads may call it; also valid for subclasses, unless they set False

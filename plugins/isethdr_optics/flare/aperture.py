@@ -26,7 +26,7 @@ A flare is a frozen dataclass with any of these methods; a lens uses all of them
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
@@ -56,6 +56,8 @@ if TYPE_CHECKING:
 class IdealFlare:
     """No flare: the lens is unchanged."""
 
+    THREAD_SAFE: ClassVar[bool] = True
+
     def scatter(self, wavelength_nm: float, angle_rad: np.ndarray) -> np.ndarray:
         """Return 0 per steradian at every angle."""
         return 0.0 * angle_rad
@@ -64,6 +66,8 @@ class IdealFlare:
 @dataclass(frozen=True)
 class ApertureFlare:
     """Diffraction at the iris blades, and at dust and scratches on the glass near it."""
+
+    THREAD_SAFE: ClassVar[bool] = True
 
     blades: Blades = 6  # number of blades of the iris; below 3 the iris is round
     rotation_deg: Direction = 17.0  # rotation of the iris about the optical axis

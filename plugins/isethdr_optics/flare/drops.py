@@ -22,7 +22,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Annotated, Literal, NamedTuple
+from typing import TYPE_CHECKING, Annotated, ClassVar, Literal, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -111,6 +111,8 @@ class DropsFlare:
 
     The glass is assumed to be a plane perpendicular to the optical axis.
     """
+
+    THREAD_SAFE: ClassVar[bool] = True
 
     drops_per_mm2: PerArea = (
         0.01  # drops per area of the glass, before overlapping ones are removed

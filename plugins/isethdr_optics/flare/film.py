@@ -10,7 +10,7 @@ forwards and absorbs nothing, so that all light reaches the plane of the picture
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, ClassVar
 
 import numpy as np
 import numpy.typing as npt
@@ -34,6 +34,8 @@ FINE = 8  # number of steps of a streak per tile; each is shared among the four 
 @dataclass(frozen=True)
 class FilmFlare:
     """The film that a wiper leaves on the windscreen; default values are assumptions."""
+
+    THREAD_SAFE: ClassVar[bool] = True
 
     scattered: Scattered = 0.1  # share of the light that is deflected, at all wavelengths
     half_width_deg: HalfWidth = 0.5  # half of the deflected light is within this angle

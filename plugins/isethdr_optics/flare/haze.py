@@ -16,7 +16,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Literal
+from typing import ClassVar, Literal
 
 import numpy as np
 
@@ -32,6 +32,8 @@ class HazeFlare:
     """Scatter in the windscreen or lens, by the Harvey-Shack or ABg law; default values are
     assumptions.
     """
+
+    THREAD_SAFE: ClassVar[bool] = True
 
     form: Literal["harvey_shack", "abg"] = "harvey_shack"  # form of the scatter function
     scattered: Scattered = 0.01  # total integrated scatter at 550 nm, as a share of the light

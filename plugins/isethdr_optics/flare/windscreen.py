@@ -17,7 +17,7 @@ images. Both terms follow from Snell's law at small angles, and are tested again
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, ClassVar
 
 import numpy as np
 
@@ -49,6 +49,8 @@ class WindscreenFlare:
     The light that the pane takes from the first image is part of the field `transmittance` of the
     lens.
     """
+
+    THREAD_SAFE: ClassVar[bool] = True
 
     # angle between the optical axis and the normal of the pane, which leans back
     incidence_deg: Incidence = 60.0

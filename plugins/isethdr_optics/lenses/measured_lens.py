@@ -6,7 +6,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
 import numpy as np
 
@@ -32,6 +32,8 @@ if TYPE_CHECKING:
 @dataclass(frozen=True)
 class MeasuredLens:
     """Measured lens: point spread functions or MTF over field and wavelength, from a table."""
+
+    THREAD_SAFE: ClassVar[bool] = True
 
     # the name example, or the path of a .npz with point spread functions or a .csv with MTF curves
     table: str = "example"

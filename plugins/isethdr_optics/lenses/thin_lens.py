@@ -11,7 +11,7 @@ import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from math import inf
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
 import numpy as np
 
@@ -62,6 +62,8 @@ CHIEF_RAYS = 33
 @dataclass(frozen=True)
 class IdealLens:
     """Lens without blur: irradiance is a constant times radiance, with or without cos4 falloff."""
+
+    THREAD_SAFE: ClassVar[bool] = True
 
     f_number: FNumber = 4.0  # focal length / diameter of the entrance pupil
     # focal length: position on the sensor = focal length x tangent of the field angle

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
 import numpy as np
 
@@ -36,6 +36,8 @@ STEPS = 20
 @dataclass(frozen=True)
 class Chart:
     """Grid, wavelengths and illuminant of a chart; tiles are square."""
+
+    THREAD_SAFE: ClassVar[bool] = True
 
     width: Tiles = 320  # tiles across
     height: Tiles = 180  # tiles down

@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, ClassVar, Literal
 
 import numpy as np
 
@@ -45,6 +45,8 @@ class PictureFile:
 
     RGB is converted to the smoothest spectra of its colours (Mallett, Yuksel 2019).
     """
+
+    THREAD_SAFE: ClassVar[bool] = True
 
     # the file: .exr, .hdr, .pic, .tif, .tiff, .npy, .npz, .nc, .nc4, .zarr, .png, .jpg, .jpeg, .bmp
     # or .webp

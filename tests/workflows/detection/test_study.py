@@ -159,8 +159,8 @@ class Drawn:
         return ds
 
 
-def test_a_lens_of_another_package_is_called_by_one_thread_at_a_time(monkeypatch):
-    """As a plugin may rely on; bundled components may be called by several threads."""
+def test_a_lens_that_is_not_thread_safe_is_called_by_one_thread_at_a_time(monkeypatch):
+    """Bundled components may be called by several threads; others only if they declare it."""
     monkeypatch.setattr("os.cpu_count", lambda: 3)
     monkeypatch.setattr("os.sched_getaffinity", lambda _process: {0, 1, 2}, raising=False)
     monkeypatch.delenv("OMP_NUM_THREADS", raising=False)

@@ -11,11 +11,6 @@ from isethdr_optics.imaging.threads import executor
 from isethdr_core.pipeline.chain import Chain
 from isethdr_core.pipeline.chain.side_by_side import threads_for
 
-# packages with lightings, lenses, flares, scenes and renderers that several threads may call
-BUNDLED = (
-    *("isethdr_core", "isethdr_isp", "isethdr_metrics", "isethdr_mitsuba", "isethdr_optics"),
-    *("isethdr_scenes", "isethdr_sensors"),
-)
 COMPOSING = Lock()  # Hydra has one global state, so only one thread may compose at a time
 
 One = TypeVar("One")
@@ -41,21 +36,15 @@ def at_once(
 def threads_of(built: Chain, rendering: bool = False) -> int:
     """Return how many threads may work with such components, each thread on a scene of its own.
 
-    It is one if a plugin does not allow more (docs/how-to/plugins.md): a sensor, isp or metric that
-    is not declared as thread-safe, or a lighting, lens or flare of another package.
+    It is one if any of the components does not declare `THREAD_SAFE` (docs/how-to/plugins.md).
 
     Parameters
     ----------
     built : components of a scene.
     rendering : whether the threads also build and render scenes.
     """
-    others: list[object] = [built.lighting, built.lens, *built.flares.values()]
+    called: list[object] = [*built.cameras.values(), built.isp, *built.metrics.values()]
+    called += [built.lighting, built.lens, *built.flares.values()]
     if rendering:
-        others += [built.scene, built.renderer]
-    others = not_bundled(others)
-    return threads_for((*built.cameras.values(), built.isp, *built.metrics.values(), *others))
-
-
-def not_bundled(components: Sequence[object]) -> list[object]:
-    """Return the components that come from other packages."""
-    return [one for one in components if type(one).__module__.partition(".")[0] not in BUNDLED]
+        called += [built.scene, built.renderer]
+    return threads_for(called)

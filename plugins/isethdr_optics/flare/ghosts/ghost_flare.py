@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from functools import lru_cache
 from threading import Lock
 from types import ModuleType
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 from cachetools import LRUCache
@@ -43,6 +43,8 @@ class GhostFlare:
     """Ghosts: reflections between pairs of surfaces of a lens prescription, traced with real rays
     and coatings.
     """
+
+    THREAD_SAFE: ClassVar[bool] = True
 
     # name of a lens prescription, or path of a .yaml file; it is scaled to the focal length and
     # stopped to the f-number of the lens

@@ -24,7 +24,7 @@ from isethdr_core.store import open_scene
 
 from ...dataset.record import DEFINITION, SceneRecord, read_dataset, read_definition, read_scenes
 from ...dataset.splits import part_of
-from ...detection.threads import COMPOSING, not_bundled
+from ...detection.threads import COMPOSING
 from .camera import TrainingCamera
 
 LEAST_ROADS = 2  # fewest roads to train on; a network would memorise a single road
@@ -146,7 +146,7 @@ def lit_scene(
 
 def threads_of(road: Road, overrides: Sequence[str]) -> int:
     """Return how many threads may call `lit` at the same time: one if the lighting, the lens or a
-    flare comes from another package than those of isethdr.
+    flare does not declare `THREAD_SAFE`.
 
     Parameters
     ----------
@@ -157,7 +157,7 @@ def threads_of(road: Road, overrides: Sequence[str]) -> int:
     nodes = (config.get("flare") or {}).values()
     flares = [build_from_config("flare", node) for node in nodes if node]
     lighting = build_from_config("lighting", config.lighting)
-    return threads_for(not_bundled([lighting, build_from_config("lens", config.lens), *flares]))
+    return threads_for([lighting, build_from_config("lens", config.lens), *flares])
 
 
 def relit_weights(scene: Any, rng: np.random.Generator) -> dict[str, float]:
