@@ -148,6 +148,18 @@ def test_a_change_that_is_told_and_leaves_the_limits_turns_an_answer():
     assert render_noise.changes(row | {"denoised_high": 0.1}) == "none"
 
 
+def test_rows_name_the_rule_by_which_a_loss_is_a_term_s(asked):
+    answers = {
+        version: dirt.scored(asked, version)
+        for version in ("stored", *render_noise.HALF_BUFFERS, "denoised")
+    }
+    rows = {(row["score"], row["term"]): row for row in render_noise.rows_of(asked, answers)}
+    for score, rule in (("ssim", "Shapley"), ("dynamic_range", "last")):
+        row = rows[score, "scatter"]
+        assert row["rule"] == rule and row["shapley"] == pytest.approx(0.33)
+        assert row["denoised"] == row["half_buffers"] == 0 and row["changes"] == "none"
+
+
 def rendered(halves: bool = True):
     """Return scene radiance of two groups, with half buffers, some tiles black."""
     random = np.random.default_rng(3)

@@ -16,7 +16,7 @@ from ..markdown_table import markdown_table
 from .dirt import Asked, asked_of, losses, scored
 from .radiance_versions import STORED
 from .tables import checked_page, columns, shown, write_page
-from .term_scores import SCORES, TERMS, Values
+from .term_scores import NEED_NOISE, SCORES, TERMS, Values
 
 HALF_BUFFERS = ("half_a", "half_b")
 DENOISED = "denoised"
@@ -43,21 +43,30 @@ def render_noise(
 
     Returns
     -------
-    rows with camera, score, term, `shapley` (loss by the stored radiance), `half_buffers` and
-    `denoised` (change of this loss, paired by scene, with 95 % limits over roads), and `changes`,
-    the names of those that differ from 0 and move the result beyond the 95 % limits of `shapley`.
-    For `dynamic_range`, which is defined only with noise, `shapley` is the loss by the term as the
-    last one.
+    rows with camera, score, term, `rule`, `shapley` (loss by the stored radiance), `half_buffers`
+    and `denoised` (change of this loss, paired by scene, with 95 % limits over roads), and
+    `changes`, the names of those that differ from 0 and move the result beyond the 95 % limits of
+    `shapley`. For `dynamic_range`, which is defined only with noise, the rule is `last` and
+    `shapley` the loss by the term as the last one; else the rule is `Shapley`.
     """
     checked_page(page)
     asked = asked_of(dataset, cameras, scenes, shots, overrides)
     answers = {version: scored(asked, version) for version in (STORED, *HALF_BUFFERS, DENOISED)}
     rows = rows_of(asked, answers)
     if page:
-        head = ["camera", "score", "term", "Shapley", "half the samples", "denoised", "changes"]
+        head = [
+            "camera",
+            "score",
+            "term",
+            "rule",
+            "loss",
+            "half the samples",
+            "denoised",
+            "changes",
+        ]
         table = [
             [
-                *(str(row[name]) for name in ("camera", "score", "term")),
+                *(str(row[name]) for name in ("camera", "score", "term", "rule")),
                 *(shown(row, name) for name in ("shapley", "half_buffers", DENOISED)),
                 str(row["changes"]),
             ]
@@ -80,11 +89,10 @@ def rows_of(asked: Asked, answers: dict[str, list[dict[str, Values]]]) -> list[d
     for camera in asked.cameras:
         for score in SCORES:
             for term in TERMS:
-                rule = f"shapley {term}"
-                if score == "dynamic_range":  # it is not defined without noise
-                    rule = f"last {term}"
+                rule = "last" if score in NEED_NOISE else "Shapley"
+                loss = f"{rule.lower()} {term}"
                 of = {
-                    version: [losses(one[camera], score)[rule] for one in found]
+                    version: [losses(one[camera], score)[loss] for one in found]
                     for version, found in answers.items()
                 }
                 stored = of[STORED]
@@ -93,7 +101,8 @@ def rows_of(asked: Asked, answers: dict[str, list[dict[str, Values]]]) -> list[d
                     for a, b, s in zip(*(of[h] for h in HALF_BUFFERS), stored, strict=True)
                 ]
                 smooth = [d - s for d, s in zip(of[DENOISED], stored, strict=True)]
-                row: dict[str, Any] = {"camera": camera, "score": score, "term": term}
+                row: dict[str, Any] = {"camera": camera, "score": score}
+                row |= {"term": term, "rule": rule}
                 row |= columns("shapley", mean_over_roads(stored, roads))
                 row |= columns("half_buffers", mean_over_roads(by_half_buffers, roads))
                 row |= columns(DENOISED, mean_over_roads(smooth, roads))
