@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import errno
+import os
 import signal
 import subprocess
 import sys
@@ -134,6 +135,15 @@ def test_the_page_says_what_was_not_run(ran, isethdr_home):
     assert "| one | `isethdr study one` | 0.0 |" in text and "### table" in text
     assert "not run to its end" in text and "study two a`; `isethdr" in text
     assert text.count("## ") == 2  # the step and, one level lower, its table
+
+
+def test_the_page_states_the_minutes_of_all_finished_steps(ran, isethdr_home):
+    for step, minutes in ((ONE, 3.2), (TWO, 4.4)):
+        driver.run_steps((step,), print)
+        records.write(step, minutes, True, 1.0)
+    text = results.write_results().read_text()
+    assert "The finished steps took 8 minutes in all." in text
+    assert f"{os.cpu_count()} processors (" in text
 
 
 def test_several_tables_of_a_step_have_titles_of_their_own(ran, isethdr_home, monkeypatch):

@@ -11,6 +11,7 @@ from collections.abc import Iterable, Iterator
 from pathlib import Path
 
 from isethdr_core.errors import CatalogError
+from isethdr_core.runs.processor import kernels
 from isethdr_core.runs.provenance import versions
 from isethdr_core.storage.atomic_write import write_text
 from isethdr_core.storage.home_folder import home
@@ -34,11 +35,12 @@ def page() -> str:
         "`isethdr experiments run` makes the tables in steps, at the times that the first table"
         " names. Intervals are 95 % over roads.",
         "",
-        f"{os.cpu_count()} processors; {used}.",
+        f"{os.cpu_count()} processors ({kernels()['processor']}); {used}.",
         "",
         "| step | commands | minutes | load at the end | finished |",
         "|---|---|---|---|---|",
     ]
+    minutes = 0.0
     for step in STEPS:
         if step.makes[0].endswith(PAGE):
             continue  # the step that writes this page
@@ -47,8 +49,10 @@ def page() -> str:
         if record is None or not is_finished(step):
             lines.append(f"| {step.name} | {commands} | | | not run to its end |")
             continue
+        minutes += record.minutes
         numbers = f"{record.minutes:.1f} | {record.load:.1f}"
         lines.append(f"| {step.name} | {commands} | {numbers} | {record.finished} |")
+    lines += ["", f"The finished steps took {minutes:.0f} minutes in all."]
     for step in STEPS:
         if not is_finished(step):
             continue
