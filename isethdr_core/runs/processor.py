@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import os
 import platform
+import sys
 from functools import cache
 from pathlib import Path
 
@@ -20,6 +21,22 @@ from ..plugins.protocols import ChoosesKernels
 
 # lines of /proc/cpuinfo that identify the processor, on x86 and on ARM
 CPUINFO = ("vendor_id", "cpu family", "model", "model name", "CPU implementer", "CPU part")
+
+
+def processors() -> int:
+    """Return the number of processors that this process may use. A job on a shared machine may have
+    fewer than the machine.
+    """
+    on_linux = sys.platform == "linux"
+    return len(os.sched_getaffinity(0)) if on_linux else os.cpu_count() or 1
+
+
+def threads_asked() -> int:
+    """Return the number of threads that OMP_NUM_THREADS asks for; 0 if it does not."""
+    # the variable may hold a list such as 2,1: one number for each level of parallel regions in
+    # each other, of which the first counts here
+    outer = os.environ.get("OMP_NUM_THREADS", "").partition(",")[0].strip()
+    return int(outer) if outer.isdecimal() else 0
 
 
 def kernels(*components: object) -> dict[str, str]:

@@ -4,7 +4,6 @@ and are exact.
 
 from __future__ import annotations
 
-import os
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -17,6 +16,7 @@ from isethdr_core.data.categories import CATEGORIES
 from isethdr_core.errors import ConfigError, did_you_mean
 from isethdr_core.physics.optics.projection import depth_m
 from isethdr_core.quantities import LABELS, LARGEST_HALF_FIELD_DEG
+from isethdr_core.runs.processor import processors
 
 from .illuminance import illuminances
 from .lamps.visible_lamps import NEAR_M, cut
@@ -174,7 +174,7 @@ def object_table(
     shown = [n for n in np.unique(instance).tolist() if 0 < n <= len(description.objects)]
     objects = [description.objects[n - 1] for n in shown]
     whole_of = lambda placed: whole_object(description.models[placed.model], placed.pose, view)
-    with ThreadPoolExecutor(os.cpu_count()) as threads:
+    with ThreadPoolExecutor(processors()) as threads:
         wholes = list(threads.map(whole_of, objects))
     out = []
     for number, placed, whole in zip(shown, objects, wholes, strict=True):

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import sys
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Annotated, ClassVar, Literal
@@ -14,6 +13,7 @@ from isethdr_core.demand import Demand
 from isethdr_core.errors import ConfigError, did_you_mean
 from isethdr_core.plugins.accuracy_knobs import AccuracyKnob, Cost
 from isethdr_core.plugins.ranges import Range, Seed, Wavelength, check_ranges
+from isethdr_core.runs.processor import processors
 from isethdr_core.uncertainty.error_terms import Quantity
 
 from .bands import check_bands
@@ -217,7 +217,7 @@ class MitsubaRenderer:
         if share is None or self.variant == "scalar":
             return None
         us = PILOT_US + NEED_US * (NEED_SHARE / share) ** 2
-        return WORLD_S + 1e-6 * us * frame.rows * frame.columns / (os.cpu_count() or 1)
+        return WORLD_S + 1e-6 * us * frame.rows * frame.columns / processors()
 
     def memory_bytes(self, frame: Frame) -> float:
         """Return the estimated peak memory of a rendering of a few light groups, bytes."""

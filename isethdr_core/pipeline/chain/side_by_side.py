@@ -14,8 +14,6 @@ Each part runs in a copy of the context of the call: what a part states, and wha
 
 from __future__ import annotations
 
-import os
-import sys
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from contextvars import Context, ContextVar, copy_context
@@ -24,6 +22,7 @@ from typing import Any, TypeVar
 
 from ...plugins.protocols import ThreadSafe
 from ...plugins.registry import plugin_manager
+from ...runs.processor import processors, threads_asked
 from ...uncertainty import ledger
 
 T = TypeVar("T")
@@ -52,13 +51,8 @@ def threads_for(components: Iterable[object]) -> int:
     plugins = [impl.plugin for one in hooks for impl in one.get_hookimpls()]
     if not all(isinstance(c, ThreadSafe) and c.THREAD_SAFE for c in (*components, *plugins)):
         return 1
-    on_linux = sys.platform == "linux"
-    processors = len(os.sched_getaffinity(0)) if on_linux else os.cpu_count() or 1
-    # the variable may hold a list such as 2,1: one number for each level of parallel regions in
-    # each other, of which the first counts here
-    outer = os.environ.get("OMP_NUM_THREADS", "").partition(",")[0].strip()
-    allowed = int(outer) if outer.isdecimal() else 0
-    return max(min(processors, allowed or processors), 1)
+    most = processors()
+    return min(most, threads_asked() or most)
 
 
 @contextmanager

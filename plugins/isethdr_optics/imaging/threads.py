@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import FIRST_EXCEPTION, ThreadPoolExecutor, wait
@@ -12,17 +11,16 @@ from typing import Any
 
 from threadpoolctl import ThreadpoolController
 
+from isethdr_core.runs.processor import processors, threads_asked
+
 MOST_THREADS = 8
 
 
 def cpus() -> int:
     """Return the number of threads to use: OMP_NUM_THREADS if it is set, else the number of
-    processors.
+    processors that this process may use.
     """
-    # the variable may hold a list such as 2,1: one number for each level of parallel regions in
-    # each other, of which the first counts here
-    outer = os.environ.get("OMP_NUM_THREADS", "").partition(",")[0].strip()
-    return int(outer) if outer.isdecimal() and int(outer) else os.cpu_count() or 1
+    return threads_asked() or processors()
 
 
 @contextmanager

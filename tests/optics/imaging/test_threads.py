@@ -2,7 +2,6 @@
 and linear algebra uses one thread meanwhile.
 """
 
-import os
 import threading
 import time
 from concurrent.futures import ThreadPoolExecutor
@@ -70,5 +69,7 @@ def test_linear_algebra_has_one_thread_meanwhile():
 
 @pytest.mark.parametrize("text, count", [("3", 3), ("2,1", 2), ("0", None), ("", None)])
 def test_the_number_of_threads_is_the_outermost_that_openmp_reads(monkeypatch, text, count):
+    monkeypatch.setattr("os.sched_getaffinity", lambda _process: set(range(5)), raising=False)
+    monkeypatch.setattr("sys.platform", "linux")
     monkeypatch.setenv("OMP_NUM_THREADS", text)
-    assert cpus() == (count or os.cpu_count())
+    assert cpus() == (count or 5), "without a number, the processors that the process may use"

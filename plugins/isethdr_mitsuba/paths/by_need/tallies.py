@@ -8,13 +8,14 @@ and of those around it.
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
+
+from isethdr_core.runs.processor import processors
 
 from ..integrator import Found
 from ..work_items import Work
@@ -161,7 +162,7 @@ def variance_for_plan(own: Tally, other: Tally, near: Neighbours) -> np.ndarray:
 def _of_groups(of_group: Callable[[int], np.ndarray], tallies: list[Tally]) -> np.ndarray:
     """Return the results of all groups, in one array."""
     # no compiled code runs at this time, and NumPy lets threads run in parallel
-    with ThreadPoolExecutor(os.cpu_count()) as threads:
+    with ThreadPoolExecutor(processors()) as threads:
         return np.stack(list(threads.map(of_group, range(len(tallies[0].paths)))))
 
 
