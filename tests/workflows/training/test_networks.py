@@ -191,6 +191,19 @@ def test_calibration_makes_the_stated_variance_true(camera, own_home):
         assert 0.5 < row["stated_over_true"] < 2.0, row
 
 
+def test_the_interval_of_a_mean_error_holds_the_truth_in_95_percent():
+    rng = np.random.default_rng(8)
+    held = 0
+    for _ in range(2000):
+        true = rng.uniform(0.5, 2.0, 16)
+        seen = 1.02 * true + rng.normal(0, 0.1, 16)
+        ratio = seen.sum() / true.sum()
+        held += abs(ratio - 1.02) <= held_out.half_width_of_ratio(seen, true)
+    # a share of 2000 has a standard error of 0.005; three of them
+    assert held / 2000 == pytest.approx(0.95, abs=0.015)
+    assert np.isnan(held_out.half_width_of_ratio(np.ones(1), np.ones(1)))
+
+
 def test_a_training_writes_a_file_that_computes_what_pytorch_does(own_home):
     said = []
     run = training.trained(settings(), BAYER, said.append)

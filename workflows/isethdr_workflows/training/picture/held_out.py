@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
 import numpy as np
+from scipy.stats import t as student_t
 
 from ..torch_library import functional, torch
 from .loss import Batch, noise_loss
@@ -153,26 +154,46 @@ def rows_of(network: PictureNetwork, pictures: HeldOut) -> list[dict[str, Any]]:
 
     Returns
     -------
-    rows with lux, mean_e (mean Y, electrons), mean_error_percent (of the mean Y), error_in_noise
-    (rms error of X, Y, Z over the standard deviation of a sample), stated_over_true (ratio of
-    variances).
+    rows with lux, mean_e (mean Y, electrons), mean_error_percent (of the mean Y, as the ratio of
+    the sums over all patches), half_width_percent (of the 95 % interval of this error over patches;
+    one patch with a lamp may hold most of the light), error_in_noise (rms error of X, Y, Z over the
+    standard deviation of a sample), stated_over_true (ratio of variances).
     """
     rows = []
     for lux, patches, xyz, variance in pictures.answers(network):
         of = measured(patches, pictures.period)
-        true_y = float((patches.truth[:, 1:2] * of).sum() / of.sum())
-        seen_y = float((xyz[:, 1:2] * of).sum() / of.sum())
+        true_y, seen_y = (
+            (values[:, 1:2] * of).sum((1, 2, 3)).double().cpu().numpy()
+            for values in (patches.truth, xyz)
+        )
         stated, true = normalised(patches, xyz, variance, of)
         rows.append(
             {
                 "lux": lux,
-                "mean_e": true_y,
-                "mean_error_percent": 100 * (seen_y / true_y - 1),
+                "mean_e": float(true_y.sum() / float(of.sum())),
+                "mean_error_percent": float(100 * (seen_y.sum() / true_y.sum() - 1)),
+                "half_width_percent": 100 * half_width_of_ratio(seen_y, true_y),
                 "error_in_noise": float(true.mean().sqrt()),
                 "stated_over_true": float(stated.mean() / true.mean()),
             }
         )
     return rows
+
+
+def half_width_of_ratio(seen: np.ndarray, true: np.ndarray) -> float:
+    """Return the half width of the 95 % interval of sum(seen) / sum(true), from independent pairs
+    (Cochran 1977, Sampling Techniques, eq. 6.9); nan for one pair.
+
+    Parameters
+    ----------
+    seen, true : (pair,) sums of each patch.
+    """
+    count = len(true)
+    if count < 2:
+        return float("nan")
+    rest = seen - seen.sum() / true.sum() * true
+    error = np.sqrt(count / (count - 1) * np.sum(rest**2)) / true.sum()
+    return float(student_t.ppf(0.975, count - 1) * error)
 
 
 def normalised(
