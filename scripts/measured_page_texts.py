@@ -270,7 +270,7 @@ PAGES = {
         "Results of the experiments",
         "",  # the file that the command makes explains the tables
         ("isethdr experiments run",),
-        "three hours, in the user's own home; steps that are done are not repeated",
+        "one to three hours, in the user's own home; steps that are done are not repeated",
         makes="experiments/results.md",
     ),
     "street_scores": Page(

@@ -46,15 +46,17 @@ ORDER = {"": 2, "peer": 3, "view": 3, "default": 4, "now": 4}  # higher numbers 
 WIDTH_IN = 7.0
 DPI = 130
 TOGETHER = 18  # largest distance of dots that share one text, pixels
+DOT = 6  # half of the width that a dot keeps free for itself, pixels
+CLEAR = 16  # the same for texts of other dots
 PANEL_IN = 2.9  # height of a panel; a single panel is 1.3 times as high
 # places of a text at its dot, tried in this order: (right, up) in points, and the alignment
 PLACES = (
     (5, 4, "left", "bottom"),
     (5, -4, "left", "top"),
-    (-5, 4, "right", "bottom"),
-    (-5, -4, "right", "top"),
     (0, 7, "center", "bottom"),
     (0, -7, "center", "top"),
+    (-5, 4, "right", "bottom"),
+    (-5, -4, "right", "top"),
     (5, 14, "left", "bottom"),
     (5, -14, "left", "top"),
     (-5, 14, "right", "bottom"),
@@ -245,11 +247,18 @@ def label(
     """
     render = fig.canvas.get_renderer()
     pixels = ax.transData.transform(dots)
-    occupied = [(x - 6, y - 6, x + 6, y + 6) for x, y in pixels]
+    written: list[ArrayLike] = []
     frame = ax.get_window_extent(render).extents
     for members in together(pixels):
         text = "\n".join(dict.fromkeys(texts[m][0] for m in members))
         x, y = dots[members[-1]]
+        # a text close to another dot would seem to be that dot's
+        occupied = [
+            (px - clear, py - clear, px + clear, py + clear)
+            for k, (px, py) in enumerate(pixels)
+            for clear in (DOT if k in members else CLEAR,)
+        ]
+        occupied += written
         tried = []
         for dx, dy, side, edge in PLACES:
             note = ax.annotate(
@@ -276,7 +285,7 @@ def label(
         for other in tried:
             if other is not best:
                 other[2].remove()
-        occupied.append(best[3])
+        written.append(best[3])
 
 
 def together(pixels: np.ndarray) -> list[list[int]]:

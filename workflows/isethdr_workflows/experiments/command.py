@@ -40,7 +40,7 @@ def list_steps() -> None:
     total = sum(step.minutes for step in steps.STEPS)
     print_table(["step", "what", "expected min", "basis", "took min", "state"], rows)
     print(
-        f"all steps: about {total:.0f} min on two cores; no step takes more than"
+        f"all steps: about {total:.0f} min on two cores of a slow machine; no step takes more than"
         f" {steps.LONGEST_MIN:g} min at a time"
     )
 

@@ -88,7 +88,10 @@ def _shown(cell: str) -> str:
 def _narrow(lines: Iterable[str]) -> Iterator[str]:
     """Yield lines of at most 100 columns; rows of tables stay whole."""
     for line in lines:
-        yield from [line] if line.startswith("|") else textwrap.wrap(line, WIDTH) or [""]
+        if line.startswith("|"):
+            yield line
+        else:
+            yield from textwrap.wrap(line, WIDTH, break_on_hyphens=False) or [""]
 
 
 def _lower(text: str) -> str:

@@ -1,8 +1,9 @@
 """The steps of the experiments: commands, files that they make, expected minutes.
 
 A command continues where it stopped, so an interrupted step is typed again. Expected minutes are
-for two cores without other work; `basis` says how they were derived. "Slow machine" is one whose
-cores ran at about half of their usual speed, beside other work.
+for two cores of a slow machine; `basis` says what was measured. The fast machine has two virtual
+cores of an AMD EPYC of family 26 with AVX-512, and ran all steps once, beside light other work
+(2026-11-29). The slow ones have cores of a third to half of that speed, and ran other work as well.
 """
 
 from __future__ import annotations
@@ -57,6 +58,16 @@ class Step:
     needs: tuple[str, str] = ("", "")
 
 
+def measured(fast: str, slow: str) -> str:
+    """Return the basis of expected minutes that were measured.
+
+    Parameters
+    ----------
+    fast, slow : minutes on the fast machine, and on slow ones.
+    """
+    return f"measured: {fast} min on a fast machine, {slow} on a slow one"
+
+
 def network(sensor: str) -> Step:
     """Return the step that trains a network for the pictures of a sensor, and compares it with
     classical development on roads that were not in the training.
@@ -77,7 +88,7 @@ def network(sensor: str) -> Step:
         ),
         (model, table),
         18.5,
-        "measured with 14 min of training, of which 10 are left: 22.3 to 22.8 min",
+        measured("13.0", "22.3 to 22.8") + ", there with 14 min of training in place of 10",
         ("torch", "train"),
     )
 
@@ -109,7 +120,7 @@ STEPS = (
         (f"{GENERATE} sample=20",),
         (f"datasets/{DATASET}/scenes/00019.json",),
         22.0,
-        "measured beside other work: 20.9 to 26.9 min; 90 to 130 CPU s a scene",
+        measured("6.7", "20.9 to 26.9"),
     ),
     Step(
         "dataset",
@@ -120,7 +131,7 @@ STEPS = (
         ),
         (f"datasets/{DATASET}/scenes/00039.json", f"datasets/{DATASET}/splits.json"),
         24.0,
-        "measured beside other work: 26.3 to 27.5 min; 90 to 130 CPU s a scene",
+        measured("8.8", "26.3 to 27.5"),
     ),
     network("typical_bayer"),
     network("typical_rgbw"),
@@ -133,7 +144,7 @@ STEPS = (
         ),
         (f"{FOLDER}/filters_networks.csv", f"{FOLDER}/fig8_9.jpg"),
         0.3,
-        "measured on a slow machine; the scores of the two steps before are reused",
+        measured("0.1", "0.3"),
         ("torch", "train"),
     ),
     Step(
@@ -147,7 +158,7 @@ STEPS = (
         ),
         ("training/detectors/all_cameras/detector.onnx", f"datasets/{DATASET}/detector_scores.csv"),
         22.0,
-        "measured beside other work: 22.4 min",
+        measured("8.8", "22.4"),
         ("torch", "train"),
     ),
     Step(
@@ -156,19 +167,19 @@ STEPS = (
         (f"study detection dataset={DATASET}",),
         (f"datasets/{DATASET}/detection.md",),
         4.5,
-        "measured: 4.5 min",
+        measured("1.7", "4.5"),
     ),
     question(
         "captures",
         "one capture of the split pixel against three",
         1.5,
-        "measured: 1.5 min",
+        measured("0.6", "1.5"),
     ),
     question(
         "filters",
         "RGB against RGBW and RCCB, 0.003 to 100 lx",
         6.4,
-        "measured: 6.4 min",
+        measured("2.8", "6.4"),
     ),
     Step(
         "detection_dark",
@@ -176,13 +187,13 @@ STEPS = (
         (f"study detection dataset={DATASET} question=dark cameras={SIX}",),
         (f"datasets/{DATASET}/detection_dark.md",),
         5.6,
-        "measured beside other work",
+        measured("2.0", "5.6"),
     ),
     question(
         "noise",
         "whether the renderer's noise changes which objects are found",
         2.2,
-        "measured beside other work",
+        measured("0.7", "2.2"),
     ),
     Step(
         "low_sun",
@@ -196,7 +207,7 @@ STEPS = (
         ),
         tuple(f"datasets/{SMALL}/detection_{name}.md" for name in ("captures", "dark")),
         8.5,
-        "measured beside other work",
+        measured("2.9", "8.6"),
     ),
     Step(
         "filters_rccb",
@@ -207,7 +218,7 @@ STEPS = (
         ),
         (f"{FOLDER}/filters_rccb.csv",),
         1.8,
-        "measured beside other work",
+        measured("0.7", "1.8"),
     ),
     Step(
         "picture_noise",
@@ -219,7 +230,7 @@ STEPS = (
         ),
         (f"{FOLDER}/picture_noise.csv",),
         3.4,
-        "measured beside other work",
+        measured("1.4", "3.4"),
         ("torch", "train"),
     ),
     Step(
@@ -231,7 +242,7 @@ STEPS = (
         ),
         (f"{FOLDER}/dirt.md",),
         5.0,
-        "measured beside other work",
+        measured("1.4", "5.1"),
     ),
     Step(
         "render_noise",
@@ -242,7 +253,7 @@ STEPS = (
         ),
         (f"{FOLDER}/render_noise.md",),
         4.0,
-        "measured beside other work: 5.3 min",
+        measured("1.3", "5.3"),
     ),
     Step(
         "figures",
@@ -254,7 +265,7 @@ STEPS = (
         ),
         tuple(f"{FOLDER}/fig{number}.jpg" for number in (1, 2, 4)),
         1.8,
-        "measured beside other work",
+        measured("0.5", "1.8"),
     ),
     Step(
         "results",
