@@ -64,7 +64,8 @@ def sentence(warning: dict) -> str:
     if warning["key"] == LOW_OBJECT_SNR:
         return (
             f"{warning['camera']}: the median SNR of the objects is {value:.1f} {unit} "
-            f"(limit {limit:g} {unit}); use a longer exposure, a smaller f-number or more light"
+            f"(limit {limit:g} {unit}); use a longer exposure, a smaller f-number or more light; "
+            "lighting=ideal keeps the light of the scene as it is"
         )
     return f"{warning['camera']}: {warning['key']} is {value:.3g} {unit} (limit {limit:g} {unit})"
 

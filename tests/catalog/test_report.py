@@ -152,6 +152,14 @@ def test_the_viewer_holds_raw_electrons_without_a_converter():
     np.testing.assert_array_equal(unpacked(whole["raw"][0], 4), [0, 0, 7, 1_000_000])
 
 
+def test_noise_is_not_drawn_where_no_picture_states_it(result, monkeypatch):
+    assert "Line through the brightest light, and noise" in page.page(result)
+    monkeypatch.setattr(plots, "snr_curve", lambda picture, truth: (np.zeros(0), np.zeros(0)))
+    html = page.page(result)
+    assert "<h2>Line through the brightest light</h2>" in html
+    assert page.SNR_NOTE not in html and page.LINE_NOTE in html
+
+
 def test_a_page_of_very_many_pixels_leaves_their_numbers_out(result, monkeypatch):
     monkeypatch.setattr(viewer, "MOST_PIXELS", 100)
     monkeypatch.setattr(plots, "_svg", lambda *_, **__: Markup())  # no plots are needed

@@ -64,10 +64,9 @@ def page(result: Result) -> Markup:
         views=views,
         scale=pictures.colour_scale(*scale) if scale else None,
         cameras=tables.cameras(cameras),
-        plots=[
-            Figure("", LINE_NOTE, drawing=_profile(cameras)),
-            Figure("", SNR_NOTE, drawing=plots.snr_against_luminance(curves)),
-        ],
+        line=Figure("", LINE_NOTE, drawing=_profile(cameras)),
+        # no picture states its variance where a network developed all of them
+        noise=[Figure("", SNR_NOTE, drawing=plots.snr_against_luminance(curves))] if curves else [],
         labels=_labels(reference, white, compressed),
         scene=_scene(result),
         remarks=remarks(result),
