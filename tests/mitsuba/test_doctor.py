@@ -66,7 +66,7 @@ def test_hiding_the_graphics_cards_tests_the_variants_again(monkeypatch, tmp_pat
 def test_without_any_variant_auto_is_not_suggested(monkeypatch):
     found = {"mitsuba": "3.9.1", **dict.fromkeys(doctor.VARIANTS, "exit status 1")}
     monkeypatch.setattr(doctor, "doctor", lambda: found)
-    with pytest.raises(ConfigError, match=r"force-reinstall isethdr\[mitsuba\]`$"):
+    with pytest.raises(ConfigError, match=r"force-reinstall 'isethdr\[mitsuba\]'`$"):
         doctor.choose_variant("auto")
     with pytest.raises(ConfigError, match="type renderer.variant=auto$"):
         doctor.choose_variant("llvm")
