@@ -163,7 +163,7 @@ def accuracy(*overrides: str, knob: str = "", values: str = "", folder: str = ""
                     row = study.measure(job)
                     if row is not None:
                         kept[job.key] = row
-                        # rows of other knobs and values in the same folder stay known
+                        # keep the rows of other knobs and values in the same folder
                         write_rows(into, earlier | kept, _ordered(jobs, kept))
     except KeyboardInterrupt:
         tell(

@@ -1,4 +1,4 @@
-"""Files of others behind the scenes of a dataset: asset packs with licences, roads, traffic."""
+"""Files of third parties that the scenes of a dataset use: asset packs, roads, traffic."""
 
 from __future__ import annotations
 
