@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -189,6 +190,23 @@ def test_calibration_makes_the_stated_variance_true(camera, own_home):
     for row in held_out.rows_of(network, run.judge):
         # the variance is calibrated for each level of light; one illuminance mixes many levels
         assert 0.5 < row["stated_over_true"] < 2.0, row
+
+
+def test_the_card_measures_on_patches_that_no_check_and_no_calibration_saw(camera, own_home):
+    run = training.trained(settings(steps=2), BAYER, lambda line: None)
+    network, _ = training.final_network(run)
+    sheets = run.held_out_sheets["dead leaves"]
+    rows = held_out.rows_of_new_sheets(network, sheets, 0.01, "cpu")
+    assert [row["lux"] for row in rows] == [0.003, 0.01]
+    # the same by hand for the second illuminance: its sheets are numbers 11, 21, ...
+    numbers = [1 + 10 * k for k in range(1, held_out.NEW_SHEETS + 1)]
+    parts = [replace(sheets, lux=(0.01, 0.01)).sheet(number) for number in numbers]
+    truth = np.concatenate([part.truth[:, 1] for part in parts])
+    assert len(truth) == 256
+    # no pixel is clipped in so little light, so that each counts
+    assert rows[1]["mean_e"] == pytest.approx(float(truth.mean(dtype=float)), rel=1e-6)
+    checked = run.judge.levels[1].patches.truth[:, 1].numpy()
+    assert not any(np.array_equal(one, other) for one in truth for other in checked)
 
 
 def test_the_interval_of_a_mean_error_holds_the_truth_in_95_percent():

@@ -13,12 +13,12 @@ from isethdr_core.runs.provenance import versions
 from ..card import write_card
 from ..torch_library import hardware, torch
 from .export import export, stated_of
-from .held_out import calibrate, rows_of, worst_ratio
+from .held_out import NEW_SHEETS, calibrate, rows_of_new_sheets, worst_ratio
 from .loss import BLOCK, MEAN_WEIGHT, RELATIVE, VARIANCE_WEIGHT
 from .networks.choice import multiple_px, reach_px
 from .networks.linear_start import LEVELS
 from .networks.picture_network import parameters
-from .sheets import LUX
+from .sheets import LUX, SHEET
 from .training import (
     AVERAGED_FROM,
     DECAY,
@@ -68,10 +68,11 @@ def finished(run: Trained, recipe: str, tell: Callable[[str], None]) -> Finished
     tell : called with each line of text about the file.
     """
     network, weights = final_network(run)
-    first, *others = (pictures.half(odd=False) for pictures in run.pictures.values())
+    first, *others = run.pictures.values()
     calibrate(network, first.with_others(others))
     tables = {
-        name: rows_of(network, pictures.half(odd=True)) for name, pictures in run.pictures.items()
+        name: rows_of_new_sheets(network, sheets, run.brightest_lux, run.device)
+        for name, sheets in run.held_out_sheets.items()
     }
     rows = list(tables.values())[-1]  # those of roads, if there are any
     worst = worst_ratio(rows)
@@ -135,7 +136,7 @@ def sections_of(
             "filter_array": "/".join(camera.cell),
             "captures": f"{settings.captures}: {', '.join(camera.captures)}",
             "overrides": list(recipe["overrides"]),
-            "illuminance_lux": [LUX[0], run.judge.levels[-1].lux],
+            "illuminance_lux": [LUX[0], run.brightest_lux],
             "exposure": "as the sensor's own rule solves it for each sheet of 16 patches",
             "noise": "all that the sensor component makes, another device in each sheet",
         },
@@ -174,7 +175,8 @@ def sections_of(
             "seed": settings.seed,
         },
         **{f"held_out_{name.replace(' ', '_')}": rows for name, rows in tables.items()},
-        "variance": f"calibrated on half of the held-out patches, the table is of the other half;"
+        "variance": f"calibrated on the held-out patches that stop the training, {SHEET} of each"
+        f" illuminance; the table is of {NEW_SHEETS * SHEET} others of the same pictures;"
         f" wanted: stated / true within {LEAST_RATIO:g} to {LARGEST_RATIO:g}",
         "not_done": missing + run.data.missing,
         "versions": {**{k: str(v) for k, v in versions().items()}, "torch": str(torch.__version__)},

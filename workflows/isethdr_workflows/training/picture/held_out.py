@@ -17,6 +17,7 @@ from .networks.picture_network import PictureNetwork, sample_variance
 from .sheets import Sheets
 
 LUX = (0.003, 0.01, 0.03, 0.1, 0.3, 1.0, 3.0, 10.0, 30.0, 100.0)
+NEW_SHEETS = 16  # number of sheets of each illuminance for the card: 256 patches
 BINS = 10  # number of bins of the local level, for the calibration
 # number of rounds of the calibration; between its nodes, each round comes closer to the goal
 ROUNDS = 3
@@ -43,21 +44,6 @@ class HeldOut:
     levels: tuple[Level, ...]
     masks: torch.Tensor
     period: int
-
-    def half(self, odd: bool) -> HeldOut:
-        """Return every other patch. One half is used to calibrate, the other one to check that.
-
-        Parameters
-        ----------
-        odd : whether patches with odd numbers are returned.
-        """
-        return replace(
-            self,
-            levels=tuple(
-                Level(lux, Batch(*(v[int(odd) :: 2] for v in patches)))
-                for lux, patches in self.levels
-            ),
-        )
 
     def thinned(self) -> HeldOut:
         """Return every second illuminance and every second patch. This is enough to see a training
@@ -95,7 +81,8 @@ def halves(patches: Batch) -> list[Batch]:
 
 
 def held_out(sheets: Sheets, brightest_lux: float, device: str) -> HeldOut:
-    """Return one sheet of patches for each illuminance that the camera can measure.
+    """Return one sheet of patches for each illuminance that the camera can measure. They decide
+    when a training stops, and calibrate the variance.
 
     Parameters
     ----------
@@ -103,13 +90,26 @@ def held_out(sheets: Sheets, brightest_lux: float, device: str) -> HeldOut:
     brightest_lux : largest illuminance that the camera can measure, lux.
     device : device of PyTorch.
     """
-    levels = []
-    for number, lux in enumerate(v for v in LUX if v <= brightest_lux):
-        patches = replace(sheets, lux=(lux, lux)).sheet(number)
-        levels.append(Level(lux, Batch(*(torch.from_numpy(v).to(device) for v in patches))))
+    levels = (
+        _level(sheets, lux, number, device) for number, lux in enumerate(_measurable(brightest_lux))
+    )
+    return HeldOut(tuple(levels), *_filters(sheets, device))
+
+
+def _measurable(brightest_lux: float) -> list[float]:
+    return [lux for lux in LUX if lux <= brightest_lux]
+
+
+def _level(sheets: Sheets, lux: float, number: int, device: str) -> Level:
+    """Return a sheet at one illuminance."""
+    patches = replace(sheets, lux=(lux, lux)).sheet(number)
+    return Level(lux, Batch(*(torch.from_numpy(v).to(device) for v in patches)))
+
+
+def _filters(sheets: Sheets, device: str) -> tuple[torch.Tensor, int]:
+    """Return the filters of a patch and the period of the filter array."""
     side = sheets.patch_px
-    masks = torch.from_numpy(sheets.camera.masks(side, side))[None].to(device)
-    return HeldOut(tuple(levels), masks, sheets.camera.period)
+    return torch.from_numpy(sheets.camera.masks(side, side))[None].to(device), sheets.camera.period
 
 
 def measured(patches: Batch, period: int) -> torch.Tensor:
@@ -143,41 +143,95 @@ def loss_on(network: PictureNetwork, pictures: HeldOut) -> float:
 
 @torch.no_grad()
 def rows_of(network: PictureNetwork, pictures: HeldOut) -> list[dict[str, Any]]:
-    """Return one row for each illuminance.
-
-    Pixels close to a clipped sample do not count (`measured`), because its electrons are not known.
+    """Return the row of each illuminance (`Sums.row`).
 
     Parameters
     ----------
     network : network that is checked.
     pictures : held-out pictures.
-
-    Returns
-    -------
-    rows with lux, mean_e (mean Y, electrons), mean_error_percent (of the mean Y, as the ratio of
-    the sums over all patches), half_width_percent (of the 95 % interval of this error over patches;
-    one patch with a lamp may hold most of the light), error_in_noise (rms error of X, Y, Z over the
-    standard deviation of a sample), stated_over_true (ratio of variances).
     """
+    return [
+        Sums.of(patches, xyz, variance, pictures.period).row(lux)
+        for lux, patches, xyz, variance in pictures.answers(network)
+    ]
+
+
+@torch.no_grad()
+def rows_of_new_sheets(
+    network: PictureNetwork, sheets: Sheets, brightest_lux: float, device: str
+) -> list[dict[str, Any]]:
+    """Return the row of each illuminance (`Sums.row`), from sheets that neither stopped the
+    training nor calibrated the variance.
+
+    Parameters
+    ----------
+    network : network that is checked.
+    sheets : sheets of the held-out pictures.
+    brightest_lux : largest illuminance that the camera can measure, lux.
+    device : device of PyTorch.
+    """
+    filters = _filters(sheets, device)
     rows = []
-    for lux, patches, xyz, variance in pictures.answers(network):
-        of = measured(patches, pictures.period)
-        true_y, seen_y = (
-            (values[:, 1:2] * of).sum((1, 2, 3)).double().cpu().numpy()
-            for values in (patches.truth, xyz)
-        )
-        stated, true = normalised(patches, xyz, variance, of)
-        rows.append(
-            {
-                "lux": lux,
-                "mean_e": float(true_y.sum() / float(of.sum())),
-                "mean_error_percent": float(100 * (seen_y.sum() / true_y.sum() - 1)),
-                "half_width_percent": 100 * half_width_of_ratio(seen_y, true_y),
-                "error_in_noise": float(true.mean().sqrt()),
-                "stated_over_true": float(stated.mean() / true.mean()),
-            }
-        )
+    for number, lux in enumerate(_measurable(brightest_lux)):
+        # sheets 0 to len(LUX) - 1 are those of `held_out`
+        numbers = (number + len(LUX) * k for k in range(1, NEW_SHEETS + 1))
+        parts = [
+            Sums.of(patches, xyz, variance, filters[1])
+            for k in numbers
+            for _, patches, xyz, variance in HeldOut(
+                (_level(sheets, lux, k, device),), *filters
+            ).answers(network)
+        ]
+        rows.append(Sums(*(np.concatenate(values) for values in zip(*parts))).row(lux))
     return rows
+
+
+class Sums(NamedTuple):
+    """Sums over the pixels of each patch that count, (patch,) each. Pixels close to a clipped
+    sample do not count (`measured`), because its electrons are not known.
+    """
+
+    true_y: np.ndarray  # electrons
+    seen_y: np.ndarray  # electrons
+    pixels: np.ndarray
+    stated: np.ndarray  # stated variance over that of a sample
+    squared: np.ndarray  # squared error over the variance of a sample
+
+    @classmethod
+    def of(cls, patches: Batch, xyz: torch.Tensor, variance: torch.Tensor, period: int) -> Sums:
+        """Return the sums of patches.
+
+        Parameters
+        ----------
+        patches : samples and truth.
+        xyz, variance : answer of the network (N, 3, y, x), electrons and their square.
+        period : period of the filter array, pixels.
+        """
+        of = measured(patches, period)
+        stated, squared = normalised(patches, xyz, variance, of)
+        values = (patches.truth[:, 1:2] * of, xyz[:, 1:2] * of, of, stated, squared)
+        return cls(*(value.double().sum((1, 2, 3)).cpu().numpy() for value in values))
+
+    def row(self, lux: float) -> dict[str, Any]:
+        """Return lux, mean_e (mean Y, electrons), mean_error_percent (of the mean Y, as the ratio
+        of the sums over all patches), half_width_percent (of the 95 % interval of this error over
+        patches; one patch with a lamp may hold most of the light), error_in_noise (rms error of X,
+        Y, Z over the standard deviation of a sample), stated_over_true (ratio of variances).
+
+        Parameters
+        ----------
+        lux : mean illuminance of the patches.
+        """
+        true_y = self.true_y.sum()
+        pixels = self.pixels.sum()
+        return {
+            "lux": lux,
+            "mean_e": float(true_y / pixels),
+            "mean_error_percent": float(100 * (self.seen_y.sum() / true_y - 1)),
+            "half_width_percent": 100 * half_width_of_ratio(self.seen_y, self.true_y),
+            "error_in_noise": float(np.sqrt(self.squared.sum() / (3 * pixels))),
+            "stated_over_true": float(self.stated.sum() / self.squared.sum()),
+        }
 
 
 def half_width_of_ratio(seen: np.ndarray, true: np.ndarray) -> float:

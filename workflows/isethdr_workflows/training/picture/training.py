@@ -99,7 +99,9 @@ class Trained:
     settings: Settings
     camera: TrainingCamera
     data: Data
-    pictures: dict[str, HeldOut]  # held-out pictures by source
+    held_out_sheets: dict[str, Sheets]  # sheets of held-out pictures by source
+    brightest_lux: float  # largest illuminance that the camera can measure
+    pictures: dict[str, HeldOut]  # patches that stop the training and calibrate, by source
     progress: Progress
     device: str
 
@@ -139,11 +141,12 @@ def trained(settings: Settings, overrides: Sequence[str], tell: Callable[[str], 
     data = data_of(settings, camera, overrides)
     top_lux = brightest_lux(camera, WAVELENGTH_NM)
     sheets = Sheets(camera, data.training, settings.patch_px, settings.seed, (LUX[0], top_lux))
-    pictures = {
-        source.name: held_out(
-            Sheets(camera, (source,), settings.patch_px, HELD_OUT_SEED), top_lux, device
-        )
+    held_out_sheets = {
+        source.name: Sheets(camera, (source,), settings.patch_px, HELD_OUT_SEED)
         for source in data.held_out
+    }
+    pictures = {
+        name: held_out(sheets_of, top_lux, device) for name, sheets_of in held_out_sheets.items()
     }
     torch.manual_seed(settings.seed)
     network = network_of(camera, settings.network, settings.size, settings.start)
@@ -156,7 +159,9 @@ def trained(settings: Settings, overrides: Sequence[str], tell: Callable[[str], 
         check_roads(folder, settings.dataset, state.get("roads", data.roads), data.roads)
         progress.restore(state)
         tell(f"continues after step {progress.clock.step}")
-    run = Trained(folder, settings, camera, data, pictures, progress, device)
+    run = Trained(
+        folder, settings, camera, data, held_out_sheets, top_lux, pictures, progress, device
+    )
     _loop(run, sheets, recipe, tell)
     return run
 
