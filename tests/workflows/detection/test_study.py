@@ -97,6 +97,9 @@ def test_mistakes_in_settings_are_named():
     for settings in ({"false_alarms": 0.0}, {"order": 9}, {"windows": 1}):
         with pytest.raises(ConfigError, match="expected false alarms a picture above 0"):
             detection(dataset="nowhere", **settings)
+    for override in ("seed=1", "draws=2", "device=B"):
+        with pytest.raises(ConfigError, match=f"{override} has no effect.*type for example lens"):
+            detection(override, dataset="nowhere")
 
 
 def test_an_even_field_has_the_mean_light_of_the_scene():

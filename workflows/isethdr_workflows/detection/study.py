@@ -15,6 +15,7 @@ from isethdr_core.errors import CatalogError, ConfigError
 from isethdr_core.storage.object_home.calls import kept_here
 
 from ..dataset.generate import Generated, generated
+from ..dataset.recipe import node_of
 from ..dataset.record import SceneRecord, read_dataset
 from .exposing import even
 from .frame import CLASSES, SceneObjects, Thing, kind_of, noisier
@@ -52,8 +53,7 @@ from .threads import at_once, threads_of
 OneScene = TypeVar("OneScene", bound=SceneObjects)
 RENDERED = ", rendered without"  # these two texts follow the name of a camera
 NOISIER = ", twice the render noise"
-
-
+OF_REALISATIONS = ("seed", "draws", "device")  # keys of the config that the study does not read
 # lowest level over the lowest factor on the light; objects differ in their own illuminance
 MOST_FACTOR = 10.0
 
@@ -84,7 +84,7 @@ def detection(
     Raises
     ------
     ConfigError : no dataset is named, it has no objects, a camera or the question is unknown, a
-        number is out of its range, or an override asks for other radiance.
+        number is out of its range, or an override asks for other radiance or a noise realisation.
     CatalogError : there is no such dataset.
     """
     asked = question_of(question)
@@ -95,6 +95,7 @@ def detection(
             " isethdr study detection dataset=streets"
         )
     check_same_radiance(overrides)
+    check_read(overrides)
     made = generated(read_dataset(dataset))
     names = camera_names(cameras or asked.cameras)
     settings = (
@@ -110,6 +111,26 @@ def detection(
         print_path(kept_here(title, path), path)
     print_limitations(results)
     return summary(results)
+
+
+def check_read(overrides: Sequence[str]) -> None:
+    """Check that the study reads each key that is overridden.
+
+    Parameters
+    ----------
+    overrides : overrides of all scenes, as typed.
+
+    Raises
+    ------
+    ConfigError : an override sets a key of single noise realisations.
+    """
+    for text in overrides:
+        if node_of(text) in OF_REALISATIONS:
+            raise ConfigError(
+                f"{text} has no effect: the observer uses the statistics of the noise, not a"
+                " realisation; expected overrides of the lighting, lens, cameras or isp; type for"
+                " example lens.f_number=4"
+            )
 
 
 def _added(name: CameraName, asked: Question) -> bool:
