@@ -46,8 +46,8 @@ ORDER = {"": 2, "peer": 3, "view": 3, "default": 4, "now": 4}  # higher numbers 
 WIDTH_IN = 7.0
 DPI = 130
 TOGETHER = 18  # largest distance of dots that share one text, pixels
-DOT = 6  # half of the width that a dot keeps free for itself, pixels
-CLEAR = 16  # the same for texts of other dots
+OWN_TEXT_PX = 6  # smallest distance of a dot from its own text, pixels
+OTHER_TEXT_PX = 16  # smallest distance of a dot from the texts of other dots, pixels
 PANEL_IN = 2.9  # height of a panel; a single panel is 1.3 times as high
 # places of a text at its dot, tried in this order: (right, up) in points, and the alignment
 PLACES = (
@@ -256,7 +256,7 @@ def label(
         occupied = [
             (px - clear, py - clear, px + clear, py + clear)
             for k, (px, py) in enumerate(pixels)
-            for clear in (DOT if k in members else CLEAR,)
+            for clear in (OWN_TEXT_PX if k in members else OTHER_TEXT_PX,)
         ]
         occupied += written
         tried = []

@@ -53,7 +53,8 @@ from .threads import at_once, threads_of
 OneScene = TypeVar("OneScene", bound=SceneObjects)
 RENDERED = ", rendered without"  # these two texts follow the name of a camera
 NOISIER = ", twice the render noise"
-OF_REALISATIONS = ("seed", "draws", "device")  # keys of the config that the study does not read
+# keys of the config that choose noise realisations; the study needs none
+OF_REALISATIONS = ("seed", "draws", "device")
 # lowest level over the lowest factor on the light; objects differ in their own illuminance
 MOST_FACTOR = 10.0
 

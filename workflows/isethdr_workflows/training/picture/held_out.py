@@ -17,7 +17,7 @@ from .networks.picture_network import PictureNetwork, sample_variance
 from .sheets import Sheets
 
 LUX = (0.003, 0.01, 0.03, 0.1, 0.3, 1.0, 3.0, 10.0, 30.0, 100.0)
-NEW_SHEETS = 16  # number of sheets of each illuminance for the card: 256 patches
+NEW_SHEETS = 16  # number of sheets at each illuminance for the tables of the card
 BINS = 10  # number of bins of the local level, for the calibration
 # number of rounds of the calibration; between its nodes, each round comes closer to the goal
 ROUNDS = 3
@@ -70,19 +70,19 @@ class HeldOut:
     ) -> Iterator[tuple[float, Batch, torch.Tensor, torch.Tensor]]:
         """Yield illuminance, patches, and the XYZ and variance that a network returns for them."""
         for lux, patches in self.levels:
-            parts = [network(p.raw, p.noise, self.masks, p.valid) for p in halves(patches)]
+            parts = [network(p.raw, p.noise, self.masks, p.valid) for p in groups(patches)]
             xyz, variance = (torch.cat([part[k] for part in parts]) for k in (0, 1))
             yield lux, patches, xyz, variance
 
 
-def halves(patches: Batch) -> list[Batch]:
+def groups(patches: Batch) -> list[Batch]:
     """Return patches in groups that fit into memory."""
     return [Batch(*parts) for parts in zip(*(v.split(4) for v in patches))]
 
 
 def held_out(sheets: Sheets, brightest_lux: float, device: str) -> HeldOut:
-    """Return one sheet of patches for each illuminance that the camera can measure. They decide
-    when a training stops, and calibrate the variance.
+    """Return one sheet of patches for each illuminance that the camera can measure. These
+    patches decide when a training stops, and calibrate the variance.
 
     Parameters
     ----------
@@ -143,7 +143,7 @@ def loss_on(network: PictureNetwork, pictures: HeldOut) -> float:
 
 @torch.no_grad()
 def rows_of(network: PictureNetwork, pictures: HeldOut) -> list[dict[str, Any]]:
-    """Return the row of each illuminance (`Sums.row`).
+    """Return the results at each illuminance, one row each, as `Sums.row` returns them.
 
     Parameters
     ----------
@@ -160,8 +160,8 @@ def rows_of(network: PictureNetwork, pictures: HeldOut) -> list[dict[str, Any]]:
 def rows_of_new_sheets(
     network: PictureNetwork, sheets: Sheets, brightest_lux: float, device: str
 ) -> list[dict[str, Any]]:
-    """Return the row of each illuminance (`Sums.row`), from sheets that neither stopped the
-    training nor calibrated the variance.
+    """Return the results at each illuminance, one row each, as `Sums.row` returns them. They are
+    of sheets that neither stopped the training nor calibrated the variance.
 
     Parameters
     ----------
@@ -173,7 +173,7 @@ def rows_of_new_sheets(
     filters = _filters(sheets, device)
     rows = []
     for number, lux in enumerate(_measurable(brightest_lux)):
-        # sheets 0 to len(LUX) - 1 are those of `held_out`
+        # `held_out` uses the sheets with numbers 0 to len(LUX) - 1; these begin after them
         numbers = (number + len(LUX) * k for k in range(1, NEW_SHEETS + 1))
         parts = [
             Sums.of(patches, xyz, variance, filters[1])
