@@ -11,6 +11,7 @@ import numpy as np
 from isethdr_core import ledger
 from isethdr_core.demand import Demand
 from isethdr_core.errors import ConfigError, did_you_mean
+from isethdr_core.pipeline.runtime_estimate import relative_speed
 from isethdr_core.plugins.accuracy_knobs import AccuracyKnob, Cost
 from isethdr_core.plugins.ranges import Range, Seed, Wavelength, check_ranges
 from isethdr_core.runs.processor import processors
@@ -35,9 +36,9 @@ ERROR_ALLOWED = 0.1
 LEAST_SAMPLES = 16  # smallest number of samples per tile from which noise can be estimated
 SCALAR = "scalar_spectral"
 # Run time of a night drive: CPU time of a tile, us, for the pilot pass and for further paths, and
-# seconds for compiling and for the tables of the scene. Two machines of two cores needed 630 and
-# 930 us and 25 and 80 s; stored renderings correct the estimate
-# (isethdr_core.pipeline.runtime_estimate).
+# seconds for compiling and for the tables of the scene. They hold for a processor with a
+# `relative_speed` of 1. Two such machines of two cores needed 630 and 930 us and 25 and 80 s; stored
+# renderings correct the estimate (isethdr_core.pipeline.runtime_estimate).
 PILOT_US = 190.0
 NEED_US = 610.0  # with a share of `NEED_SHARE`
 NEED_SHARE = 0.6
@@ -217,7 +218,8 @@ class MitsubaRenderer:
         if share is None or self.variant == "scalar":
             return None
         us = PILOT_US + NEED_US * (NEED_SHARE / share) ** 2
-        return WORLD_S + 1e-6 * us * frame.rows * frame.columns / processors()
+        seconds = WORLD_S + 1e-6 * us * frame.rows * frame.columns / processors()
+        return seconds / relative_speed()
 
     def memory_bytes(self, frame: Frame) -> float:
         """Return the estimated peak memory of a rendering of a few light groups, bytes."""

@@ -11,7 +11,8 @@ without a stored run gets no estimate.
 A lens may estimate its own time (`EstimatesImaging`): this estimate is corrected by the ratio of
 measured to estimated time in stored runs. A renderer may estimate its time, too
 (`EstimatesRendering`): the estimate is corrected by the stored rendering of the most similar size,
-of any scene. Sub-frames of a shot that moves are made and imaged one by one.
+of any scene. Both are sums of measured constants, and are divided by the speed of this processor
+(`relative_speed`). Sub-frames of a shot that moves are made and imaged one by one.
 
 | file             | content                                                         |
 |------------------|-----------------------------------------------------------------|
@@ -20,9 +21,11 @@ of any scene. Sub-frames of a shot that moves are made and imaged one by one.
 | `records`        | stored runs, and the record that is most similar to a stage     |
 | `work`           | the work of a stage relative to that in a stored run            |
 | `rendering`      | the work of a rendering relative to that of a stored scene      |
+| `machine_speed`  | speed of this processor, for estimates from measured constants  |
 """
 
 from .expected_times import IMAGING, elapsed_s, expected_s, imaging_s
+from .machine_speed import relative_speed
 from .records import LOADING_S, OTHER_SETTINGS, newest
 from .stages import stages
 from .work import PIXELS, pixel_bytes, size
@@ -37,6 +40,7 @@ __all__ = [
     "imaging_s",
     "newest",
     "pixel_bytes",
+    "relative_speed",
     "size",
     "stages",
 ]

@@ -2,7 +2,8 @@
 
 It is the sum of measured costs: kernels that are not stored, their transforms, the kernels of field
 points if the point spread varies, convolutions, ghosts in a typical night scene, and finer lattices
-for light next to lamps. A wider exact core for such light depends on the light and is not included.
+for light next to lamps. The sum is divided by the speed of this processor. A wider exact core for
+light next to lamps depends on the light and is not included.
 """
 
 from __future__ import annotations
@@ -13,6 +14,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from isethdr_core.pipeline.memory import Frame
+from isethdr_core.pipeline.runtime_estimate import relative_speed
 
 from ..abilities import TracesColour
 from ..field.field_work import field_work
@@ -85,7 +87,7 @@ def expected_s(lens: LensOptics, flares: Sequence[Flare], frame: Frame) -> float
         if isinstance(flare, GhostFlare):
             seconds += ghost_seconds(flare, lens, wave, float(corner))
     # the elapsed time of two threads on two cores is 0.65 to 0.77 of the CPU seconds
-    return float(seconds / min(cpus(), MOST_THREADS) ** 0.5)
+    return float(seconds / min(cpus(), MOST_THREADS) ** 0.5 / relative_speed())
 
 
 def _field_s(lens: PupilOptics, flares: Sequence[Flare], frame: Frame, made: bool) -> float:
