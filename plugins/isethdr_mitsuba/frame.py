@@ -323,8 +323,8 @@ def state_rare_light(rounds: Rounds) -> None:
         most = int(np.argmax(moved.light))
         ledger.left_out(
             "the place of the light of rare bright paths",
-            f"found once in {moved.tiles.sum()} tiles, it is distributed over the tiles around"
-            f" them; at most {moved.light[most]:.1%} of a light group"
+            f"found in {moved.tiles.sum()} tiles, it is distributed over the tiles around them; at"
+            f" most {moved.light[most]:.1%} of a light group"
             f" ({rounds.paths.lamps.groups[most]})",
             moved.most,
             "times the noise of the cameras",

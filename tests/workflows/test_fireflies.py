@@ -7,16 +7,7 @@ import pytest
 
 pytest.importorskip("mitsuba")
 
-from isethdr_measured.fireflies import Rendered, median_around, standing_out
-
-
-def test_the_median_is_that_of_the_same_instance():
-    values = np.ones((5, 8))
-    instance = np.zeros((5, 8), int)
-    values[:, 4:] = 100.0
-    instance[:, 4:] = 1
-    found = median_around(values, instance)
-    assert (found[:, :4] == 1.0).all() and (found[:, 4:] == 100.0).all()
+from isethdr_measured.fireflies import Rendered, standing_out
 
 
 def test_a_tile_stands_out_by_eight_times_and_by_five_sigma():

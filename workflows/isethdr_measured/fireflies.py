@@ -14,6 +14,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
+from isethdr_mitsuba.paths.by_need.fireflies import median_around
 from isethdr_mitsuba.paths.by_need.rounds import Rounds, render_by_need
 
 from .job_paths import JobPaths, job_paths
@@ -22,7 +23,6 @@ Plane = npt.NDArray[Any]  # (y, x)
 
 TIMES_MEDIAN = 8.0  # least luminance of a tile that stands out, over the median around it
 SIGMAS = 5.0  # least distance from that median, standard deviations of the least noisy camera
-AROUND = 2  # tiles on each side of a tile: 5 x 5 in all
 MORE_PATHS = 10  # paths of the judge, over the largest number that a tile of the rendering may have
 JUDGE_SEED = 77_000
 CONFIRMED = 0.5  # least luminance by the judge, over that of the rendering, of a confirmed tile
@@ -97,25 +97,7 @@ def standing_out(one: Rendered) -> npt.NDArray[np.bool_]:
     """Return a mask (y, x) of the tiles that stand out from the tiles of their instance around
     them.
     """
-    median = median_around(one.luminance, one.instance)
+    rows, columns = (index.ravel() for index in np.indices(one.luminance.shape))
+    median = median_around(one.luminance, one.instance, rows, columns)
+    median = median.reshape(one.luminance.shape)
     return (one.luminance > TIMES_MEDIAN * median) & (one.luminance > median + SIGMAS * one.sigma)
-
-
-def median_around(values: Plane, instance: Plane) -> Plane:
-    """Return the median (y, x) over the tiles of the same instance in 5 x 5 around each tile."""
-    rows, columns = values.shape
-    side = range(2 * AROUND + 1)
-    padded = np.pad(values.astype(float), AROUND, constant_values=np.nan)
-    same = np.pad(instance.astype(np.int64), AROUND, constant_values=-1)
-    around = np.stack(
-        [
-            np.where(
-                same[y : y + rows, x : x + columns] == instance,
-                padded[y : y + rows, x : x + columns],
-                np.nan,
-            )
-            for y in side
-            for x in side
-        ]
-    )
-    return np.asarray(np.nanmedian(around, axis=0))

@@ -16,7 +16,7 @@ import math
 import sys
 import time
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -30,8 +30,10 @@ from ..integrator import Launch, Paths
 from ..passes import Estimate, group_noise, with_known
 from ..work_items import Work, listed_work
 from . import plan
+from .fireflies import move_fireflies
+from .moved_light import CameraNoise, MovedLight
 from .plan import Lot
-from .rare_light import CameraNoise, Moved, move_rare_light
+from .rare_light import move_rare_light
 from .tallies import Neighbours, Tally, path_variance, spread_of_buffers, variance_for_plan
 
 PILOT = 16  # number of paths of the pilot pass per tile, both buffers together
@@ -78,6 +80,7 @@ class Rounds:
     in_field : (rows, columns) slices of the tiles in the camera's field; all by default.
     affordable : smallest share of the needed paths that `most_mean` allowed in a round.
     moved : light of rare bright paths that was moved to other tiles; None before `move_rare_light`.
+    checked : number of tiles that stood out and got further paths (`fireflies`).
     spread : ratio (group, 1, 1) of the variance found from both buffers to that found from their
         batches, before light was moved; None before `move_rare_light`.
     """
@@ -90,7 +93,8 @@ class Rounds:
     most_mean: float = math.inf
     in_field: tuple[slice, slice] = (slice(None), slice(None))
     affordable: float = 1.0
-    moved: Moved | None = None
+    moved: MovedLight | None = None
+    checked: int = 0
     spread: np.ndarray | None = None
     buffers: list[Tally] = field(default_factory=list)
     launches: int = 0
@@ -115,11 +119,9 @@ class Rounds:
             while paths_left.any():
                 now = np.minimum(paths_left, LONGEST)
                 on = np.flatnonzero(paths_left)
-                words = np.random.SeedSequence(self.seed, spawn_key=(self.first, self.launches))
                 work = listed_work(lot.tiles[part][on], now[on], lot.groups[part][on], sky=self.sky)
-                launch = self.paths.record(int(words.generate_state(1)[0]), work)
+                launch = self.paths.record(self._next_seed(), work)
                 self._run(_Running(buffer, work, launch))
-                self.launches += 1
                 paths_left = paths_left - now
 
     def finish(self) -> None:
@@ -245,8 +247,8 @@ class Rounds:
             buffer.light.give_all_weight()
 
     def move_rare_light(self, limit: NoiseLimit, share: float) -> None:
-        """Move the light of rare bright paths to the tiles around them (`rare_light`). No paths may
-        be added after this.
+        """Move the light of rare bright paths to the tiles around them (`rare_light`, `fireflies`).
+        No paths may be added after this.
 
         Parameters
         ----------
@@ -258,7 +260,36 @@ class Rounds:
         # noise in many tiles.
         self.spread = spread_of_buffers(*self.buffers, self._variance_of_batches())
         noise = CameraNoise(weights, limit.xyz[1].reshape(self.instance.shape), share)
-        self.moved = move_rare_light(self.buffers, self.instance, self.near, noise)
+        self.moved = MovedLight(self.buffers, self.instance, noise)
+        move_rare_light(self.moved, self.near)
+        self.checked = move_fireflies(self.moved, self._follow_further)
+
+    def _follow_further(
+        self, tally: Tally, tiles: np.ndarray, positions: np.ndarray, count: int
+    ) -> None:
+        """Follow paths that count in no buffer.
+
+        Parameters
+        ----------
+        tally : gets the light of the paths.
+        tiles : numbers of the tiles of `tally`, sorted.
+        positions : positions in `tally` of the tiles through which paths go.
+        count : number of paths through each tile.
+        """
+        for start in range(0, len(positions), LARGEST_LIST):
+            some = tiles[positions[start : start + LARGEST_LIST]]
+            every = np.full(len(some), self.paths.all_groups())
+            for done in range(0, count, LONGEST):
+                now = np.full(len(some), min(LONGEST, count - done))
+                work = listed_work(some, now, every, sky=self.sky)
+                found = self.paths.launch(self._next_seed(), work)
+                tally.add(replace(work, tiles=np.searchsorted(tiles, work.tiles)), found)
+
+    def _next_seed(self) -> int:
+        """Return the seed of the next launch."""
+        words = np.random.SeedSequence(self.seed, spawn_key=(self.first, self.launches))
+        self.launches += 1
+        return int(words.generate_state(1)[0])
 
     def radiance(self) -> np.ndarray:
         """Return radiance (group, band, tile), float64: the mean of the means of both buffers."""

@@ -88,6 +88,13 @@ class Tally:
         """Return X, Y and Z (group, 3, tile), cd/m2."""
         return self.light.mean_xyz()
 
+    def own_variance(self) -> np.ndarray:
+        """Return the variance (group, 3, tile) of X, Y and Z of single paths, (cd/m2)^2, from the
+        batches of each tile alone.
+        """
+        squares = self.squares - self.xyz**2 / np.maximum(self.paths, 1)[:, None]
+        return np.maximum(squares, 0) / np.maximum(self.batches - 1, 1)[:, None]
+
 
 class Neighbours:
     """Sums over the neighbours of a tile that show the same object as the tile."""

@@ -69,15 +69,16 @@ def add_path(tally, tile, luminance):
 
 
 def moved(tallies, instance, noise=None):
-    from isethdr_mitsuba.paths.by_need.rare_light import CameraNoise, move_rare_light
+    from isethdr_mitsuba.paths.by_need.moved_light import CameraNoise, MovedLight
+    from isethdr_mitsuba.paths.by_need.rare_light import move_rare_light
     from isethdr_mitsuba.paths.by_need.tallies import Neighbours
 
     noise = np.full(SHAPE, NOISE) if noise is None else noise
     for tally in tallies:
         tally.light.give_all_weight()
-    return move_rare_light(
-        tallies, instance, Neighbours(instance), CameraNoise([1.0], noise, SHARE)
-    )
+    found = MovedLight(tallies, instance, CameraNoise([1.0], noise, SHARE))
+    move_rare_light(found, Neighbours(instance))
+    return found
 
 
 def light(tallies):
@@ -230,13 +231,13 @@ def test_the_noise_around_tiles_that_lost_all_light_is_known(instance, kept):
     remaining paths stays, and is shared with the tiles around: the sum of squares over all tiles is
     that of the tile, weighted with the batches of the neighbours.
     """
-    from isethdr_mitsuba.paths.by_need.rare_light import take
+    from isethdr_mitsuba.paths.by_need.moved_light import Stays, take
     from isethdr_mitsuba.paths.by_need.tallies import PRIOR, Neighbours, path_variance
 
     tallies = buffers(np.random.default_rng(9), 0.0, 0.0)
     add_path(tallies[0], TILE, 3000.0)
     assumed = 70.0
-    take(tallies[0], 0, TILE, kept, np.full(3, assumed))
+    take(tallies[0], 0, TILE, Stays(kept, np.full(3, assumed)))
     assert sum(t.xyz for t in tallies).max() <= 3001 * kept
     found = path_variance(tallies, Neighbours(instance))[0, 1]
     assert np.isfinite(found).all()
