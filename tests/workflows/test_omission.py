@@ -7,7 +7,16 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from isethdr_measured.omission import omission
-from isethdr_measured.omission.cases import CASES, CHART, PICTURE, SHARP, TILES, Case, only
+from isethdr_measured.omission.cases import (
+    BY_GROUP,
+    CASES,
+    CHART,
+    PICTURE,
+    SHARP,
+    TILES,
+    Case,
+    only,
+)
 from isethdr_measured.omission.compare import NOISE_SD, compared, largest
 from isethdr_optics.psf import error_parts
 
@@ -84,7 +93,7 @@ def test_every_rendered_case_agrees_on_few_paths(name):
     """
     few = Case(
         (
-            *(o for o in CASES[name].overrides if o not in TILES),
+            *(o for o in CASES[name].overrides if o not in (*TILES, *BY_GROUP)),
             "renderer.width=64",
             "renderer.height=36",
             "renderer.noise_share_allowed=null",

@@ -19,7 +19,7 @@ from isethdr_core.pipeline.chain import chain, plan
 from isethdr_core.runs import radiance_cache
 from isethdr_core.runs import run as runs
 
-from .cases import CHART, CLEAN, SHARP, TILES
+from .cases import BY_GROUP, CHART, CLEAN, SHARP, TILES
 
 if TYPE_CHECKING:
     from omegaconf import DictConfig
@@ -190,7 +190,7 @@ def warmed(rendered: Any = ()) -> None:
             )
         )
     for case in rendered:
-        settings = [o for o in case.overrides if o not in (*SHARP, *TILES)]
+        settings = [o for o in case.overrides if o not in (*SHARP, *TILES, *BY_GROUP)]
         for more in ([], ["leave_out=false"]):
             with empty_home():
                 run(
