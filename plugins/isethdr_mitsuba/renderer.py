@@ -11,7 +11,7 @@ import numpy as np
 from isethdr_core import ledger
 from isethdr_core.demand import Demand
 from isethdr_core.errors import ConfigError, did_you_mean
-from isethdr_core.pipeline.runtime_estimate import relative_speed
+from isethdr_core.pipeline.runtime_estimate.machine_speed import relative_speed
 from isethdr_core.plugins.accuracy_knobs import AccuracyKnob, Cost
 from isethdr_core.plugins.ranges import Range, Seed, Wavelength, check_ranges
 from isethdr_core.runs.processor import processors

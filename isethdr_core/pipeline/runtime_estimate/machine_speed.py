@@ -13,6 +13,8 @@ from time import thread_time
 
 import numpy as np
 
+__all__ = ["relative_speed"]
+
 SIDE = 256  # of the transformed square
 LENGTH = 1 << 18  # of the other arrays
 REPEATS = 7  # the fastest counts: the first fill caches, and other processes delay some
@@ -28,7 +30,10 @@ SUMS_S = 2.6e-3
 def relative_speed() -> float:
     """Return the speed of this processor, relative to that on which constants were measured.
 
-    It is the geometric mean over three tasks that are typical of the work: a Fourier transform,
+    A component that estimates its time multiplies the seconds that it measured by the speed of the
+    processor on which it measured them, and divides its estimate by that of the present one.
+
+    The speed is the geometric mean over three tasks that are typical of the work: a Fourier transform,
     reads at random places, and running sums. Measuring takes some milliseconds, once per process.
     It is repeatable within about 10 %.
     """

@@ -120,7 +120,10 @@ class EstimatesImaging(Protocol):
     """A lens that can estimate the time for the light of a frame."""
 
     def expected_s(self, frame: Frame, flares: Sequence[Flare], /) -> float | None:
-        """Return seconds, given the kept results of earlier runs; None without an estimate."""
+        """Return seconds, given the kept results of earlier runs; None without an estimate.
+
+        `isethdr_core.pipeline.runtime_estimate.machine_speed` tells how fast this processor is.
+        """
         ...
 
 

@@ -147,6 +147,8 @@ class EstimatesRendering(Protocol):
     def rendering_s(self, frame: Frame, groups: int | None, /) -> float | None:
         """Return seconds; None without an estimate.
 
+        `isethdr_core.pipeline.runtime_estimate.machine_speed` tells how fast this processor is.
+
         Parameters
         ----------
         frame : tiles and bands that will be rendered.

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from isethdr_core.pipeline.memory import Frame
-from isethdr_core.pipeline.runtime_estimate import relative_speed
+from isethdr_core.pipeline.runtime_estimate.machine_speed import relative_speed
 
 from ..abilities import TracesColour
 from ..field.field_work import field_work
