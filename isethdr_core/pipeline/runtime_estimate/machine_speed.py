@@ -12,6 +12,7 @@ from functools import cache
 from time import thread_time
 
 import numpy as np
+import scipy
 
 __all__ = ["relative_speed"]
 
@@ -33,18 +34,16 @@ def relative_speed() -> float:
     A component that estimates its time multiplies the seconds that it measured by the speed of the
     processor on which it measured them, and divides its estimate by that of the present one.
 
-    The speed is the geometric mean over three tasks that are typical of the work: a Fourier transform,
-    reads at random places, and running sums. Measuring takes some milliseconds, once per process.
-    It is repeatable within about 10 %.
+    The speed is the geometric mean over three tasks that are typical of the work: a Fourier
+    transform, reads at random places, and running sums. Measuring takes 15 ms, once per process. It
+    is repeatable within about 10 %.
     """
-    from scipy import fft
-
     random = np.random.default_rng(0)
     square = random.standard_normal((SIDE, SIDE)).astype(np.complex64)
     values = random.standard_normal(LENGTH)
     places = random.permutation(LENGTH)
     ratios = [
-        TRANSFORM_S / _shortest_s(lambda: fft.fft2(square)),
+        TRANSFORM_S / _shortest_s(lambda: scipy.fft.fft2(square)),
         GATHER_S / _shortest_s(lambda: values[places]),
         SUMS_S / _shortest_s(lambda: np.cumsum(values)),
     ]

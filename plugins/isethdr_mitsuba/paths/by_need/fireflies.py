@@ -26,8 +26,8 @@ AROUND = 2  # number of tiles on each side of a tile: 5 x 5 in all
 # Least luminance by the further paths, as a share of that of the tile, with which the tile stays as
 # it is. Below 0.5 it would count as a firefly; the paths themselves are noisy.
 CONFIRMED = 0.75
-# Further paths of a tile in all, after each step. Most tiles that stand out are bright for all paths,
-# and the first step confirms them.
+# Number of further paths of a tile after each step. Most tiles that stand out are bright for all
+# paths, and the first step confirms them.
 PATHS = (256, 1024, 4096, 16384)
 LEAST = 4096  # least further paths of a tile that is not confirmed: fewer may miss rare light
 SURE = 2.0  # standard errors of the further paths at which a step confirms a tile, or does not

@@ -1,9 +1,10 @@
 """Moved light: light of rare bright paths that goes from single tiles to the tiles around them.
 
-The light of a tile is distributed over the tiles of the same object, in proportion to the noise of
-the cameras and to the room that is left there: what a tile receives stays below that noise. Each light group keeps its light; only its place
-changes. Methods that drop or weigh down such paths lose light (DeCoro, Weyrich, Rusinkiewicz 2010;
-Zirr, Hanika, Dachsbacher 2018).
+The light of a tile is distributed over tiles of the same object, or of any object, in proportion to
+the noise of the cameras and to the room that is left there: all that a tile receives stays below
+half of that noise. Each light group keeps its light; only its place changes. Methods that drop or
+weigh down such paths lose light (DeCoro, Weyrich, Rusinkiewicz 2010; Zirr, Hanika, Dachsbacher
+2018).
 """
 
 from __future__ import annotations
