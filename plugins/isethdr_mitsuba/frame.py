@@ -325,7 +325,8 @@ def state_rare_light(rounds: Rounds) -> None:
             "the place of the light of rare bright paths",
             f"found in {moved.tiles.sum()} tiles, it is distributed over the tiles around them; at"
             f" most {moved.light[most]:.1%} of a light group"
-            f" ({rounds.paths.lamps.groups[most]})",
+            f" ({rounds.paths.lamps.groups[most]}); further paths tested {rounds.checked} bright"
+            " tiles",
             moved.most,
             "times the noise of the cameras",
             key="rare light",
