@@ -387,9 +387,7 @@ PAGES = {
             " the main job, the other two 192 x 108. If paths follow the noise of the cameras"
             " instead, which is the default, those that one light group does not need go to the"
             " others, and the readings differ by the noise of the rendering. The tunnel and the"
-            " five lights need nearly everything. For the five lights the run with omissions does"
-            " more: it knows the noise of the camera, and computes finer kernels beside lamps to"
-            " stay below it.",
+            " five lights need nearly everything.",
             "The ratios depend on the cases, and these were chosen while their ratios were known."
             ' The cases named "mean" ask for four noise realisations that a mean does not need.',
         ),

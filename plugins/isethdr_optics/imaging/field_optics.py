@@ -89,12 +89,16 @@ def field_optics(
     details_of_kernels = []  # of all kernels that are computed; the last entry is used
 
     def make(reach: tuple[int, int]) -> Kernels | None:
+        def request(one: LensOptics) -> KernelRequest:
+            return KernelRequest(one, flares, wavelength_nm, pitch_um, reach)
+
         made_kernels, *details = fine_enough(
-            lambda one: _kernels(KernelRequest(one, flares, wavelength_nm, pitch_um, reach)),
+            lambda one: _kernels(request(one)),
             axis_lens,
             mixed,
             sensor.relative,
             spatial_response,
+            lambda factor: kernel_module.can_be_finer(request(axis_lens), factor),
         )
         details_of_kernels.append(details)
         return made_kernels

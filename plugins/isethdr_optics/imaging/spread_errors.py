@@ -111,6 +111,7 @@ def fine_enough(
     mixed: xr.DataArray,
     relative: float | np.ndarray,
     response: Response | None,
+    can_be_finer: Callable[[float], bool] = lambda factor: True,
 ) -> tuple[Kernels | None, float, PhotoelectronMap | None]:
     """Return (kernels, their `noise_share`, photoelectron map).
 
@@ -125,6 +126,8 @@ def fine_enough(
     relative : relative illumination of the tiles, (y, x) or 1.
     response : `isethdr_core.demand.Response` of the sensors; None: the error that the lens states
         is enough.
+    can_be_finer : function(factor), which tells whether kernels that are not from one pattern would
+        be more accurate with that factor on the allowed error.
     """
     if response is None:
         return make_kernels(lens), 0.0, None
@@ -155,6 +158,8 @@ def fine_enough(
             # stop if the kernels are accurate enough, or if even the finest would not be
             if share <= allowed or ERROR_LEFT_BY_HALVING**2 * share > STATED_OVER_TRUE * allowed:
                 break
+            if not can_be_finer(finer):
+                continue
             finer_kernels = make_kernels(replace(lens, speckle_error=finer * lens.speckle_error))
             if finer_kernels.speckle.max() < best.speckle.max():
                 best = finer_kernels

@@ -22,6 +22,7 @@ from ..field.meridian import ALONG
 from ..flare.ghosts.ghost_flare import GhostFlare, ghost_seconds
 from ..imaging import wing_truncation
 from ..imaging.sensor_plane import without_geometry
+from ..imaging.spread_errors import FINER_FACTORS
 from ..imaging.threads import MOST_THREADS, cpus
 from ..psf import kernels
 
@@ -75,7 +76,13 @@ def expected_s(lens: LensOptics, flares: Sequence[Flare], frame: Frame) -> float
     if made:
         seconds += TRANSFORMED_S * values
         made_s = kernels.expected_s(request)
-        if frame.lamps and sensed and not kernels.from_patterns(request):
+        from_lattices = not kernels.from_patterns(request)
+        if (
+            frame.lamps
+            and sensed
+            and from_lattices
+            and kernels.can_be_finer(request, FINER_FACTORS[-1])
+        ):
             made_s *= LATTICES_BESIDE_LAMPS
         seconds += made_s
     if lens.field_varies:

@@ -171,7 +171,7 @@ def test_a_scene_that_needs_finer_kernels_gets_them():
     request = KernelRequest(street()[0], DIRT, BANDS, (10.0, 10.0), (33, 49))
     usual = replace(made_kernels(request), core_deviation=0.0)  # only rings can be made finer
 
-    def asked_for(lamp, response):
+    def asked_for(lamp, response, can_be_finer=lambda factor: True):
         asked = []
         lens, mixed = street(lamp=lamp)
 
@@ -184,7 +184,7 @@ def test_a_scene_that_needs_finer_kernels_gets_them():
                 deviation=HALF[asked[-1]] * usual.deviation,
             )
 
-        _, share, _ = spread_errors.fine_enough(make, lens, mixed, 1.0, response)
+        _, share, _ = spread_errors.fine_enough(make, lens, mixed, 1.0, response, can_be_finer)
         assert (
             response is None
             or share <= accuracy_shares.KERNELS * response.noise_fraction_allowed
@@ -204,6 +204,9 @@ def test_a_scene_that_needs_finer_kernels_gets_them():
     for allowed, asked in ((share / 2, [1.0, 0.5]), (share / 5, [1.0, 0.25]), (share / 30, [1.0])):
         assert asked_for(1e9, replace(response, noise_fraction_allowed=allowed)) == asked
     assert asked_for(1e9, None) == [1.0]  # no sensor states its noise
+    # no lattice is finer than the one that the kernels came from
+    limited = replace(response, noise_fraction_allowed=share / 5)
+    assert asked_for(1e9, limited, lambda factor: False) == [1.0]
 
 
 @pytest.mark.slow

@@ -96,3 +96,17 @@ def test_what_is_typed_for_less_dirt_is_accepted(monkeypatch):
     fewer = {name.rpartition(".")[2]: float(value.strip(",")) for name, value in told.items()}
     pupil_shapes.check_dirt(lens(4.0), (ApertureFlare(**fewer),))
     assert len(pupil_shapes.terms(lens(4.0), (ApertureFlare(**fewer),))) > 100
+
+
+@pytest.mark.parametrize(
+    ("f_number", "pitch_um", "finer"), [(4.0, 100.0, False), (8.0, 40.0, True)]
+)
+def test_a_lattice_as_fine_as_memory_allows_cannot_be_finer(f_number, pitch_um, finer):
+    request = KernelRequest(
+        DiffractionLimitedLens(f_number=f_number),
+        (ApertureFlare(),),
+        np.array([450.0, 550.0, 650.0]),
+        (pitch_um, pitch_um),
+        (31, 47),
+    )
+    assert kernels.can_be_finer(request, 0.25) is finer

@@ -25,7 +25,7 @@ from .computing import computed
 from .core_size import without_lattices
 from .expected import expected_s, held_bytes
 from .kernel_set import Kernels, Wide, joined
-from .lattices import of_lattices
+from .lattices import can_be_finer, of_lattices
 from .lookup import at_hand, forget, kernels
 from .patterns import from_patterns
 from .wider import fine_rings_fit, wider_cores, with_core
@@ -36,6 +36,7 @@ __all__ = [
     "Kernels",
     "Wide",
     "at_hand",
+    "can_be_finer",
     "computed",
     "expected_s",
     "fine_rings_fit",

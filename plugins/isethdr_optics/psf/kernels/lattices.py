@@ -7,6 +7,7 @@ kernels of small frames are exact cores alone.
 
 from __future__ import annotations
 
+from dataclasses import replace
 from time import perf_counter
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -124,10 +125,39 @@ def shared_lattices(request: KernelRequest) -> list[wings.Lattice]:
     """Return the lattices of `wings.shared` for all bands; none if the pupil has phase or exact
     cores cover the frame.
     """
+    if not _has_shared_lattices(request):
+        return []
+    shortest_nm = float(request.edges_nm[:, 0].min())
+    grid = fine_tiles(request, shortest_nm)
+    return wings.shared(request.lens, request.flares, shortest_nm, grid)
+
+
+def can_be_finer(request: KernelRequest, factor: float) -> bool:
+    """Return whether kernels with a smaller allowed error would come from a finer lattice.
+
+    The memory of a lattice that serves all bands is limited. Where it is as fine as that allows,
+    kernels that are computed again have nearly the same errors.
+
+    Parameters
+    ----------
+    request : the kernels with the error that their lens allows.
+    factor : the smaller error, as a share of that.
+    """
+    if not _has_shared_lattices(request):
+        return True
+    shortest_nm = float(request.edges_nm[:, 0].min())
+    grid = fine_tiles(request, shortest_nm)
+    lens = request.lens
+    finer_lens = replace(lens, speckle_error=factor * lens.speckle_error)
+    usual_um, finer_um = (wings.shared_step_um(x, shortest_nm, grid) for x in (lens, finer_lens))
+    return bool(finer_um < wings.FINEST * usual_um)
+
+
+def _has_shared_lattices(request: KernelRequest) -> bool:
+    """Return whether lattices without phase serve all bands of a request."""
     shortest = request.edges_nm[:, 0]
-    if shortest.min() <= 0 or pupil_phase.has_phase(request.lens, request.flares):
-        return []
-    if all(without_lattices(request, first) for first in shortest):
-        return []
-    grid = fine_tiles(request, float(shortest.min()))
-    return wings.shared(request.lens, request.flares, float(shortest.min()), grid)
+    return (
+        shortest.min() > 0
+        and not pupil_phase.has_phase(request.lens, request.flares)
+        and not all(without_lattices(request, first) for first in shortest)
+    )

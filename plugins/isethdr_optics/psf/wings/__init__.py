@@ -20,7 +20,7 @@ There are always two independent estimates. Half of their difference is stated a
 """
 
 from .band_parts import MOST_PARTS, PHASE_CHANGE, check_delay, parts_of
-from .band_rings import ring, rings
+from .band_rings import FINEST, ring, rings
 from .lattice_size import (
     REFERENCE_NM,
     WRAP,
@@ -30,11 +30,12 @@ from .lattice_size import (
     lattice_bytes,
     samples_of,
 )
-from .patterns import Lattice, own, shared
+from .patterns import Lattice, own, shared, shared_step_um
 from .reading import reads_of
 from .tile_means import tile_sums
 
 __all__ = [
+    "FINEST",
     "MOST_PARTS",
     "PHASE_CHANGE",
     "REFERENCE_NM",
@@ -52,5 +53,6 @@ __all__ = [
     "rings",
     "samples_of",
     "shared",
+    "shared_step_um",
     "tile_sums",
 ]

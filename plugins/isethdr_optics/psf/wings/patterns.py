@@ -67,9 +67,7 @@ def shared(
     grid : tiles of the kernel.
     """
     wave = min(shortest_nm, REFERENCE_NM)
-    fine = max(1.0, DEFAULT_ERROR / lens.speckle_error)
-    size = Size(most_samples(lens, wave, grid, SHARED_SAMPLES), fine=fine, shared=True)
-    step, far, period, cells = sampling(lens, wave, grid, size)
+    step, far, period, cells = _shared_sampling(lens, wave, grid)
     check_pupil(lens, wave, cells, MOST_ACROSS)
     energy = pupil_energy.open_energy_mm2(lens, flares, wave)
     distance = pupil_size.distance_mm(lens)
@@ -87,6 +85,25 @@ def shared(
         values = lattices.lattice_psf(pupil, samples, far, energy, lattices.spline_response)
         out.append(Lattice(values, (step, step), wave, offset))
     return out
+
+
+def shared_step_um(lens: PupilOptics, shortest_nm: float, grid: Grid) -> float:
+    """Return the distance between samples of the lattices that `shared` returns, um.
+
+    Parameters
+    ----------
+    lens, shortest_nm, grid : as in `shared`.
+    """
+    return _shared_sampling(lens, min(shortest_nm, REFERENCE_NM), grid)[0]
+
+
+def _shared_sampling(
+    lens: PupilOptics, wave: float, grid: Grid
+) -> tuple[float, tuple[int, int], tuple[int, int], tuple[float, float]]:
+    """Return the sampling of `shared`, as `lattice_size.sampling` does."""
+    fine = max(1.0, DEFAULT_ERROR / lens.speckle_error)
+    most = most_samples(lens, wave, grid, SHARED_SAMPLES)
+    return sampling(lens, wave, grid, Size(most, fine=fine, shared=True))
 
 
 def own(
