@@ -3,9 +3,8 @@
 Two half buffers show most of them (`rare_light`), but not all: both buffers may have found the rare
 light, or the darker one has too few paths to tell. Tiles that are far brighter than those around
 them therefore get further paths, which count in no buffer. If these find less light, the tile keeps
-what they find, and the rest goes to the tiles around it (`moved_light`), of the same object if it
-has room. The light of each group
-stays the same, because the further paths decide only its place.
+what they find. The rest goes to the tiles around it (`moved_light`), of the same object if that has
+room. The light of each group stays the same, because the further paths decide only its place.
 """
 
 from __future__ import annotations
