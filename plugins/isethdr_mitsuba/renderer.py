@@ -36,9 +36,9 @@ ERROR_ALLOWED = 0.1
 LEAST_SAMPLES = 16  # smallest number of samples per tile from which noise can be estimated
 SCALAR = "scalar_spectral"
 # Run time of a night drive: CPU time of a tile, us, for the pilot pass and for further paths, and
-# seconds for compiling and for the tables of the scene. They hold for a `relative_speed` of 1. Two
-# machines of two cores needed 630 and 930 us and 25 and 80 s. Stored renderings correct the
-# estimate (isethdr_core.pipeline.runtime_estimate).
+# seconds for compiling and for the tables of the scene. All are those of a processor whose
+# `relative_speed` is 1. Two machines of two cores needed 630 and 930 us and 25 and 80 s. Stored
+# renderings correct the estimate (isethdr_core.pipeline.runtime_estimate).
 PILOT_US = 190.0
 NEED_US = 610.0  # with a share of `NEED_SHARE`
 NEED_SHARE = 0.6

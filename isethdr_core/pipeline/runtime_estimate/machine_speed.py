@@ -1,8 +1,8 @@
-"""Machine speed: how fast this processor is, for estimates that are sums of measured seconds.
+"""Machine speed: how fast this processor is, for estimates of run time.
 
-The seconds of a component that is estimated before any stored run are constants times its work. The
-constants were measured on one machine. On a processor that is three times as fast, estimates
-without this factor were three to four times too long.
+Before a run is stored, a component estimates its time from its work and from constants in seconds.
+The constants were measured on one machine. On a processor that is three times as fast, such
+estimates were three to four times too long.
 """
 
 from __future__ import annotations
@@ -29,7 +29,8 @@ SUMS_S = 2.6e-3
 
 @cache
 def relative_speed() -> float:
-    """Return the speed of this processor, relative to that on which constants were measured.
+    """Return the speed of this processor over that of the processor on which the constants of the
+    lenses and of the renderer were measured.
 
     A component that estimates its time multiplies the seconds that it measured by the speed of the
     processor on which it measured them, and divides its estimate by that of the present one.

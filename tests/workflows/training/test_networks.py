@@ -203,7 +203,7 @@ def test_the_card_measures_on_patches_that_no_check_and_no_calibration_saw(camer
     parts = [replace(sheets, lux=(0.01, 0.01)).sheet(number) for number in numbers]
     truth = np.concatenate([part.truth[:, 1] for part in parts])
     assert len(truth) == 256
-    # no pixel is clipped in so little light, so that each counts
+    # at this illuminance no sample is clipped, so that all pixels count
     assert rows[1]["mean_e"] == pytest.approx(float(truth.mean(dtype=float)), rel=1e-6)
     checked = run.judge.levels[1].patches.truth[:, 1].numpy()
     assert not any(np.array_equal(one, other) for one in truth for other in checked)

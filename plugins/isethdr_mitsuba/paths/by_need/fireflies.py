@@ -25,8 +25,8 @@ AROUND = 2  # number of tiles on each side of a tile: 5 x 5 in all
 # Least luminance by the further paths, as a share of that of the tile, with which the tile stays as
 # it is. Below 0.5 it would count as a firefly; the paths themselves are noisy.
 CONFIRMED = 0.75
-# Number of further paths of a tile after each step. Most tiles that stand out are bright for all
-# paths, and the first step confirms them.
+# Number of further paths of a tile after each step. Most tiles that stand out are really bright,
+# and the first step confirms them.
 PATHS = (256, 1024, 4096, 16384)
 LEAST = 4096  # least further paths of a tile that is not confirmed: fewer may miss rare light
 SURE = 2.0  # standard errors of the further paths at which a step confirms a tile, or does not
@@ -89,7 +89,9 @@ def _keep_found(moved: MovedLight, tile: int, further: Tally, position: int) -> 
             luminance = tally.light.xyz[g, 1, tile]
             if weight > 0 and luminance > mean[g]:
                 stays = Stays(mean[g] / luminance, variance[g])
-                any(moved.move(buffer, g, tile, stays, region) for region in REGIONS)
+                for region in REGIONS:
+                    if moved.move(buffer, g, tile, stays, region):
+                        break
 
 
 def stands_out(luminance: np.ndarray, instance: np.ndarray, sigma: np.ndarray) -> np.ndarray:
@@ -115,7 +117,8 @@ def stands_out(luminance: np.ndarray, instance: np.ndarray, sigma: np.ndarray) -
 def median_around(
     values: np.ndarray, instance: np.ndarray, rows: np.ndarray, columns: np.ndarray
 ) -> np.ndarray:
-    """Return the median (tile,) over the tiles of the same object in 5 x 5 around some tiles.
+    """Return the median around each of some tiles (tile,): that of the tiles of the same object
+    among the 5 x 5 tiles around it.
 
     Parameters
     ----------

@@ -267,7 +267,7 @@ class Rounds:
     def _follow_further(
         self, tally: Tally, tiles: np.ndarray, positions: np.ndarray, count: int
     ) -> None:
-        """Follow paths that count in no buffer.
+        """Follow further paths through some tiles. Their light is added to neither half buffer.
 
         Parameters
         ----------

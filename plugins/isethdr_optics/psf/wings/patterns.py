@@ -100,7 +100,9 @@ def shared_step_um(lens: PupilOptics, shortest_nm: float, grid: Grid) -> float:
 def _shared_sampling(
     lens: PupilOptics, wave: float, grid: Grid
 ) -> tuple[float, tuple[int, int], tuple[int, int], tuple[float, float]]:
-    """Return the sampling of `shared`, as `lattice_size.sampling` does."""
+    """Return step, extent, period and pupil cells of the lattices that `shared` makes, in the form
+    of `lattice_size.sampling`.
+    """
     fine = max(1.0, DEFAULT_ERROR / lens.speckle_error)
     most = most_samples(lens, wave, grid, SHARED_SAMPLES)
     return sampling(lens, wave, grid, Size(most, fine=fine, shared=True))

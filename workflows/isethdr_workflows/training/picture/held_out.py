@@ -199,7 +199,7 @@ class Sums(NamedTuple):
 
     @classmethod
     def of(cls, patches: Batch, xyz: torch.Tensor, variance: torch.Tensor, period: int) -> Sums:
-        """Return the sums of patches.
+        """Return the sums over the pixels of each patch.
 
         Parameters
         ----------
