@@ -5,14 +5,16 @@ The error estimates ("machinery") are the ledger rows `draws`, `scores` and `pic
 one noise realisation, without intervals of scores and without stated errors of pictures would not
 need them. The first realisation, its scores and the reference pictures belong to the run itself.
 
-The radiance is read from its store, or rendered first. Kernels of the lens are read from disk, or
-made. The noise has a new seed, so that no later result is found in a store. Run:
+Cameras run one after another on one thread, because rows that run at the same time cannot be timed
+apart. The radiance is read from its store, or rendered first. Kernels of the lens are read from
+disk, or made. The noise has a new seed, so that no later result is found in a store. Run:
 
     python benchmarks/truth_machinery.py [overrides of the config]
 """
 
 from __future__ import annotations
 
+import os
 import random
 import sys
 import time
@@ -71,6 +73,7 @@ class Clock:
 
 def main() -> None:
     """Run the main job with the overrides of the command line, and print its shares."""
+    os.environ["OMP_NUM_THREADS"] = "1"
     import isethdr_core as hdr
     from isethdr_core.storage import store
     from isethdr_core.uncertainty import ledger

@@ -16,11 +16,13 @@ class Column:
     digits : significant digits of its numbers.
     error : name of the column with their standard error. Numbers are rounded to the second digit of
         the error.
+    shown : whether the page shows the column.
     """
 
     heading: str = ""
     digits: int = 4
     error: str = ""
+    shown: bool = True
 
 
 @dataclass(frozen=True)
@@ -50,6 +52,122 @@ class Page:
     is_stored: bool = False
     makes: str = ""
     columns: Mapping[str, Column] = field(default_factory=dict)
+
+
+def accuracy_of(stage: str) -> str:
+    """Return the command that measures one stage and draws its diagram."""
+    return f"python -m isethdr_measured accuracy stage={stage} pictures=docs/images"
+
+
+# commands of the stages, and the paragraphs below each table
+ACCURACY = {
+    accuracy_of("transport"): (
+        "![Paths](../images/accuracy_transport.png)",
+        "A night drive of 96 x 54 tiles, without the time to build the scene. The error is the"
+        " relative error of a tile below which half of the light of a group lies. The seconds of a"
+        " group are those of the passes that it was part of, together with other groups. Tiles"
+        " that show a lamp or the sky itself are left out, because they need no paths. The"
+        " reference has 2048 paths with other random numbers; errors near the dotted line are"
+        " those of the reference. Four times the paths halve the error, as for random errors. `to"
+        " a noise of 0.1` is `renderer.error_allowed=0.1`, the default for cameras without noise;"
+        " otherwise the noise of the cameras decides ([renderer](../explanation/renderer.md)).",
+    ),
+    accuracy_of("denoise"): (
+        "![Denoised](../images/accuracy_denoise.png)",
+        "![8 paths as they are, and denoised](../images/accuracy_preview.png)",
+        "`isethdr_core/display/preview.py` averages similar tiles of each group, by the stated"
+        " noise of the renderer and by instance, normal and distance (Rousselle, Knaus, Zwicker"
+        " 2012). It is for display only: it gives X, Y and Z, not light for a lens or a store."
+        " `isethdr study preview` shows a scene with it (picture: 8 samples, 192 x 108 tiles with"
+        " overscan). The rows of denoised light say how many paths have the same error without"
+        " denoising. It is worth most for the light of the sky, and nothing for street lamps. It"
+        " loses a little light where few paths meet lamps, because rare bright paths are treated"
+        " as outliers. The common rule is non-local means of the logarithm with one noise for the"
+        " whole picture (scikit-image); with 24 or more paths it makes the light of headlights and"
+        " street lamps worse than it was.",
+    ),
+    accuracy_of("bands"): (
+        "![Bands](../images/accuracy_bands.png)",
+        "64 x 36 tiles, the electrons of a Bayer camera, median over pixels. The reference has"
+        " bands of 2 nm and the same paths. Bands cost the renderer little, because all bands"
+        " share the paths. Memory and the lens pay for bands"
+        " ([omission](../explanation/omission.md)).",
+    ),
+    accuracy_of("stored"): (
+        "![Bits kept](../images/accuracy_stored.png)",
+        "Each bit of the mantissa halves the largest error. The reference is what was stored.",
+    ),
+    accuracy_of("psf"): (
+        "![Sub-bands and reach of a point spread](../images/accuracy_psf.png)",
+        "A clean round stop at f/4, a band of 30 nm, tiles of 3.75 um. The reference is Airy's"
+        " formula with 24 x 24 points a tile and 48 wavelengths, extrapolated. Numbers in the left"
+        " diagram are wavelengths per band. A single wavelength, as in other simulators, misplaces"
+        " 26 times as much light as the choice of the lens, whose error is that of the reference."
+        " Kernels that end at three tiles lose 2 % of the light.",
+    ),
+    accuracy_of("field"): (
+        "![Field points](../images/accuracy_field.png)",
+        "Coma and astigmatism of 0.13 um rms at the corner, 21 x 29 tiles, light over three"
+        " decades; kernels made anew. The reference has one point spread per tile and direct sums;"
+        " kernels themselves are the same on both sides. The error falls with the square of the"
+        " distance between field points. `nearest` gives each tile the point spread of the nearest"
+        " field point, without interpolation, and is 3 to 8 times as wrong. The lens reaches less"
+        " than the error allowed, because it counts the worst position between field points and"
+        " not the mean.",
+    ),
+    accuracy_of("ghosts"): (
+        "![Ghosts](../images/accuracy_ghosts.png)",
+        "A bare Cooke triplet at f/6 with a lamp 6 degrees off the axis. Errors are in blocks of 8"
+        " tiles, over the light of the lamp's image; ghosts are 1.5 % of it. The reference is made"
+        " of random photons, 8 x 16384 for each pair of surfaces. All 15 pairs matter in bare"
+        " glass. Rays are cheap: 16 x 16 per beam leave 2 % of the light of the ghosts wrong."
+        " Uniform discs by matrices, as in real-time rendering (Lee and Eisemann 2013), misplace"
+        " two thirds of it.",
+    ),
+    accuracy_of("basis"): (
+        "![Functionals of the spectrum](../images/accuracy_basis.png)",
+        "48 x 64 tiles without aberrations. The reference are long double sums at 200 tiles. The"
+        " fewest functionals are already 300 times better than the smallest error that was tried,"
+        " 0.01, and so is imaging band by band. For the seconds of full frames see [lens"
+        " speed](lens_speed.md).",
+    ),
+    accuracy_of("aberrated"): (
+        "![The same through an aberrated pupil](../images/accuracy_aberrated.png)",
+        "The same with 135 x 240 tiles and a wavefront of 0.073 um rms.",
+    ),
+    accuracy_of("convolve"): (
+        "![Convolution](../images/accuracy_convolve.png)",
+        "Lamps are 1e8 times as bright as the background. The reference are long double sums."
+        " Circular transforms with the size of the frame, as in other simulators, have errors of 8"
+        " times the pixel beside the lamps. A larger allowed error does not make isethdr's"
+        " convolution cheaper, because few pixels need a direct sum.",
+    ),
+    accuracy_of("dynamics"): (
+        "![Pixel dynamics](../images/accuracy_dynamics.png)",
+        "A pixel that overflows, against its closed form in 60 digits. The closed form is exact"
+        " and cheapest. Runge-Kutta fails up to 128 steps.",
+    ),
+    accuracy_of("demosaic"): (
+        "![Demosaic](../images/accuracy_demosaic.png)",
+        "Stripes that grow finer, 100 cd/m2, 77000 pixels, against the picture without noise and"
+        " with every colour in every pixel. `default` is the method that the default camera of the"
+        " main job would choose (`isp.demosaic=automatic`). On the arrays with white pixels no"
+        " method is better than `learned`; on the plain array `menon` is better for these"
+        " stripes.",
+    ),
+    accuracy_of("merge"): (
+        "![Merge rules](../images/accuracy_merge.png)",
+        "The error is that above the best rule at each level of light, whose own error is 0.35 %."
+        " Weights by the inverse variance are best, and `hard_switch` is equal within that error"
+        " at half of the seconds. The others lose 60 % and more.",
+    ),
+    accuracy_of("metrics"): (
+        "![Noise realisations](../images/accuracy_metrics.png)",
+        "The scatter of a score, over that of one noise realisation. It falls with the root of the"
+        " number of realisations (`draws`), and the time rises in proportion. Other simulators use"
+        " one. The reference is the mean of the others of 96 realisations.",
+    ),
+}
 
 
 # commands of the figures of the paper, and the paragraphs below each table
@@ -134,11 +252,23 @@ PAGES = {
     ),
     "accuracy": Page(
         "Error against run time of each stage",
-        "One row for each setting of a stage. `mark` is `default` for the default setting and"
-        " `peer` for the rule of other simulators. `front` marks settings that no other setting"
-        " beats in both error and time.",
-        ("python -m isethdr_measured accuracy pictures=docs/images",),
-        "hours",
+        "One row for each setting of a stage. `mark` is `default` for the default setting, `peer`"
+        " for the rule of other simulators, and `view` for what is made for display only. `front`"
+        " marks settings that no other setting beats in both error and time. Seconds are CPU"
+        " seconds, the cheapest of up to eight calls; they differ by up to 1.5 times from one run"
+        " to the next. Each diagram shows error and CPU seconds on logarithmic axes."
+        " [Accuracy](../explanation/accuracy.md) explains how errors are stated.",
+        tuple(ACCURACY),
+        "4 minutes",
+        below=ACCURACY,
+        columns={
+            "error": Column(digits=2),
+            "error_of": Column(shown=False),
+            "cpu_s": Column("CPU s", 2),
+            "peak_mb": Column("peak MB", 2),
+            "reference": Column(shown=False),
+            "reference_error": Column("error of the reference", 2),
+        },
     ),
     "budget": Page(
         "The allowed error: kept, and what it costs",

@@ -112,6 +112,7 @@ def page_text(name: str, page: Page) -> str:
         parts.append(textwrap.fill(when, 100))
         for command in page.commands:
             parts += [f"## `{command}`", result_of(command, page.columns)]
+            parts += [filled(paragraph) for paragraph in page.below.get(command, ())]
     parts += [filled(note) for note in page.notes]
     return "\n\n".join(parts) + "\n"
 
@@ -251,10 +252,11 @@ def markdown(rows: list[dict[str, str]], shown: Mapping[str, Column]) -> str:
     rows : rows of one command, all with the same columns.
     shown : formats of columns, by name.
     """
-    headings = [shown.get(name, Column()).heading or name for name in rows[0]]
+    names = [name for name in rows[0] if shown.get(name, Column()).shown]
+    headings = [shown.get(name, Column()).heading or name for name in names]
     lines = [f"| {' | '.join(headings)} |", "|" + "---|" * len(headings)]
     for row in rows:
-        plain = [FOLDERS.sub("", short(row, name, shown.get(name, Column()))) for name in row]
+        plain = [FOLDERS.sub("", short(row, name, shown.get(name, Column()))) for name in names]
         cells = [value.replace("|", "\\|").replace("\n", " ") for value in plain]
         lines.append(f"| {' | '.join(cells)} |")
     return "\n".join(lines)

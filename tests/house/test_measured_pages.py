@@ -73,6 +73,12 @@ def test_a_stored_measurement_is_read_as_it_was_written(tmp_path, monkeypatch):
     ]
 
 
+def test_a_page_shows_only_the_columns_meant_for_it():
+    shown = {"b": pages.Column(shown=False), "c": pages.Column("third", 2)}
+    rows = [{"a": "1", "b": "2", "c": "3.456"}]
+    assert pages.markdown(rows, shown) == "| a | third |\n|---|---|\n| 1 | 3.5 |"
+
+
 def test_a_number_has_no_digits_below_those_of_its_error():
     shown = {"bias": pages.Column("bias, %", error="error"), "error": pages.Column(digits=2)}
     rows = [{"bias": "-0.7321", "error": "16.993", "count": "12"}, {"bias": "1.26", "error": "nan"}]

@@ -51,6 +51,12 @@ def test_errors_that_are_unknown_or_infinite_can_be_drawn(tmp_path, errors):
         assert picture.width == round(WIDTH_IN * DPI)
 
 
+def test_a_reference_error_that_numpy_computed_is_drawn(tmp_path):
+    points = [Point("a", 0.1, 1.0), Point("b", 0.01, 2.0)]
+    draw([Work("s", "e", "r", np.float64(0.005), points, 0.05)], tmp_path / "d.png")
+    assert (tmp_path / "d.png").stat().st_size > 0
+
+
 @pytest.mark.slow
 def test_bits_kept_halve_the_error_each(monkeypatch):
     monkeypatch.setattr(stored, "SIZE", (64, 36))

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
+from isethdr_isp.demosaic.methods import AUTOMATIC, chosen
 from isethdr_workflows.accuracy.point import Point, Work, timed
 
 from isethdr_core import generator
@@ -26,7 +27,8 @@ def measured() -> list[Work]:
 
 def array(cfa: str, methods: Sequence[str]) -> Work:
     """Return the diagram of one filter array. The reference is the picture of the same camera
-    without noise and with every colour in every pixel.
+    without noise and with every colour in every pixel. The default is the method that cameras of
+    the main job choose.
     """
     rows, columns = SIZE
     mixed = radiance("stripes", 100.0, rows, columns)
@@ -35,7 +37,8 @@ def array(cfa: str, methods: Sequence[str]) -> Work:
     shot = build("sensor", "bayer", pitch_um=PITCH_UM, cfa=cfa, rows=rows, columns=columns)(
         light, generator(seed=1)
     )
-    default = build("isp", "linear").demosaic
+    filters = shot["filter"].values
+    default = chosen(AUTOMATIC, filters, [str(name) for name in shot["channel"].values])
     points = []
     inner = (slice(BORDER, -BORDER), slice(BORDER, -BORDER), 1)
     for method in methods:

@@ -53,12 +53,12 @@ def measured() -> list[Work]:
     for rings in RINGS:
         count = len(grid.places(rings, 1.0, False))
         point(
-            f"{rings} rings, {count} places" if rings else "one for all",
+            f"{rings} ring{'s' * (rings > 1)}, {count} field points" if rings else "one for all",
             (rings,),
             mark="" if rings else "peer",
         )
     for rings in PATCHES:
-        point(f"{rings} rings, nearest place", (rings,), nearest, "peer")
+        point(f"{rings} rings, nearest field point", (rings,), nearest, "peer")
     point(f"chosen by the lens, {lens.error_allowed:g} allowed", point_choice.RINGS, mark="default")
     return [
         Work(

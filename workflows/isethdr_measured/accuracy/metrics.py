@@ -49,7 +49,7 @@ def measured() -> list[Work]:
             error = np.sqrt(np.mean((groups - other_mean) ** 2)) / scatter if scatter > 0 else 0.0
             points.append(
                 Point(
-                    f"{draws} draws",
+                    f"{draws} draw{'s' * (draws > 1)}",
                     float(error),
                     cpu_s,
                     peak_mb,

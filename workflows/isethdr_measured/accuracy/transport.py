@@ -31,7 +31,7 @@ ERROR_OF = "luminance-weighted median relative error of a tile"
 
 def measured() -> list[Work]:
     """Return one diagram per light group: luminance-weighted median relative error of a tile's
-    luminance, over the tiles above 1 % of the mean.
+    luminance, over the tiles above a tenth of the median tile.
 
     Tiles that show a lamp or the sky directly are left out, because their light is known without
     paths. Seconds are those of the passes that the group was part of, including the other groups
@@ -190,8 +190,10 @@ def luminance_of(scene: xr.Dataset) -> dict:
 
 
 def median_error(values: np.ndarray, truth: Any, of: bool = True) -> float:
-    """Return the relative error below which half of the light lies. Tiles below 1 % of the mean are
-    left out.
+    """Return the relative error below which half of the light lies.
+
+    A tile counts as at most ten times as bright as the median tile. Otherwise one rare bright path
+    of the reference would decide. Tiles below a tenth of the median are left out.
 
     Parameters
     ----------
@@ -199,11 +201,13 @@ def median_error(values: np.ndarray, truth: Any, of: bool = True) -> float:
     truth : (y, x) light of the reference, same unit.
     of : (y, x) bool, tiles that are compared; True: all.
     """
-    bright = (truth > 0.01 * truth.mean(where=of)) & of
-    if not bright.any():
+    lit = (truth > 0) & of
+    if not lit.any():
         return 0.0
+    middle = np.median(truth[lit])
+    bright = lit & (truth > 0.1 * middle)
     error = np.abs(values[bright] / truth[bright] - 1)
-    weight = truth[bright]
+    weight = np.minimum(truth[bright], 10 * middle)
     order = np.argsort(error)
     below = np.cumsum(weight[order])
     return float(error[order][np.searchsorted(below, below[-1] / 2)])

@@ -182,14 +182,14 @@ def panel(ax: Axes, work: Work, wide: bool) -> tuple[list[tuple[Any, ...]], list
     ax.set(xscale="log", yscale="log", xlabel="CPU seconds", ylabel="\n".join(lines))
     right = f"(error of reference {work.reference_error:.1g})" if work.reference_error > 0 else ""
     ax.set_title(
-        f"{work.stage}{' ' if wide or len(work.stage + right) < 48 else chr(10)}{right}".strip()
+        f"{work.stage}{' ' if wide or len(work.stage + right) < 44 else chr(10)}{right}".strip()
     )
     limits(
         ax,
         [p.cpu_s for p in visible],
         [height(p) for p in visible]
-        + [work.reference_error] * near
-        + [work.allowed] * (work.allowed >= 0),
+        + ([work.reference_error] if near else [])
+        + ([work.allowed] if work.allowed >= 0 else []),
     )
     ax.grid(True, which="major", color="#eee")
     texts = [
