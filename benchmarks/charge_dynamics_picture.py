@@ -1,8 +1,8 @@
-"""Draw error against run time of every integrator, for docs/explanation/charge_dynamics.md.
+"""Draw error against run time of every integrator, for docs/measured/charge_dynamics.md.
 
 The methods, the light (100 Hz ripple) and the references are those of `charge_dynamics.py`. Run:
 
-    python benchmarks/charge_dynamics_picture.py docs/images/charge_dynamics.png
+    python benchmarks/charge_dynamics_picture.py [picture, a .png file]
 """
 
 from __future__ import annotations
@@ -126,4 +126,4 @@ def main(path):
 
 
 if __name__ == "__main__":
-    main(sys.argv[1])
+    main(sys.argv[1] if sys.argv[1:] else "docs/images/charge_dynamics.png")

@@ -58,7 +58,7 @@ def paper_fig5(
     scene_chain, radiance = rendered(f"experiment={scene}", f"sensor={ladder.sensor}")
     mixed, light = through(scene_chain, radiance, scene_chain.lighting, **PHONE)
     (sensor,) = scene_chain.cameras.values()
-    isp = build("isp", "linear")
+    isp = build("isp", "linear", balance="automatic")
     detection = build("metric", "contrast_detection")
     rows = []
     views = []
