@@ -58,10 +58,11 @@ def paper_fig6_7(picture: str = "", scene: str = "tunnel", parameters: str = PAP
     (sensor,) = scene_chain.cameras.values()
     if exposure_s is not None:
         sensor = replace(sensor, exposure_s=exposure_s)
-    shot, combined, true, _ = seen_by(sensor, build("isp", "merge"), mixed, light, radiance)
+    isp = build("isp", "merge", balance="automatic")
+    shot, combined, true, _ = seen_by(sensor, isp, mixed, light, radiance)
     pictures = {}
     for k, name in enumerate(NAMES):
-        pictures[name] = build("isp", "merge")(shot.isel(capture=[k]))
+        pictures[name] = isp(shot.isel(capture=[k]))
     pictures["combined"] = combined
     saturated = [
         *(100 * shot["saturated"].mean(dim=("y", "x")).values),
