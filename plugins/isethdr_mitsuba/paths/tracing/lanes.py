@@ -14,7 +14,6 @@ import mitsuba as mi
 
 from ...lamps.airlight_sampling import CANDIDATES as AIR_CANDIDATES
 from ...lamps.airlight_sampling import OF_PLACE
-from ...lamps.lamp_tables import CANDIDATES
 from ...world.materials import RAMP_NM
 from ..camera_rays import ACROSS, ALONG, ASIDE, CHOICE, DOWN, TURN, UP, offsets, stream
 from ..work_items import MOST_LANES
@@ -155,7 +154,7 @@ class Path:
     # without fog
     straight: mi.Bool | None
     cell: mi.UInt32  # number of the place from which lamps were chosen at the last surface
-    candidates: mi.UInt32  # number of candidates of the shadow ray there
+    from_first: mi.Bool  # whether that was the first surface
 
     def restart(self, packets: int) -> None:
         """Reset depth and weight for a path that begins at the camera or at its first surface."""
@@ -176,7 +175,7 @@ def path_before_the_first(fixed: Fixed) -> Path:
         specular=mi.Bool(True),
         straight=None if fixed.tables.fog is None else mi.Bool(True),
         cell=mi.UInt32(0),
-        candidates=mi.UInt32(CANDIDATES),
+        from_first=mi.Bool(False),
     )
 
 

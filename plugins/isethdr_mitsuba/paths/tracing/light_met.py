@@ -71,7 +71,7 @@ def add_lamp(fixed: Fixed, path: Path, total: Light, met: Met) -> Light:
     if shines:
         level = lamps.luminance(lamp, -path.ray.d, shines)
         distance2 = dr.square(met.si.t)
-        rival = lamps.rival(lamp, path.cell, path.candidates, distance2, cos_lamp, shines)
+        rival = lamps.rival(lamp, path.cell, path.from_first, distance2, cos_lamp, shines)
         density = path.bsdf_density
         level *= dr.select(path.specular, 1, density / (density + rival))
         mine = dr.gather(mi.UInt32, lamps.group, lamp, shines)

@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import drjit as dr
 import mitsuba as mi
 
-from ...lamps.lamp_tables import CANDIDATES, FIRST_CANDIDATES
 from ..camera_rays import CHOICE, DEEPER, TURN
 
 if TYPE_CHECKING:
@@ -49,14 +48,13 @@ def add_chosen_lamps(
     lamps = fixed.tables.lamps
     first = path.depth == 0
     path.cell = dr.select(first, fixed.block, lamps.chances.cell(met.si.p))
-    path.candidates = dr.select(first, mi.UInt32(FIRST_CANDIDATES), mi.UInt32(CANDIDATES))
+    path.from_first = mi.Bool(first)
     for g in fixed.with_lamps:
         if lit & fixed.wanted[g]:
             # lanes take turns in the sequence of lamps too, at each depth from another start
             start = numbers.lamps + mi.Point2u(path.depth * DEEPER, path.depth * DEEPER)
-            aimed = lamps.choose(
-                g, numbers.of_groups[g], met.si, path.cell, path.candidates, start, lit
-            )
+            tries = lamps.candidates(g, first)
+            aimed = lamps.choose(g, numbers.of_groups[g], met.si, path.cell, tries, start, lit)
             found = light_of(fixed.tables, vertex_of(path, met), aimed)
             for k in range(fixed.packets):
                 total[g][k] += found[k]
