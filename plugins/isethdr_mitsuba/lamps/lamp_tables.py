@@ -38,9 +38,9 @@ if TYPE_CHECKING:
 CANDIDATES = 12
 # the same at the first surface, where each near lamp gets its own shadow ray as well
 FIRST_CANDIDATES = 8
-# Number of candidates for each lamp of a group. On a street with two lamps in each group, 4
+# Number of candidates for each lamp of a group. On a street with two lamps in each group, 6
 # candidates have the noise of 12, and a path takes a fifth less time.
-CANDIDATES_A_LAMP = 2
+CANDIDATES_A_LAMP = 3
 NOWHERE = 0xFFFF  # group number of lamps that belong to none of the groups
 
 

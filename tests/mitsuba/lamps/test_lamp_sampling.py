@@ -66,6 +66,21 @@ def surface_at(point):
     return si
 
 
+@pytest.mark.parametrize(("count", "first", "further"), [(1, 3, 3), (2, 6, 6), (10, 8, 12)])
+def test_a_group_of_few_lamps_has_few_candidates(make, count, first, further):
+    """Paths that hit a lamp are weighted against the same number of candidates."""
+    world = SimpleNamespace(table=lambda value_of, default=0: np.zeros(1, np.uint32))
+    tables = LampTables(world, two_lamps(make)[:1] * count, ["other"])
+    tables.chances = chances_of([1.0] * count, [1.0] * count)
+    drawn = [int(tables.candidates(0, mi.Bool(at))[0]) for at in (True, False)]
+    assert drawn == [first, further]
+    zero, place = mi.UInt32(0), mi.UInt32(CELL)
+    rivals = [tables.rival(zero, place, mi.Bool(at), 1.0, 1.0)[0] for at in (True, False)]
+    per_candidate = tables.per_area[0] / count
+    # 1e-6: a few roundings in float32
+    np.testing.assert_allclose(rivals, np.array(drawn) * per_candidate, rtol=1e-6)
+
+
 def test_points_are_spread_evenly_over_a_lamp_and_their_density_is_that(make):
     lamps = two_lamps(make)
     world = SimpleNamespace(table=lambda value_of, default=0: np.zeros(1, np.uint32))
