@@ -74,8 +74,9 @@ def test_a_group_of_few_lamps_has_few_candidates(make, count, first, further):
     tables.chances = chances_of([1.0] * count, [1.0] * count)
     drawn = [int(tables.candidates(0, mi.Bool(at))[0]) for at in (True, False)]
     assert drawn == [first, further]
-    zero, place = mi.UInt32(0), mi.UInt32(CELL)
-    rivals = [tables.rival(zero, place, mi.Bool(at), 1.0, 1.0)[0] for at in (True, False)]
+    one = mi.UInt32(0)
+    place = mi.UInt32(CELL)
+    rivals = [tables.rival(one, place, mi.Bool(at), 1.0, 1.0)[0] for at in (True, False)]
     per_candidate = tables.per_area[0] / count
     # 1e-6: a few roundings in float32
     np.testing.assert_allclose(rivals, np.array(drawn) * per_candidate, rtol=1e-6)
