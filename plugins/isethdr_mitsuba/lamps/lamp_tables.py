@@ -111,7 +111,7 @@ class LampTables:
             for n in few
         ]
         self.tries_of_lamp = [
-            mi.UInt32([*(1 if g == NOWHERE else min(most, few[g]) for g in group)])
+            mi.UInt32([1 if g == NOWHERE else min(most, few[g]) for g in group])
             for most in (FIRST_CANDIDATES, CANDIDATES)
         ]
         self.targets = [
