@@ -22,6 +22,7 @@ from isethdr_optics.flare.ghosts.ghost_flare import (
 from isethdr_optics.imaging.sensor_plane import without_geometry
 from isethdr_optics.imaging.threads import MOST_THREADS, cpus
 from isethdr_optics.lenses.prescription_lens import PrescribedLens
+from isethdr_optics.plan import imaging_seconds
 from isethdr_optics.psf import kernel_store, kernel_work, kernels
 from isethdr_optics.psf.kernels import KernelRequest
 from isethdr_optics.psf.kernels.patterns import of_one_pattern, one_pattern_frame
@@ -101,7 +102,8 @@ def test_kernels_of_another_reach_are_at_hand_only_where_sensors_may_end_them(is
     assert smaller > 10 * same
 
 
-def test_ghosts_are_part_of_the_runtime_estimate():
+def test_ghosts_are_part_of_the_runtime_estimate(monkeypatch):
+    monkeypatch.setattr(imaging_seconds, "relative_speed", lambda: 1.0)  # as the constants are
     lens = DiffractionLimitedLens()
     ghosts = GhostFlare()
     pairs, _ = ghosts.pairs(lens, np.array(WAVE), 0.05)
