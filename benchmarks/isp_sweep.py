@@ -25,9 +25,6 @@ from collections import Counter
 from contextlib import contextmanager
 
 LARGEST_RATIO = 1.5
-# methods that are timed: of an isp or a metric, of a metric for another realisation of the noise,
-# and for parts of a picture
-METHODS = "__call__", "further", "of_parts"
 FIELDS = {  # every combination makes other pictures
     "rule": ("inverse_variance", "average", "poisson_sum", "isetcam"),
     "design_snr": (5.0, 10.0, 20.0, 40.0, 80.0),
@@ -98,6 +95,18 @@ def render(overrides: list[str]) -> None:
     scene_radiance(parts, plan(parts, rows), rows, config)
 
 
+def methods_of(component) -> list[tuple[type, str]]:
+    """Return the methods of an isp or a metric that a run calls, with their class."""
+    from isethdr_core.plugins.protocols import ScoresFurther, ScoresParts
+
+    methods = ["__call__"]
+    if isinstance(component, ScoresFurther):  # another realisation of the noise
+        methods.append("further")
+    if isinstance(component, ScoresParts):  # parts of a picture
+        methods.append("of_parts")
+    return [(type(component), method) for method in methods]
+
+
 def watched(overrides: list[str]) -> Clock:
     """Return the clock of all isps and metrics of the job."""
     import isethdr_core as hdr
@@ -106,10 +115,10 @@ def watched(overrides: list[str]) -> Clock:
 
     clock = Clock()
     parts = chain(hdr.compose(overrides))
-    for cls in {type(component) for component in (parts.isp, *parts.metrics.values())}:
-        for method in METHODS:
-            if hasattr(cls, method):
-                clock.timed(cls, method)
+    for cls, method in {
+        called for one in (parts.isp, *parts.metrics.values()) for called in methods_of(one)
+    }:
+        clock.timed(cls, method)
     of_each = score_errors.of_each
 
     def of_changed_scenes(*arguments, **named):

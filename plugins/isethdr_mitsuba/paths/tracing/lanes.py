@@ -154,7 +154,7 @@ class Path:
     # without fog
     straight: mi.Bool | None
     cell: mi.UInt32  # number of the place from which lamps were chosen at the last surface
-    from_first: mi.Bool  # whether that was the first surface
+    from_first: mi.Bool  # whether the last surface was the first one of the path
 
     def restart(self, packets: int) -> None:
         """Reset depth and weight for a path that begins at the camera or at its first surface."""

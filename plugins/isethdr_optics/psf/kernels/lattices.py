@@ -154,7 +154,7 @@ def can_be_finer(request: KernelRequest, factor: float) -> bool:
 
 
 def _has_shared_lattices(request: KernelRequest) -> bool:
-    """Return whether lattices without phase serve all bands of a request."""
+    """Return whether all bands of a request share lattices. The pupil must be without phase."""
     shortest = request.edges_nm[:, 0]
     return (
         shortest.min() > 0
