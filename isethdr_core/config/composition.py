@@ -60,7 +60,8 @@ def compose(overrides: Sequence[str] = (), config_name: str = "config") -> DictC
 
     Raises
     ------
-    ConfigError : an unknown group, name or key, or a value of the wrong type.
+    ConfigError : an unknown group, name or key, or text in place of a number. Other values and
+        ranges are checked when the components are built, for example by `run`.
     """
     register_with_hydra()
     with user_mistakes():

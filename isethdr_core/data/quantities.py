@@ -71,7 +71,7 @@ def scene_radiance(  # noqa: PLR0913 - plugins call it with these arguments
 
     Raises
     ------
-    UnitError : as `check_scene`.
+    UnitError : as `check_scene`, or a label is unknown.
     """
     cube = xr.DataArray(
         np.asarray(radiance, np.float32), dims=SCENE_DIMS, attrs={"units": RADIANCE}

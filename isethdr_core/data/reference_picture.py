@@ -50,6 +50,10 @@ def make_picture(
         it is not known.
     attrs : attributes of the picture; at least focal_length_mm and pitch_um, which tie pixels to
         field angles.
+
+    Raises
+    ------
+    UnitError : focal_length_mm or pitch_um is missing.
     """
     for name in ("focal_length_mm", "pitch_um"):
         if name not in attrs:
@@ -226,6 +230,11 @@ def labels_on(scene: xr.Dataset, picture: xr.Dataset) -> xr.Dataset:
     the point at the tile's centre, in pixels of the picture. The attribute `objects` is the scene's
     table with `box` in pixels of the picture. A box is cut at the frame, and `in_frame` is the
     remaining share of its area. Objects outside the frame are dropped.
+
+    Raises
+    ------
+    UnitError : a pixel centre lies beyond the scene's tiles, or the picture has another projection
+        or lacks focal_length_mm or pitch_um.
     """
     f_m = _focal_length_m(picture)
     x = picture.x.values / f_m

@@ -28,7 +28,9 @@ class IsetLighting:
 
     THREAD_SAFE: ClassVar[bool] = True
 
-    dynamic_range: Ratio = 1e4  # dynamic range: the sky is set to 200000 cd/m2 / dynamic_range
+    # dynamic range: the 30th percentile of the sky's light is set to 200000 cd/m2 / dynamic_range,
+    # before all groups are scaled to low_light_cd_m2
+    dynamic_range: Ratio = 1e4
     # median luminance of the whole picture; null keeps the luminance of the lamps
     low_light_cd_m2: Reached | None = 10.0
     # uniform random numbers for headlights, streetlights and other; null draws them from seed

@@ -18,8 +18,9 @@ class Target:
     """`statistic` of `group` shall be `low`..`high`, in cd/m2, or in multiples of the luminance
     drawn for `relative_to`.
 
-    lamp_axis: luminance of the brightest lamp of the group along its own axis, from the scene's
-    table of lamps. max, percentile, mean: of the group's luminance over the picture.
+    lamp_axis: luminance of the brightest lamp of the group, from the scene's list of lamps: the
+    largest in any direction for a lamp with a table of candela, that along the axis for other
+    lamps. max, percentile, mean: of the group's luminance over the picture.
     """
 
     group: str

@@ -47,7 +47,9 @@ class TargetsLighting:
     weights: dict[str, Weight] = field(default_factory=dict)
     others: Weight = 1.0  # weight of all other groups; 1 keeps the light of the scene
     # light groups that may be scaled, all by one factor, to reach dynamic_range, median_cd_m2 or
-    # mean_cd_m2; each of these needs at least one such group; all other groups keep their light
+    # mean_cd_m2; each of these needs at least one such group. All other groups keep their light,
+    # unless dynamic_range and a median or mean are set: all groups are then scaled by a further
+    # factor
     moves: list[str] = field(default_factory=list)
     # earlier spelling of `moves` with a single group; accepted until version 1.0
     ambient: str | None = None
@@ -258,8 +260,8 @@ def _statistic(
 
 
 def _lamp_axis(radiance: xr.DataArray, t: target.Target) -> float:
-    """Return the largest luminance on the axis of a lamp, cd/m2 at weight 1, among the lamps that
-    the target names; 0 if there are none.
+    """Return the largest luminance in the scene's list of lamps, cd/m2 at weight 1, among the lamps
+    that the target names; 0 if there are none.
     """
     lamps = radiance.attrs.get("lamps")
     if lamps is None:

@@ -7,6 +7,7 @@ limited to the same size.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -18,6 +19,7 @@ from ..data.quantities import full_field, tile_pitch
 from ..data.temporal_modulation import time_mean
 from ..physics.photometry import xyz_weights
 from ..physics.radiometry import photons_per_energy
+from ..plugins.protocols import KnowsImageSize
 from ..uncertainty import ledger, propagation
 from ..uncertainty.render_noise import levels, nearest_xyz, on_light
 from . import window
@@ -30,6 +32,10 @@ REACH = 1  # noisy light is replaced by the mean over tiles up to this distance
 # share of the saturated pixels with less light than that at which a capture counts as saturated
 SATURATED = 0.05
 CHANGED = 0.2  # relative change of light with which an automatic exposure is tested
+# shares of the field whose images are compared to find distortion. An image in proportion to the
+# field is right to a few roundings of float64, far below `IN_PROPORTION`.
+COMPARED = (1.0, 0.7, 0.4)
+IN_PROPORTION = 1e-12
 # relative limit for a sensor whose captures do not state its noise: that of renderers without
 # cameras
 UNKNOWN = 0.1
@@ -99,14 +105,17 @@ def sharp_light(lens: Any, mixed: xr.DataArray) -> xr.DataArray | None:
     imaging the whole field. Flare would add shot noise, so without flare the limit is too low
     rather than too high.
     """
+    field = [
+        mixed.attrs.get(k) or n for k, n in zip(("field_width", "field_height"), full_field(mixed))
+    ]
+    # a lens that distorts may move all light of a few tiles beyond them, so it is not called
+    if _distorts(lens, field, camera_geometry.projection_of(mixed)):
+        return None
     inside = window.tiles(mixed, [tile_pitch(mixed, d) for d in ("x", "y")])
     few = lens(window.cut(mixed, inside), flares=())
     if not isinstance(camera_geometry.map_of(few), camera_geometry.Identity):
         return None
     f_m = few.attrs["focal_length_mm"] * 1e-3
-    field = [
-        mixed.attrs.get(k) or n for k, n in zip(("field_width", "field_height"), full_field(mixed))
-    ]
     gain = few.attrs["throughput_sr"] * camera_geometry.relative_illumination(
         few.attrs, mixed.x.values[None, :], mixed.y.values[:, None]
     )
@@ -114,6 +123,28 @@ def sharp_light(lens: Any, mixed: xr.DataArray) -> xr.DataArray | None:
     light = light.assign_coords(x=mixed.x.values * f_m, y=mixed.y.values * f_m)
     light.attrs = {**few.attrs, "field_width": field[0] * f_m, "field_height": field[1] * f_m}
     return light
+
+
+def _distorts(lens: Any, field: Sequence[float], projection: str) -> bool:
+    """Return whether a lens that knows the size of its image distorts a field.
+
+    Without distortion, the image of a part of the field has the same share of the whole image.
+
+    Parameters
+    ----------
+    lens : lens of the run.
+    field : (width, height) of the camera's field, in the unit of `projection`.
+    projection : "tangent" or "equidistant".
+    """
+    if not isinstance(lens, KnowsImageSize):
+        return False
+    per_field = [
+        np.array(lens.image_size_m(*(share * side for side in field), projection)) / share
+        for share in COMPARED
+    ]
+    return not all(
+        np.allclose(size, per_field[0], rtol=IN_PROPORTION, atol=0) for size in per_field
+    )
 
 
 def _exposures(captures: xr.Dataset) -> np.ndarray:

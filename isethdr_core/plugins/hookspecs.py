@@ -28,8 +28,9 @@ hookimpl = pluggy.HookimplMarker(PROJECT)
 def isethdr_components() -> Iterable[Component]:
     """Return the components this plugin offers.
 
-    Called once per process, also by `isethdr --help`. A class whose module imports heavy libraries
-    is registered by its place, `Component("lens", "acme", "acme.lenses:AcmeLens")`.
+    Called at most once per process, when a component is first looked up. `isethdr --help` imports
+    the module of the plugin, and does not call this hook. A class whose module imports heavy
+    libraries is registered by its place, `Component("lens", "acme", "acme.lenses:AcmeLens")`.
     """
 
 
@@ -64,11 +65,15 @@ def isethdr_before_stage(stage: Stage) -> None:
 
 @hookspec
 def isethdr_after_stage(stage: Stage) -> None:
-    """Called after a stage has run; `stage.result` is its result, `stage.row` its ledger row."""
+    """Called after a stage has run; `stage.result` is its result, `stage.row` its ledger row.
+
+    Called once more for the whole run, with the kind `run` and the finished `Result`, and after a
+    sweep with the kind `sweep` and the table of its scores. `stage.row` is then None.
+    """
 
 
 @hookspec
 def isethdr_on_stage_error(stage: Stage) -> None:
     """Called when a stage raises; `stage.error` is the exception, which is raised again
-    afterwards.
+    afterwards. Called once more with the kind `run`.
     """

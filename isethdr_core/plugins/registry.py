@@ -158,6 +158,7 @@ def build(kind: str, name: str, /, **fields: Any) -> Any:
     ------
     ConfigError : unknown kind, name or field (with the nearest valid one), or a value of the wrong
         type or outside the range that its field declares.
+    PluginError : the class of the component cannot be imported, or breaks its contract.
     """
     if kind not in KINDS:
         raise ConfigError(f"unknown kind {kind!r}{did_you_mean(kind, KINDS)}")

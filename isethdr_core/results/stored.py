@@ -22,8 +22,8 @@ def open_run(
     ----------
     name : the key or its first digits, the name that the run was given (`name=first`), or the path
         of its store.
-    home : a home or several, in the order of search; without any, those of the variables
-        ISETHDR_HOME and ISETHDR_OTHER_HOMES.
+    home : a home or several, in the order of search; without any, that of the variable ISETHDR_HOME
+        (./runs if it is not set) and those of ISETHDR_OTHER_HOMES.
 
     Raises
     ------

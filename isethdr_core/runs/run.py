@@ -126,8 +126,11 @@ class Result:
         return html_of(self)
 
     def open(self, group: str) -> xr.Dataset:
-        """Return one group of the store as a Dataset: `picture/bayer`, `captures/bayer`,
-        `truth/bayer`, `light`, `versions/day`.
+        """Return one group of the store as a Dataset, for example `picture/bayer`, `captures/bayer`
+        or `truth/bayer`.
+
+        A run with a report also has the group `versions/main`. If the scene has several light
+        groups, each further lighting of the report has a group, for example `versions/day`.
         """
         return store.open_store(self.path, group)
 

@@ -357,6 +357,10 @@ def open_scene(path_or_id: str | os.PathLike[str]) -> xr.Dataset:
     Returns
     -------
     Dataset : scene radiance and labels; only the groups, bands and tiles that are used are read.
+
+    Raises
+    ------
+    CatalogError : no store or several stores have this name, or the store cannot be read.
     """
     path = _scene_path(path_or_id)
     base = open_store(path)

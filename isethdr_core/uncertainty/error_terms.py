@@ -11,7 +11,8 @@ if TYPE_CHECKING:
     import numpy as np
     import xarray as xr
 
-How = Literal["measured", "bound", "statistical"]  # a statistical value is one standard deviation
+# a statistical value is one standard deviation; that of a score is half of its 95 % interval
+How = Literal["measured", "bound", "statistical"]
 
 RELATIVE = "relative"  # unit of a value that is a share of what the term acts on
 ABSOLUTE = ("W m-2 nm-1", "electrons", "e", "cd/m2")  # units in which errors of a sum add up

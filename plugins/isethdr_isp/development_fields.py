@@ -27,16 +27,17 @@ class Development:
     # signal-to-noise ratio for which the colour matrix is solved: low values give noise more
     # weight, inf ignores noise; below 0.1 noise hides the signal
     design_snr: Annotated[float, Range(0.1, inf)] = 20.0
-    # demosaic method; malvar and menon need `pip install 'isethdr[demosaic]'`; automatic is learned
-    # if filters are trained for the array, otherwise guided
+    # demosaic method; malvar and menon need a Bayer array and `pip install 'isethdr[demosaic]'`;
+    # learned needs an array with trained filters; automatic is learned on such an array, otherwise
+    # guided
     demosaic: Literal["bilinear", "guided", "malvar", "menon", "learned", "automatic"] = "bilinear"
     # black level and dark charge: as the sensor states them, or the mean of its optical black rows
     black: Literal["stated", "optical"] = "stated"
     # pixels in the sensor's map of defects: kept, or interpolated from neighbours
     defects: Literal["kept", "interpolated"] = "kept"
     denoise: Literal["none", "nl_means"] = "none"  # denoise method, applied before the demosaic
-    # strength of nl_means: noise by which the surroundings of averaged samples may differ, as a
-    # multiple of the stated standard deviation
+    # strength of nl_means: samples are averaged if their surroundings differ by no more than noise
+    # of this many stated standard deviations
     nl_means_strength: Annotated[float, Range(0.1, 10.0)] = 1.0
     # file with measured relative illumination, as `isethdr_isp.readout.shading` writes it; empty:
     # the illumination that the lens states

@@ -42,7 +42,9 @@ class LinearIsp(Development):
         super().check_shot(form)
 
     def __call__(self, captures: xr.Dataset) -> xr.Dataset:
-        """Return the picture of one capture. A pixel is valid if it uses no saturated sample."""
+        """Return the picture of one capture. A pixel is valid if every sample that it uses is at
+        least five read noises below the top of its range.
+        """
         check_captures(captures)
         capture = with_black_level(chosen(captures, self.capture), self.black)
         balance = illuminant(capture, self.balance)

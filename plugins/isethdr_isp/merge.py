@@ -52,8 +52,9 @@ class MergeIsp(Development):
         super().check_shot(form)
 
     def __call__(self, captures: xr.Dataset) -> xr.Dataset:
-        """Return the merged picture. A pixel is valid if every sample that it uses is unsaturated
-        in some capture.
+        """Return the merged picture. A pixel is valid if every sample that it uses can be read in
+        some capture: it is not saturated, and five read noises below the top of its range (with
+        rules other than `inverse_variance`: below 95 % of the top).
 
         The variable `source` (y, x) is the number of the capture with the largest weight in the
         pixel's own sample.

@@ -192,7 +192,7 @@ def object_table(
                 ],
                 "box_full": whole.box,
                 "truncation": truncation(whole.box, view),
-                # exact for tile centres, like the labels; tiles beyond the field do not count
+                # exact for tile centres, like the labels; tiles of the margin count
                 "visible_fraction": min(1.0, len(rows) / max(whole.tiles, len(rows))),
                 "distance_m": float(labels["distance"][rows, columns].min()),
                 "position_m": [float(v) for v in np.asarray(placed.pose, float)[:3, 3]],

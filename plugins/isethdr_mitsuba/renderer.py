@@ -115,8 +115,10 @@ ACCURACY_KNOBS = (
 
 @dataclass(frozen=True)
 class MitsubaRenderer:
-    """Path tracing with Mitsuba 3: all bands and light groups in one pass, exact labels and small
-    lamps.
+    """Path tracing with Mitsuba 3, with exact labels and small lamps.
+
+    Compiled variants render all bands and light groups in one pass. The variant `scalar` renders
+    four bands of one light group at a time.
     """
 
     THREAD_SAFE: ClassVar[bool] = True
@@ -131,7 +133,9 @@ class MitsubaRenderer:
 
     width: Tiles = 640  # tiles across the camera's field
     height: Tiles = 360  # tiles down the camera's field
-    margin: Margin = 0.1  # overscan rendered on each side of the field, as a share of the field
+    # overscan on each side of the field, as a share of the field; compiled variants leave it out if
+    # neither the lens nor a lighting needs it
+    margin: Margin = 0.1
     first_nm: Wavelength = 400.0  # centre of the first band
     last_nm: Wavelength = 700.0  # centre of the last band
     step_nm: BandStep = 10.0  # width and spacing of the bands
@@ -139,21 +143,25 @@ class MitsubaRenderer:
     # noise needs, at least 16
     samples: Samples | None = None
     # allowed noise of the light as a share of the noise of the cameras, if neither samples nor
-    # error_allowed is set; null limits the noise of each light group instead
+    # error_allowed is set; null and the variant scalar limit the noise of each light group to 0.1
+    # instead
     noise_share_allowed: NoiseShare | None = NOISE_SHARE
-    # allowed relative noise of each light group; null: noise_share_allowed counts, or 0.1 without
-    # noisy cameras, or no limit if `samples` is set
+    # allowed relative noise of each light group; null: no limit if `samples` is set; otherwise
+    # noise_share_allowed if all cameras have noise, else 0.1
     error_allowed: ErrorAllowed | None = None
     most_samples: Samples = 4096  # largest number of samples per tile, unless `samples` is larger
-    # largest mean over tiles of the samples of all light groups together, if the cameras limit the
-    # noise: the noise allowed is raised by one factor in all tiles until the mean is within the
-    # limit; the first 16 samples of each group are always taken; null: no limit
+    # largest mean number of samples per tile, all light groups together, where the cameras limit
+    # the noise. If more would be needed, the allowed noise of all tiles is raised by one factor.
+    # The first 16 samples of each group are always taken. null: no limit; not used by the variant
+    # scalar
     most_mean_samples: Samples | None = None
     max_depth: Depth = 5  # longest light path in segments; 2 is direct light only
     seed: Seed = 0  # seed of the samples; the same seed gives the same radiance on the same machine
     # Mitsuba variant; auto takes the first of cuda, llvm and scalar that works
     variant: Literal["auto", "llvm", "cuda", "scalar"] = "auto"
-    # quantity that a narrower beam of a lamp keeps: candela on its axis, or lumens
+    # for lamps with a cone (inner_deg, outer_deg): quantity that a narrower cone keeps, candela on
+    # the axis or lumens. Lamps with a table and Lambertian lamps do not depend on it; all lamps of
+    # the bundled scenes are of these two kinds
     normalise: Literal["intensity", "flux"] = "intensity"
 
     accuracy_knobs: ClassVar[tuple[AccuracyKnob, ...]] = ACCURACY_KNOBS

@@ -43,15 +43,18 @@ class NightDrive:
     street lamps.
 
     All objects are meshes with spectral materials and lamps in candela; the weights of the lighting
-    set the time of day. At weight 1 the sky is a uniform daylight sky of `sky_luminance_cd_m2`; a
-    moonless night is a weight of 1e-7 to 1e-5. Ranges are (least, most); the seed selects values
-    between them.
+    set the time of day. With `sky=uniform`, the sky at weight 1 is a uniform daylight sky of
+    `sky_luminance_cd_m2`; a moonless night is a weight of about 1e-7, the night of a city 1e-6 to
+    1e-5. Ranges are (least, most); the seed selects values between them.
     """
 
     THREAD_SAFE: ClassVar[bool] = True
 
-    seed: Seed = 0  # seed of all fields that are ranges
-    horizontal_field_deg: RoadField = 45.0  # full horizontal field angle of the camera
+    # seed of all random choices: values within ranges, places of plants, looks of people, paints
+    # and textures
+    seed: Seed = 0
+    # full horizontal field angle of the camera; at most 100 with projection=tangent
+    horizontal_field_deg: RoadField = 45.0
     aspect: Aspect = 16 / 9  # width / height of the field
     # projection of the grid of tiles; equidistant serves wide lenses
     projection: Literal["tangent", "equidistant"] = "tangent"
@@ -69,7 +72,9 @@ class NightDrive:
     # number of people, 1 to 4: pedestrian, rider, then further ones
     people: tuple[People, People] = (3, 4)
     animals: tuple[Animals, Animals] = (1, 2)  # number of deer, 0 to 3
-    trees: tuple[Trees, Trees] = (90, 120)  # number of trees and bushes, 0 to 400
+    # number of trees and bushes, 0 to 400; up to 40 low shrubs beside the road are added, at most
+    # as many as the smaller number
+    trees: tuple[Trees, Trees] = (90, 120)
     # number of street lamps, 0 to 8, every 30 m on the left
     street_lamps: tuple[StreetLamps, StreetLamps] = (4, 5)
     # curvature of the road; positive curves to the left

@@ -83,7 +83,13 @@ class Street:
 
     Everything is drawn from the seed and placed before a mesh is built: no two things overlap, all
     stand on the ground, and the first 6 m in front of the camera are free. Lamps and sky are as in
-    `night_drive`. A density that cannot be placed is an error that says how many were placed.
+    `night_drive`. If the number of vehicles, people, riders, animals or plants of a density cannot
+    be placed, the error says how many were placed. Two densities have no effect on some roads,
+    without an error: motorways have no riders, and towns without pavements have no animals.
+
+    A file made by `isethdr roads write` states the place of the camera, and whether the road is lit
+    and in a town. Where `road_id`, `lane_id` and `s_m` are all empty, the place of the file is
+    taken; where `lit` or `urban` is null, that of the file.
     """
 
     THREAD_SAFE: ClassVar[bool] = True
@@ -93,14 +99,17 @@ class Street:
     # an OpenDRIVE file: path/to/town.xodr
     road: str = KIND_WITHOUT_CHOICE
     # in an OpenDRIVE file: id of the camera's road; empty takes the road of the longest lane
+    # outside junctions
     road_id: str = ""
     # in an OpenDRIVE file: id of the camera's lane; null takes the longest lane of the road
     lane_id: LaneNumber | None = None
-    # in an OpenDRIVE file: place of the camera along the road; null takes the start of the lane
+    # in an OpenDRIVE file: place of the camera along the road; needs road_id. null takes 20 m from
+    # the start of the lane, or its middle if it is shorter than 40 m
     s_m: Along | None = None
     # an OpenSCENARIO file, path/to/cut_in.xosc: its road file and the start of its entities
     scenario: str = ""
-    # entity that carries the camera; empty takes `Ego` or `Hero`, else the first vehicle
+    # entity that carries the camera; empty takes `Ego`, `Hero` or `EgoVehicle`, in upper or lower
+    # case, else the first vehicle
     scenario_ego: str = ""
     # for an OpenDRIVE file: whether street lamps stand along the roads; null: in towns only
     lit: bool | None = None
@@ -108,7 +117,8 @@ class Street:
     urban: bool | None = None
     # for an OpenDRIVE file: speed limit; null takes that of the file
     speed_limit_kmh: SpeedLimit | None = None
-    horizontal_field_deg: RoadField = 60.0  # full horizontal field angle of the camera
+    # full horizontal field angle of the camera; at most 100 with projection=tangent
+    horizontal_field_deg: RoadField = 60.0
     aspect: Aspect = 16 / 9  # width / height of the field
     # projection of the grid of tiles; equidistant serves wide lenses
     projection: Literal["tangent", "equidistant"] = "tangent"
@@ -140,7 +150,8 @@ class Street:
     headlamp_light: Literal["led_white", "halogen"] = "led_white"
     # beam of all vehicle headlamps (docs/explanation/lamps.md)
     headlamp_beam: Literal["dipped_r112_b", "dipped_r149_c", "driving"] = "dipped_r112_b"
-    # lamps of moving vehicles: dipped beams, or daytime running lamps instead
+    # lamps of moving vehicles: dipped beams, or daytime running lamps instead; with daytime,
+    # motorcycles keep dipped beams and bicycles have no light
     vehicle_lamps: Literal["dipped", "daytime"] = "dipped"
     # spectrum of street lamps and of a tunnel's luminaires
     street_light: Literal["sodium", "led_white", "metal_halide"] = "led_white"

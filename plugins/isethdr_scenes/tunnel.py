@@ -36,15 +36,18 @@ Trees = Annotated[int, Range(0, 200)]
 class Tunnel:
     """A lit tunnel with a car ahead, an oncoming car and a pedestrian, and daylight at its end.
 
-    At weight 1 the sky outside has `sky_luminance_cd_m2`, so it is day when all weights are 1. The
-    pedestrian stands on the right walkway in front of the dim wall; the exit fills a few degrees of
-    the picture.
+    With `sky=uniform`, the sky outside has `sky_luminance_cd_m2` at weight 1, so it is day when all
+    weights are 1. The pedestrian stands on the right walkway in front of the dim wall; the exit
+    fills a few degrees of the picture.
     """
 
     THREAD_SAFE: ClassVar[bool] = True
 
-    seed: Seed = 0  # seed of all fields that are ranges
-    horizontal_field_deg: RoadField = 45.0  # full horizontal field angle of the camera
+    # seed of all random choices: values within ranges, places of plants, looks of people, paints
+    # and textures
+    seed: Seed = 0
+    # full horizontal field angle of the camera; at most 100 with projection=tangent
+    horizontal_field_deg: RoadField = 45.0
     aspect: Aspect = 16 / 9  # width / height of the field
     # projection of the grid of tiles; equidistant serves wide lenses
     projection: Literal["tangent", "equidistant"] = "tangent"

@@ -45,7 +45,8 @@ class IdealSensor:
     # quantum efficiency curves; unit is one electron per photon at every wavelength
     curves: Literal["ar0132at", "unit"] = "ar0132at"
     peak_qe: QuantumEfficiency = 1.0  # scale of the ar0132at curves, electrons per photon
-    infrared_cut: bool = True  # infrared blocking filter; not applied to unit curves
+    # ultraviolet and infrared blocking filter; also applied to qe_csv; not applied with curves=unit
+    infrared_cut: bool = True
     # file with own quantum efficiency curves: wavelength_nm and one column per filter
     qe_csv: str = ""
 

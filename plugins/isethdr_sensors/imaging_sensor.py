@@ -75,9 +75,10 @@ class ImagingSensor:
     columns: Pixels = 0
     # repeated pattern of colour filters; rows separated by / where the pattern is not square
     cfa: str = "RGGB"
-    # scale of the quantum efficiency curves, electrons per photon
+    # scale of the built-in quantum efficiency curves, electrons per photon; not used with qe_csv
     peak_qe: QuantumEfficiency = 0.65
-    infrared_cut: bool = True  # infrared blocking filter of the camera module
+    # ultraviolet and infrared blocking filter of the camera module; also applied to qe_csv
+    infrared_cut: bool = True
     # file with own quantum efficiency curves: wavelength_nm and one column per filter
     qe_csv: str = ""
     temperature_c: Temperature = 60.0  # temperature of the sensor, which sets the dark current
@@ -129,8 +130,9 @@ class ImagingSensor:
     hot_dark_e_per_s: DarkCurrent = 1000.0
     row_e: Noise = 0.0  # rms over rows of the offset; persistent
     row_noise_e: Noise = 0.0  # rms over rows of the offset; new in every reading
-    # rms noise behind the analog gain; divided by conversion gain and analog gain, its square is
-    # added to that of `read_noise_e`
+    # rms noise of the circuits behind the analog gain. In electrons it is this value / (conversion
+    # gain x analog gain). The read noise is the root of the sum of the squares of this value in
+    # electrons and of `read_noise_e`
     after_gain_noise_uv: NoiseVoltage = 0.0
     # share of pixels with 5 times the read noise of the others; the rms over all pixels does not
     # change
@@ -149,7 +151,7 @@ class ImagingSensor:
     # knee points [linear DN, companded DN]; empty is linear
     companding: tuple[tuple[Code, Code], ...] = ()
     # bits of the linear code into which the chip combines all captures, companded by `companding`;
-    # 0 keeps the captures apart
+    # 0 keeps the captures apart; for sensors with several captures, except lofic
     combine_bits: Literal[0, 20, 24] = 0
 
     def input_files(self) -> tuple[Any, ...]:

@@ -40,9 +40,13 @@ class LinLogSensor(OneReadingSensor):
     """Take one capture that is linear up to a knee and logarithmic beyond (AR0132AT figures below
     the knee).
 
-    `top_dn` and `saturated` mark codes beyond the knee, so that an isp for linear sensors stops
-    there. The captures also have `response_dn`, `response_e` and `response_variance_e2`: the mean
-    electrons and their variance for every code. They convert codes beyond the knee to electrons.
+    `saturated` marks readings from the code `top_dn` on, at which 1e-4 of the knee has spilled, so
+    that an isp for linear sensors stops there. The captures also have `response_dn`, `response_e`
+    and `response_variance_e2`: the mean electrons and their variance for every code. They convert
+    nonlinear codes to electrons.
+
+    The fields `combine_bits`, `black_rows`, `telegraph_percent`, `defect_e_per_s` and
+    `blooming_percent` must keep their defaults: the model does not include these effects.
     """
 
     knee_e: Charge = 20000.0  # charge at which the overflow current is `knee_e_per_s` (assumption)

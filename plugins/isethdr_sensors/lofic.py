@@ -46,6 +46,9 @@ class LoficSensor(ImagingSensor):
     that of Akahane et al. 2009, both for pixels with a lateral overflow capacitor
     (docs/explanation/sensors.md). All other figures are assumptions, of the order of magnitude in
     such papers.
+
+    The fields `combine_bits`, `black_rows`, `telegraph_percent`, `defect_e_per_s` and
+    `blooming_percent` must keep their defaults: the model does not include these effects.
     """
 
     pitch_um: Pitch = 5.6

@@ -11,6 +11,7 @@ import numpy as np
 from isethdr_core import build, compose
 from isethdr_core.demand import Demand
 from isethdr_core.ledger import Ledger
+from isethdr_core.motion.settings import MotionSettings
 from isethdr_core.pipeline.bands import of_demand
 from isethdr_core.pipeline.chain import Chain, chain, plan
 from isethdr_core.quantities import LABELS
@@ -34,18 +35,26 @@ def planned(**parts):
     return plan(Chain(**known | parts), rows), {o.what: (o.why, o.bound) for o in rows[0].left_out}
 
 
-def test_labels_that_no_metric_reads():
+def test_labels_that_nothing_reads():
     def reads(*labels):
         return SimpleNamespace(narrow=lambda demand: demand.with_labels(*labels))
 
     demand, left = planned(metrics={"a": reads("instance"), "b": reads("depth")})
     assert demand.labels == {"instance", "depth"}
-    assert left["labels distance, category, normal"] == ("no metric reads them", 0.0)
+    why = "neither a metric nor the lens nor motion reads them"
+    assert left["labels distance, category, normal"] == (why, 0.0)
     assert not any("labels" in what for what in planned(metrics={"a": reads(*LABELS)})[1])
     assert not any("labels" in what for what in planned(renderer=None)[1]), (
         "a scene that knows its light makes its labels anyway"
     )
     assert not any("labels" in what for what in planned(leave_out=False)[1])
+
+
+def test_labels_of_motion_are_not_left_out_of_a_scene_that_moves():
+    moving = SimpleNamespace(time_s=0.0, frames_per_s=30.0)
+    demand, left = planned(scene=moving, motion=MotionSettings())
+    assert demand.labels == {"distance", "instance"}
+    assert "labels depth, category, normal" in left
 
 
 def test_the_display_view_that_nobody_looks_at():

@@ -19,7 +19,7 @@ from isethdr_core import generator
 from isethdr_core.extras import needed
 from isethdr_core.plugins.registry import build
 
-WIDTH = 28  # channels of the first level: 0.44 million parameters
+WIDTH = 28  # channels of the first level: 0.43 million parameters
 LEVELS = 2
 REACH_PX = 48
 TILES_PX = (256, 512, 1024, 4096)

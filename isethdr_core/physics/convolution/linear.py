@@ -63,6 +63,11 @@ def prepare(psf: Any, shape: Sequence[int]) -> Kernel:
         for example a graphics processor, and images must be there too. Of a `Mirrored` array only
         the half is kept.
     shape : (y, x) pixels of the images.
+
+    Raises
+    ------
+    ValueError : `psf` or `shape` does not have two dimensions, or `psf` holds values that are not
+        finite.
     """
     if isinstance(psf, Mirrored):
         return _prepare_mirrored(psf, shape)
@@ -130,6 +135,11 @@ def convolve(image: Any, psf: Any, error_allowed: float = 0.0) -> Any:
     error can be 14 times max(error_allowed, 3e-8) (`transform.error`). If direct summation of all
     doubtful pixels would take more than `direct_sums.MOST_PRODUCTS`, they are not summed:
     `convolve_with_bound` then returns an absolute bound.
+
+    Raises
+    ------
+    ValueError : `image` or `psf` does not have two dimensions or holds values that are not finite,
+        or a `Kernel` was prepared for images of another shape.
     """
     return convolve_with_bound(image, psf, error_allowed)[0]
 
@@ -174,6 +184,11 @@ def convolve_into(  # noqa: PLR0913 - plugins call it with these arguments
     factor : None, or a (y, x) array, 0 or more, by which the image is multiplied.
     gain : factor on the result.
     apply : `map`, or the `map` of a pool of threads; it is called for blocks of rows and columns.
+
+    Raises
+    ------
+    ValueError : the kernel was prepared for images of another shape, or `image` or `factor` holds
+        values that are not finite.
     """
     xp = namespace(image)
     if tuple(image.shape) != kernel.shape:

@@ -94,6 +94,10 @@ def poisson(mean: npt.ArrayLike, word: npt.ArrayLike) -> np.ndarray:
     -------
     float64 whole numbers of that shape.
 
+    Raises
+    ------
+    ValueError : a mean is outside 0..1e18, or not a number.
+
     Notes
     -----
     Below a mean of 4 e, the series is summed. Up to 1e6 e, a Cornish-Fisher expansion to 1/mean is

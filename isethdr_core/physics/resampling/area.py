@@ -68,6 +68,10 @@ def integrate_tiles(  # noqa: PLR0913 - plugins call it with these arguments
     Returns
     -------
     (..., y_out, x_out) float64 array, unit of `values` times the square of the coordinates' unit.
+
+    Raises
+    ------
+    ValueError : as `overlaps`, or `values` has another number of tiles than the centres.
     """
     values = np.asarray(values)
     along_x = overlaps(x_in, x_out, width_out, "x")
@@ -126,6 +130,10 @@ def detail_error(  # noqa: PLR0913 - plugins call it with these arguments
     -------
     (y_out, x_out) in the unit of `deviation`.
 
+    Raises
+    ------
+    ValueError : as `overlaps`.
+
     Notes
     -----
     If a rectangle covers the fraction f of a tile, its error there is the covariance of its
@@ -175,6 +183,11 @@ def overlaps(
     centres_out : (out,) centres of the output intervals, same unit.
     width_out : width of all output intervals, same unit.
     axis : name of the axis, for the error message.
+
+    Raises
+    ------
+    ValueError : the tile centres are not equidistant and increasing, there is only one, an output
+        interval extends beyond the tiles, or `width_out` is not above 0.
     """
     centres_in = np.asarray(centres_in, float)
     centres_out = np.asarray(centres_out, float)

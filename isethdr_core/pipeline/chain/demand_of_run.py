@@ -51,8 +51,6 @@ def plan(chain: Chain, rows: Ledger) -> Demand:
                 error_allowed=sensed.error_allowed,
                 stored_error_allowed=sensed.stored_error_allowed,
             )
-        if chain.motion is not None and isinstance(chain.scene, MovesInTime):
-            demand = demand.with_labels(*LABELS_OF_MOTION)
         check_memory(chain, demand)
         if not has_response:  # the noise of the sensors is not known, so it sets no limit
             return demand
@@ -76,6 +74,8 @@ def demand_of_scores(chain: Chain) -> Demand:
     for flare in chain.flares.values():
         demand = narrowed(flare, demand)
     demand = narrowed(chain.lens, demand)
+    if chain.motion is not None and isinstance(chain.scene, MovesInTime):
+        demand = demand.with_labels(*LABELS_OF_MOTION)
     state_labels(chain, demand)
     outline = imaging_outline(chain, demand, offered_nm)
     ledger.record_left_out(*outline.left_out)
@@ -173,5 +173,9 @@ def state_labels(chain: Chain, demand: Demand) -> None:
     unread = [label for label in LABELS if label not in demand.labels]
     if chain.renderer is not None and unread:
         ledger.left_out(
-            f"labels {', '.join(unread)}", "no metric reads them", 0.0, "labels", needless=True
+            f"labels {', '.join(unread)}",
+            "neither a metric nor the lens nor motion reads them",
+            0.0,
+            "labels",
+            needless=True,
         )

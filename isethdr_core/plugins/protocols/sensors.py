@@ -67,12 +67,12 @@ class HasPixelCounts(Protocol):
 
     @property
     def rows(self) -> int | None:
-        """Return the number of pixel rows; None where they fill the field."""
+        """Return the number of pixel rows; 0 or None where they fill the field."""
         ...
 
     @property
     def columns(self) -> int | None:
-        """Return the number of pixel columns; None where they fill the field."""
+        """Return the number of pixel columns; 0 or None where they fill the field."""
         ...
 
 

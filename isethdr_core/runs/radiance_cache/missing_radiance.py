@@ -199,7 +199,7 @@ def attributes_of_store(chain: Chain, request: Request, radiance: xr.Dataset) ->
         "path_span": radiance.attrs.get("path_span", {}),
         "limit_share": radiance.attrs.get("limit_share"),
         "versions": versions() | libraries(chain.scene, chain.renderer),
-        "inputs": input_digests(chain.scene),
+        "inputs": input_digests(chain.scene, chain.renderer),
         CONTENT: request.content and request.content.whole,
         GROUP_CONTENTS: {g: n for g, n in group_contents.items() if g in groups},
         SOURCES: radiance.attrs.get(SOURCES, {}),

@@ -31,8 +31,8 @@ def recipe_hash(chain: Chain) -> str:
         "code": fingerprint(chain.scene, chain.renderer),
         "versions": libraries(chain.scene, chain.renderer),
     }
-    # files that the scene reads; without any, the name is the same as in earlier versions
-    inputs = input_digests(chain.scene)
+    # files that scene and renderer read; without any, the name is the same as in earlier versions
+    inputs = input_digests(chain.scene, chain.renderer)
     if inputs:
         content["inputs"] = inputs
     if has_frame_seed(chain.renderer, chain.exposures):  # never stored under an earlier name

@@ -30,7 +30,7 @@ class Seconds(NamedTuple):
     """Run time of a picture, s."""
 
     rendering: float  # time of the rendering, in this run or when the radiance was stored
-    later: float  # time of everything after the rendering
+    later: float  # time of reading the radiance, and of lightings, lens, sensor and isp
 
 
 @dataclass(frozen=True)

@@ -38,7 +38,7 @@ def guided_colour(planes: np.ndarray, variance: np.ndarray, usable: np.ndarray) 
     that contain it.
     """
     total = planes.sum(axis=0)
-    noise = len(planes) * local_mean(np.asarray(variance, float), NOISE_WINDOW)
+    noise = len(planes) * _mean_of_usable(np.asarray(variance, float), usable)
     noise = np.maximum(noise, LEAST_VARIANCE_E2)
     weight = usable / noise
     weight_in_window = _positive(local_mean(weight, SIDE))
@@ -60,6 +60,12 @@ def guided_colour(planes: np.ndarray, variance: np.ndarray, usable: np.ndarray) 
         fitted = over_windows(slope) * total + over_windows(offset)
         guided[channel] = np.where(usable, fitted, plane)
     return guided
+
+
+def _mean_of_usable(variance: np.ndarray, usable: np.ndarray) -> np.ndarray:
+    """Return the mean variance of the usable pixels in `NOISE_WINDOW`."""
+    share = _positive(local_mean(usable.astype(float), NOISE_WINDOW))
+    return local_mean(np.where(usable, variance, 0.0), NOISE_WINDOW) / share
 
 
 def _positive(shares: np.ndarray) -> np.ndarray:

@@ -141,9 +141,8 @@ def check_array(method: str, cell: Sequence[str]) -> None:
     method : one of `METHODS`, or "automatic".
     cell : rows of the array's repeated cell, one letter per pixel.
     """
-    if len(set("".join(cell))) == 1:  # every pixel samples the only channel
-        return
-    if method == "learned":
+    is_mosaic = len(set("".join(cell))) > 1  # else every pixel samples the only channel
+    if method == "learned" and is_mosaic:
         arrays = learned.arrays()
         if not any(learned.is_shifted(cell, array) for array in arrays):
             raise ConfigError(

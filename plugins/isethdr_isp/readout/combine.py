@@ -32,7 +32,7 @@ class Merged:
 
     signal_e: np.ndarray  # (y, x)
     variance_e2: np.ndarray  # (y, x) temporal variance
-    valid: np.ndarray  # (y, x) bool, unsaturated in some capture
+    valid: np.ndarray  # (y, x) bool, far enough below the top of some capture
     source: np.ndarray  # (y, x) uint8, number of the capture with the largest weight
     fixed: SampleNoise = field(default_factory=SampleNoise)  # fixed-pattern variance, e^2
 

@@ -56,8 +56,10 @@ class ObjectContrast:
 
     THREAD_SAFE: ClassVar[bool] = True
 
-    ring: Ring = 0.2  # width of the ring around an object / square root of the object's area
-    fewest_pixels: Fewest = 9  # objects with fewer valid pixels get no score
+    # width of the ring around an object / square root of the object's area; at least 2 pixels
+    ring: Ring = 0.2
+    # objects with fewer valid pixels, or with fewer in the ring around them, get no score
+    fewest_pixels: Fewest = 9
 
     def __post_init__(self) -> None:
         check_ranges(self)

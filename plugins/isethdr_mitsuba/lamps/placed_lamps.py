@@ -33,7 +33,7 @@ class PlacedLamp:
     lamp: Lamp
     triangles: np.ndarray  # (n, 3, 3) m, counter-clockwise seen from outside
     axis: np.ndarray  # (3,) unit vector
-    peak_cd_m2: float  # luminance on the axis
+    peak_cd_m2: float  # luminance on the axis; of a lamp with a table the largest in any direction
     floor: float  # radiance of the Lambertian part, relative to the largest radiance of the beam
     cos_inner: float  # cosine of the half angle of the inner cone
     cos_outer: float  # cosine of the half angle of the outer cone

@@ -18,7 +18,7 @@ def discs_of(description: SceneDescription) -> tuple[SkyDisc, ...]:
     return description.sky.discs if isinstance(description.sky, SkyDome) else ()
 
 
-def disc_mesh(disc: SkyDisc, camera_m: tuple[float, int, float]) -> tuple[np.ndarray, np.ndarray]:
+def disc_mesh(disc: SkyDisc, camera_m: tuple[float, float, float]) -> tuple[np.ndarray, np.ndarray]:
     """Return vertices, m, and faces of a disc that faces the camera."""
     towards = disc.direction()
     side = np.cross(towards, np.eye(3)[np.argmin(np.abs(towards))])

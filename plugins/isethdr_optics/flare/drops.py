@@ -122,7 +122,8 @@ class DropsFlare:
     contact_deg: Contact = 30.0  # angle between glass and drop at its rim
     index: Index = 1.333  # refractive index of the drops
     distance_mm: Distance = 60.0  # distance of the glass from the entrance pupil
-    seed: Seed = 1  # seed of positions and radii; a wider field only adds drops
+    # seed of positions and radii; a wider field keeps the drops, except a few at the former border
+    seed: Seed = 1
 
     def __post_init__(self) -> None:
         """Raise ConfigError for values out of range, or if the smallest radius is above the

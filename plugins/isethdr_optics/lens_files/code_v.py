@@ -99,7 +99,7 @@ class _File:
             self.lens.f_number = number(arguments[0], where)
         elif key in ("YAN", "XAN") and arguments:
             self.widest_deg = max(self.widest_deg, *(abs(number(w, where)) for w in arguments))
-            self.lens.half_field_deg = self.widest_deg or self.lens.half_field_deg
+            self.lens.half_field_deg = self.widest_deg or None
         elif self.current is not None:
             self._of_surface(self.current, key, arguments, where)
 

@@ -30,6 +30,7 @@ HIGHEST = 30
 # factor on semi-diameters that the other program computed, so that rounding stops no ray
 CLEARANCE = 1.01
 FIELDS = (0.0, 0.7, 1.0)  # shares of the half field at which spots are computed
+ASSUMED_HALF_FIELD_DEG = 20.0  # of a file that states no field angles
 WIDEST_DEG = 75.0  # widest half field in tangents, which prescriptions are traced in
 
 
@@ -85,20 +86,16 @@ def imported(path: Path, glass: Sequence[str] = ()) -> Imported:
     glasses_of_name = glasses.stated(glass) | data.glasses
     notes: list[str] = []
     rows = _with_stop(data.rows, problems, notes)
+    half_field_deg = _half_field_deg(data, notes)
     table = {
         "name": data.name or path.stem,
         "source": data.source,
         "f_number": 1.0,
-        "half_field_deg": min(float(data.half_field_deg), WIDEST_DEG),
+        "half_field_deg": half_field_deg,
         "reference_nm": float(data.reference_nm),
         "surfaces": [_table_row(row, glasses_of_name, problems) for row in rows],
     }
     problems.refuse(path)
-    if data.half_field_deg > WIDEST_DEG:
-        notes.append(
-            f"the field of the file reaches {data.half_field_deg:g} degrees off the axis; here the"
-            f" design field ends at {WIDEST_DEG:g}"
-        )
     if not data.far_object:
         table["surfaces"][-1].pop("thickness_mm", None)
         notes.append("the file focuses on a near object; here the sensor is in the far focus")
@@ -169,6 +166,22 @@ def _typed(key: str, path: Path) -> str:
         return f"{key}={text}"
     quoted = text.replace("\\", "\\\\").replace("'", "\\'")
     return shlex.quote(f"{key}='{quoted}'")
+
+
+def _half_field_deg(data: LensData, notes: list[str]) -> float:
+    """Return the half field of the design, degrees, and note where it is not that of the file."""
+    if data.half_field_deg is None:
+        notes.append(
+            f"the file states no field angles: a half field of {ASSUMED_HALF_FIELD_DEG:g} degrees"
+            " is assumed; if the design has another, change half_field_deg in the YAML file"
+        )
+        return ASSUMED_HALF_FIELD_DEG
+    if data.half_field_deg > WIDEST_DEG:
+        notes.append(
+            f"the field of the file reaches {data.half_field_deg:g} degrees off the axis; here the"
+            f" design field ends at {WIDEST_DEG:g}"
+        )
+    return min(float(data.half_field_deg), WIDEST_DEG)
 
 
 def _with_stop(rows: list[Row], problems: Problems, notes: list[str]) -> list[Row]:

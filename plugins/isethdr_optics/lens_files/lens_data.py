@@ -41,6 +41,7 @@ class LensData:
 
     Parameters
     ----------
+    half_field_deg : largest field angle; None if the file states no field angles.
     entrance_pupil_mm, f_number : the aperture, by its diameter or by the f-number. Without both,
         the semi-diameter of the stop sets the aperture.
     far_object : whether the image distance is that of a distant object.
@@ -52,7 +53,7 @@ class LensData:
     source: str
     rows: list[Row]
     reference_nm: float = REFERENCE_NM
-    half_field_deg: float = 20.0
+    half_field_deg: float | None = None
     entrance_pupil_mm: float | None = None
     f_number: float | None = None
     far_object: bool = True

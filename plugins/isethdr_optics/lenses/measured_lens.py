@@ -41,7 +41,8 @@ class MeasuredLens:
     # empty: those in the table
     figures: str = ""
     f_number: FNumber = 4.0  # focal length / diameter of the entrance pupil
-    # focal length: position on the sensor = focal length x tangent of the field angle
+    # focal length; without distortion, position on the sensor = focal length x tangent of the field
+    # angle, or x the field angle in radians if the scene is equidistant
     focal_length_mm: FocalLength = 4.0
     transmittance: Transmittance = 1.0  # transmittance of the glass at all wavelengths
     # irradiance on the axis over radiance: tangent pi / (1 + 4 N^2), aplanatic (sine condition) pi

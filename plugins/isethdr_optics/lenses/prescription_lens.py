@@ -69,6 +69,8 @@ class PrescribedLens(FieldLens):
     # name of a lens prescription, or path of a .yaml file; it is scaled to focal_length_mm and
     # stopped to f_number
     prescription: str = "double_gauss"
+    # not used: traced rays give the irradiance on the axis over radiance
+    pupil: Literal["tangent", "aplanatic"] = "tangent"
     # relative illumination off the axis: traced, a law, or a table {field angle deg: relative
     # illumination}
     falloff: Literal["traced", "cos4", "none"] | Falloff = "traced"

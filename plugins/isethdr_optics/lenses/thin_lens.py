@@ -61,12 +61,15 @@ CHIEF_RAYS = 33
 
 @dataclass(frozen=True)
 class IdealLens:
-    """Lens without blur: irradiance is a constant times radiance, with or without cos4 falloff."""
+    """Lens without diffraction and aberrations: irradiance is a constant times radiance, with a
+    relative illumination. `focus_m` in metres adds the blur of objects out of focus.
+    """
 
     THREAD_SAFE: ClassVar[bool] = True
 
     f_number: FNumber = 4.0  # focal length / diameter of the entrance pupil
-    # focal length: position on the sensor = focal length x tangent of the field angle
+    # focal length; without distortion, position on the sensor = focal length x tangent of the field
+    # angle, or x the field angle in radians if the scene is equidistant
     focal_length_mm: FocalLength = 4.0
     transmittance: Transmittance = 1.0  # transmittance of the glass at all wavelengths
     # irradiance on the axis over radiance: tangent pi / (1 + 4 N^2), aplanatic (sine condition) pi
@@ -356,7 +359,8 @@ class DiffractionLimitedLens(IdealLens):
     # longitudinal chromatic aberration {wavelength nm: distance of the focus behind the sensor};
     # linear interpolation
     focal_shift_um: dict[Wavelength, FocalShift] = field(default_factory=dict)
-    # allowed relative sampling error of a kernel, mean over the tiles of one radius
+    # allowed sampling error of a kernel, relative to its light, in each ring of tiles: 1 to 2, 2 to
+    # 4, 4 to 8, ... tiles from its centre
     speckle_error: ErrorAllowed = 0.03
 
     # these are not fields; `field_point_lens.PlaceLens` explains the last five

@@ -41,7 +41,8 @@ class Chart:
 
     width: Tiles = 320  # tiles across
     height: Tiles = 180  # tiles down
-    horizontal_field_deg: Field = 40.0  # full horizontal field angle
+    # full horizontal field angle; at most 150 with projection=tangent
+    horizontal_field_deg: Field = 40.0
     luminance_cd_m2: Luminance = 100.0  # luminance of the brightest part, or of a perfect white
     first_nm: Wavelength = 400.0  # centre of the first band
     last_nm: Wavelength = 700.0  # centre of the last band

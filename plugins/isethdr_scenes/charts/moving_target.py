@@ -32,6 +32,7 @@ class MovingTarget(Chart):
     the chart has tiles.
     """
 
+    luminance_cd_m2: Luminance = 100.0  # luminance of the bar
     speed_tiles_per_s: Speed = 600.0  # speed of bar and lamp to the right
     lamp_luminance_cd_m2: Luminance = 1e5  # luminance of the lamp
     lamp_diameter_deg: Diameter = 0.5  # diameter of the lamp

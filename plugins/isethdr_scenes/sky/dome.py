@@ -2,7 +2,7 @@
 
 The sky by day is Mitsuba's (`daylight`), unchanged for a sun above 20 degrees. Between 20 and 5
 degrees it is scaled gradually to the measured values of `illuminance`, which are used below 5
-degrees. Between 5 and -5 degrees its shape changes gradually into that of twilight. Light of the
+degrees. Between 0.5 and -5 degrees its shape changes gradually into that of twilight. Light of the
 moon, of airglow and stars, and of towns is added at all hours.
 """
 

@@ -37,7 +37,7 @@ REACH = 10.0  # standard deviations of noise by which the table is extended whil
 FINITE_E = 1e60  # end of the table while it is computed; the square of this number is still finite
 
 
-@lru_cache(maxsize=8)  # each shot of a camera uses the same table, which takes 0.1 s
+@lru_cache(maxsize=8)  # each shot of a camera uses the same table, which takes 50 ms
 def response(
     reading: Reading, exposure_s: float, soft: Well, noise: bool = True
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

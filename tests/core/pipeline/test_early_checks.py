@@ -49,6 +49,7 @@ TARGETS = ["lighting=targets", "lighting.median_cd_m2=1"]
             "filter array CY/YM, .*expected one of RG/GB, RG/WB, .*type isp.demosaic=guided",
         ),
         (["isp.demosaic=malvar", "sensor.cfa=RG/WB"], "'malvar' and the filter array RG/WB"),
+        (["isp.demosaic=menon", "sensor=single"], "'menon' and the filter array W;"),
     ],
 )
 def test_a_plan_refuses_what_another_component_lacks(overrides, said, isethdr_home):

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from types import SimpleNamespace
 
 import pytest
 
 from isethdr_core.demand import Demand
-from isethdr_core.runs.radiance_cache import what_is_missing
+from isethdr_core.plugins.registry import build
+from isethdr_core.runs.radiance_cache import recipe_hash, what_is_missing
 from isethdr_core.runs.radiance_cache.stored_radiance import held
 
 BLUE = 450.0
@@ -90,3 +91,29 @@ def test_radiance_whose_paths_were_limited_serves_who_limits_them_alike():
     assert what_is_missing([limited], demand, enough, 0.6, {"most": 64}) is None
     assert what_is_missing([limited], demand, enough, 0.6, {"most": 128}) is not None
     assert what_is_missing([limited], demand, enough, 0.6) is not None
+
+
+@dataclass(frozen=True)
+class TableRenderer:
+    """A renderer that reads a file."""
+
+    table: str
+
+    def __call__(self, description, demand):
+        """Not called here."""
+        raise NotImplementedError
+
+    def input_files(self):
+        """Return the file that the renderer reads."""
+        return (self.table,)
+
+
+def test_a_changed_file_of_the_renderer_renames_its_radiance(tmp_path, isethdr_home):
+    table = tmp_path / "table.csv"
+    renderer = TableRenderer(str(table))
+    chain = SimpleNamespace(scene=build("scene", "macbeth"), renderer=renderer, exposures=None)
+    names = []
+    for content in ("1", "2", "1"):
+        table.write_text(content)
+        names.append(recipe_hash(chain))
+    assert names[0] == names[2] != names[1]

@@ -329,3 +329,11 @@ def test_a_field_wider_than_tangents_is_cut_and_said(tmp_path):
     found = imported(tmp_path / "a.seq", ["1.5=1.5"])
     assert found.lens.half_field_deg == 75.0
     assert "the field of the file reaches 95 degrees off the axis" in found.notes[0]
+
+
+def test_a_file_without_field_angles_gets_a_half_field_with_a_note(tmp_path):
+    text = SINGLET.format(glass=1.5, more="").replace("YAN 0 5", "")
+    (tmp_path / "a.seq").write_text(text)
+    found = imported(tmp_path / "a.seq", ["1.5=1.5"])
+    assert found.lens.half_field_deg == 20.0
+    assert "a half field of 20 degrees is assumed" in found.notes[0]

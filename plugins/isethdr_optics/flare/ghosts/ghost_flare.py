@@ -52,7 +52,8 @@ class GhostFlare:
     # coating of all glass surfaces: none, mgf2, multilayer, broadband; empty takes the coatings of
     # the prescription
     coating: str = ""
-    # share of the light that all neglected pairs of surfaces may carry together
+    # share of the scene's light that all neglected ghosts may carry together: half of it for
+    # neglected pairs of surfaces, half for weak ghosts of weak lamps
     error_allowed: Share = 1e-5
     sensor_reflectance_percent: Percent = 2.0  # specular reflectance of the sensor
     blades: Blades = 0  # number of blades of the iris; below 3 the iris is round

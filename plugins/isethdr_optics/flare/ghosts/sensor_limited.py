@@ -16,9 +16,11 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from isethdr_core.data.error_costs import STORE
 from isethdr_core.ledger import LeftOut, Note
 
 from ...imaging import wing_truncation
+from ...imaging.accuracy_shares import FAINT_GHOSTS
 from ...imaging.photoelectron_map import electrons
 from ...psf.error_parts import term
 from .ghost_flare import GhostFlare
@@ -32,7 +34,8 @@ if TYPE_CHECKING:
     from ...abilities import LensOptics
     from ...imaging.field_optics import FieldOptics
 
-SHARE = 0.25  # share of the light's allowed error that faint ghosts may use
+# share of the light's allowed error that faint ghosts of all flares together may use
+SHARE = FAINT_GHOSTS / (1 - STORE)
 # bound on the peak of a ghost with real rays over that with paraxial rays; the largest measured is
 # 6.8 (uniform light, four prescriptions at f/4 to f/8, coatings none, mgf2, multilayer)
 PEAK = 10.0
@@ -85,8 +88,10 @@ def without_faint_ghosts(
     optics : `field_optics.FieldOptics` of the field.
     response : `isethdr_core.demand.Response` of the sensors.
     """
-    if not any(type(flare) is GhostFlare for flare in flares):
+    count = sum(type(flare) is GhostFlare for flare in flares)
+    if not count:
         return LimitedFlares(flares)
+    allowed = SHARE * response.noise_fraction_allowed / count
     wave = optics.wavelength_nm
     total = 0.0
     out = []
@@ -108,9 +113,7 @@ def without_faint_ghosts(
     unit = 2 * light.share(np.ones(len(wave)), centre * of_image, everywhere=True)
     for flare in flares:
         if type(flare) is GhostFlare:
-            faint, share, left_out = _faint(
-                flare, lens, mixed, wave, PEAK * unit, SHARE * response.noise_fraction_allowed
-            )
+            faint, share, left_out = _faint(flare, lens, mixed, wave, PEAK * unit, allowed)
             total += share
             notes += left_out
             flare = (
