@@ -14,6 +14,7 @@ import time
 import traceback
 from contextlib import AbstractContextManager, nullcontext, suppress
 from pathlib import Path
+from typing import NoReturn
 
 import hydra
 from hydra.core.hydra_config import HydraConfig
@@ -150,7 +151,7 @@ def task(config: DictConfig) -> None:
             job.run_and_print(config)
     except Exception as err:  # the code of a plugin may raise anything
         if not sweeping and output_closed(err):
-            raise
+            _end_without_reader()
         keep_traceback(err)
         text, code = complaint(err)
         if sweeping:
@@ -169,11 +170,17 @@ def task(config: DictConfig) -> None:
 
 
 def output_closed(err: Exception) -> bool:
-    """Return whether the reader of the printed text has ended, as in `isethdr run | head`.
-
-    Typer then ends the command without a message. A crash in a stage has a note with its traceback.
+    """Return whether the reader of the printed text has ended, as in `isethdr run | head`. A crash
+    in a stage has a note with its traceback.
     """
     return isinstance(err, BrokenPipeError) and not getattr(err, "__notes__", [])
+
+
+def _end_without_reader() -> NoReturn:
+    """End the process without a message, as Typer ends other commands whose reader has ended."""
+    # what is still buffered goes nowhere, so that Python does not complain at its end
+    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+    sys.exit(CRASH)
 
 
 def keep_traceback(err: Exception) -> None:

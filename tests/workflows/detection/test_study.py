@@ -55,9 +55,12 @@ def test_a_dataset_without_objects_is_refused():
 def test_daylight_questions_leave_tunnels_out():
     car = {"instance": 1, "name": "car 1", "category": "car"}
     made = dataset(car)
-    tunnel = replace(made.scenes[0], number=1, overrides=("scene.road=tunnel",))
-    both = replace(made, scenes={**made.scenes, 1: tunnel})
-    assert len(chosen(both, QUESTIONS[""])) == 2
+    tunnels = {
+        1: replace(made.scenes[0], number=1, overrides=("scene.road=tunnel",)),
+        2: replace(made.scenes[0], number=2, overrides=("scene=tunnel", "lighting=tunnel")),
+    }
+    both = replace(made, scenes={**made.scenes, **tunnels})
+    assert len(chosen(both, QUESTIONS[""])) == 3
     assert [one.number for one in chosen(both, QUESTIONS["filters"])] == [0]
 
 

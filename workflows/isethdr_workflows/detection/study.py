@@ -55,6 +55,8 @@ RENDERED = ", rendered without"  # these two texts follow the name of a camera
 NOISIER = ", twice the render noise"
 # keys of the config that choose noise realisations; the study needs none
 OF_REALISATIONS = ("seed", "draws", "device")
+# overrides of scenes that are tunnels, which daylight does not reach
+TUNNELS = {"scene=tunnel", "scene.road=tunnel"}
 # lowest level over the lowest factor on the light; objects differ in their own illuminance
 MOST_FACTOR = 10.0
 
@@ -183,7 +185,7 @@ def chosen(made: Generated, asked: Question) -> list[SceneRecord]:
         record
         for record in made.made
         if not (asked.dipped and "scene.headlamp_beam=driving" in record.overrides)
-        and not (asked.open_sky and "scene.road=tunnel" in record.overrides)
+        and not (asked.open_sky and TUNNELS & set(record.overrides))
     ]
     kinds = asked.kinds or tuple(CLASSES)
     if not any(kind_of(entry) in kinds for record in records for entry in record.objects):
