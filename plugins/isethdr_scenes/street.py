@@ -82,10 +82,11 @@ class Street:
     """A road of one of 25 kinds, or of an OpenDRIVE file, with its traffic, seen from a car.
 
     Everything is drawn from the seed and placed before a mesh is built: no two things overlap, all
-    stand on the ground, and the first 6 m in front of the camera are free. Lamps and sky are as in
-    `night_drive`. If the number of vehicles, people, riders, animals or plants of a density cannot
-    be placed, the error says how many were placed. Two densities have no effect on some roads,
-    without an error: motorways have no riders, and towns without pavements have no animals.
+    stand on the ground, and at time 0 a strip in front of the camera, 6 m long and 1.2 m wide, is
+    free of things, except vehicles that SUMO moves. Lamps and sky are as in `night_drive`. If the
+    number of vehicles, people, riders, animals or plants of a density cannot be placed, the error
+    says how many were placed. Two densities have no effect on some roads, without an error:
+    motorways have no riders, and towns without pavements have no animals.
 
     A file made by `isethdr roads write` states the place of the camera, and whether the road is lit
     and in a town. Where `road_id`, `lane_id` and `s_m` are all empty, the place of the file is

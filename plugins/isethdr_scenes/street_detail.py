@@ -14,7 +14,7 @@ from .things.thing import Thing
 Level = Literal["near", "middle", "far", "distant"]
 LEVELS: tuple[Level, ...] = ("near", "middle", "far", "distant")
 ENDS_M = (16.0, 45.0, 90.0)  # distances at which the next coarser level begins
-BUDGET = 900_000  # greatest number of stored triangles of a scene
+BUDGET = 900_000  # number of stored triangles above which more things of a scene become coarser
 SPARE = 60_000  # triangles of the budget reserved for the ground and for small things
 # greatest number of triangles of a model of each group at each level; groups that are not listed
 # are `SMALL`

@@ -10,7 +10,6 @@ import pytest
 from isethdr_core.config.hydra_app import complaint, keep_traceback, output_closed
 from isethdr_core.errors import ConfigError
 
-
 SMALL = (
     "scene=point_lights",
     "scene.width=24",

@@ -23,7 +23,7 @@ from .soundness import mesh_mistakes, number_mistakes, size_mistakes
 
 # endings of the files that belong to a pack: meshes, their materials and textures, beams
 READ = (*SUFFIXES, ".mtl", ".png", ".jpg", ".jpeg", ".tga", ".bmp", ".ies", ".ldt")
-MOST_TRIANGLES = 150_000  # largest number of triangles of a thing; a scene has 900 000
+MOST_TRIANGLES = 150_000  # largest number of triangles of a thing
 
 
 @dataclass(frozen=True)

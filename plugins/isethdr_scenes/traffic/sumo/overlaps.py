@@ -36,7 +36,9 @@ def touching(boxes: np.ndarray, time_s: Floats, owner: np.ndarray) -> set[tuple[
 
 
 def fewest(pairs: set[tuple[int, int]], kept: int) -> set[int]:
-    """Return owners whose removal leaves no pair: owners with most pairs first, never `kept`."""
+    """Return owners whose removal leaves no pair. The owner with the most pairs is removed first,
+    `kept` never. A smaller set may exist.
+    """
     left = set(pairs)
     out: set[int] = set()
     while left:
