@@ -220,7 +220,8 @@ def table_values(table: dict[str, list[float]], angle_deg: np.ndarray) -> np.nda
     if largest > angles[-1] * (1 + 1e-9):
         raise ConfigError(
             f"the table of relative illumination ends at {angles[-1]:g} degrees, the field reaches"
-            f" {largest:.4g}; expected a longer table in lens.falloff, or a smaller field"
+            f" {largest:.4g}; expected a longer table in lens.falloff, a smaller field, or less"
+            " overscan (renderer.margin)"
         )
     return PchipInterpolator(angles, values)(np.minimum(angle_deg, angles[-1]))
 

@@ -29,6 +29,9 @@ MIXED_DIMS = ("wavelength", "y", "x")
 CHANNEL_DIMS = ("channel", "y", "x")
 LABELS = ("depth", "distance", "instance", "category", "normal")
 MOTION = "motion"  # a label of scenes that state their next frame
+# A label is a coordinate of mixed radiance under its name with this prefix. Light with components
+# has a coordinate `depth` of another meaning: the depth of its modulation.
+LABEL_PREFIX = "label_"
 PARTS_OF_LABELS = {"normal": ("xyz",), MOTION: ("uv",)}  # dimensions besides y and x
 LARGEST_HALF_FIELD_DEG = 75.0
 
@@ -301,9 +304,12 @@ def _check_plane(data: xr.DataArray, units: str, title: str) -> None:
 
 def _check_dims(data: xr.DataArray, dims: tuple[str, ...], title: str) -> None:
     if tuple(data.dims) != dims:
-        raise UnitError(
-            f"{title} has dims {tuple(map(str, data.dims))}; expected {dims}; use .transpose{dims}"
-        )
+        todo = ""
+        if set(data.dims) == set(dims):
+            todo = f"; use .transpose{dims}"
+        elif SCENE_DIMS[0] in set(data.dims) - set(dims):
+            todo = "; mix the light groups first, for example build('lighting', 'ideal')(radiance)"
+        raise UnitError(f"{title} has dims {tuple(map(str, data.dims))}; expected {dims}{todo}")
     for dim in dims:
         if dim not in data.coords:
             raise UnitError(f"{title} has no coordinate {dim!r}; expected coordinates for {dims}")

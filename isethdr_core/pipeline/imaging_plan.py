@@ -17,6 +17,7 @@ from inspect import signature
 from threading import Lock
 from typing import TYPE_CHECKING, Any, TypeGuard
 
+from ..data.quantities import LABEL_PREFIX
 from ..plugins.protocols import (
     FocusesAtDepth,
     ImagingPlan,
@@ -145,8 +146,8 @@ def outlined(
 
 
 def labelled(lens: Any, mixed: xr.DataArray, scene: xr.Dataset) -> xr.DataArray:
-    """Return mixed radiance with the labels that a lens asks for, as coordinates (y, x). Labels
-    that the scene lacks are left out.
+    """Return mixed radiance with the labels that a lens asks for, as coordinates (y, x) such as
+    `label_depth`. Labels that the scene lacks are left out.
 
     Parameters
     ----------
@@ -157,8 +158,17 @@ def labelled(lens: Any, mixed: xr.DataArray, scene: xr.Dataset) -> xr.DataArray:
     if not isinstance(lens, NarrowsDemand):
         return mixed
     asked = ledger.collected(lambda: lens.narrow(Demand())).result.labels
-    known = {name: scene[name].variable for name in sorted(asked) if name in scene}
+    known = {LABEL_PREFIX + n: scene[n].variable for n in sorted(asked) if n in scene}
     return mixed.assign_coords(known) if known else mixed
+
+
+def _labels_of(mixed: xr.DataArray) -> dict[str, Any]:
+    """Return the labels of mixed radiance that `labelled` has added, by coordinate."""
+    return {
+        str(name): coordinate.variable
+        for name, coordinate in mixed.coords.items()
+        if str(name).startswith(LABEL_PREFIX)
+    }
 
 
 def in_focus(lens: Any) -> Any:
@@ -193,9 +203,11 @@ class Imaging:
 
         Parameters
         ----------
-        mixed : (wavelength, y, x) mixed radiance, W m-2 sr-1 nm-1.
+        mixed : (wavelength, y, x) mixed radiance, W m-2 sr-1 nm-1, on the tiles of `self.mixed`.
         weights : (channel, wavelength) of the irradiance in each channel.
         """
+        # a plan that is made for this call needs the labels, too
+        mixed = mixed.assign_coords(_labels_of(self.mixed))
         with self._turn:
             return self.plan.light_errors(mixed, weights)
 

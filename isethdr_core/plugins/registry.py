@@ -165,7 +165,8 @@ def build(kind: str, name: str, /, **fields: Any) -> Any:
     components_of_kind = {n: c for (k, n), c in components().items() if k == kind}
     if name not in components_of_kind:
         raise ConfigError(
-            f"{kind} {name!r} is not installed{did_you_mean(name, components_of_kind)}"
+            f"{kind} {name!r} is not installed{did_you_mean(name, components_of_kind)}; these are"
+            " the components; presets are chosen with isethdr_core.compose or on the command line"
         )
     cls = class_of(components_of_kind[name])
     allowed = [f.name for f in dataclasses.fields(cls) if f.init]

@@ -4,18 +4,18 @@ noise of the renderer changes in them.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from ...data.derived_once import values_only
 from ...data.scores import Score, state_errors
-from ...errors import PluginError
+from ...errors import ConfigError, PluginError
 from ...plugins.protocols import DeclaresNoise, ScoresFurther
 from ...runs.noise_realisations import over_draws, state_spread
 from ...uncertainty import ledger, score_errors
 from ...uncertainty.changed_scenes import ScoredShot
-from ...uncertainty.score_intervals import RendererError, ScoreKey
+from ...uncertainty.score_intervals import RendererError, ScoreKey, key_of
 from .camera import Camera, CameraAtWork
 from .side_by_side import side_by_side
 from .stages import stage
@@ -32,6 +32,10 @@ def first_scores(work: CameraAtWork, camera: Camera) -> dict[str, list[Score]]:
     ----------
     work : the camera at work.
     camera : its picture, reference picture and labels.
+
+    Raises
+    ------
+    ConfigError : two metrics give scores of the same name.
     """
     metrics = work.chain.metrics
     own = [work.with_own_rows() for _ in metrics]
@@ -39,7 +43,28 @@ def first_scores(work: CameraAtWork, camera: Camera) -> dict[str, list[Score]]:
     scores = side_by_side(parts)
     for one in own:
         work.rows.extend(one.rows)
-    return dict(zip(metrics, scores, strict=True))
+    scores_of = dict(zip(metrics, scores, strict=True))
+    check_names(scores_of)
+    return scores_of
+
+
+def check_names(scores_of: Mapping[str, Sequence[Score]]) -> None:
+    """Raise ConfigError if two metrics give scores of the same name, of which only one would count.
+
+    Parameters
+    ----------
+    scores_of : {name of a metric in the config: its scores}.
+    """
+    metric_of: dict[ScoreKey, str] = {}
+    for key, scores in scores_of.items():
+        for score in scores:
+            other = metric_of.setdefault(key_of(score), key)
+            if other != key:
+                raise ConfigError(
+                    f"metric.{other} and metric.{key} both give the score {score.metric!r}; expected"
+                    f" one metric for each name of a score; type ~metric.{other} to leave one out, or"
+                    " compute its scores from the stored run: isethdr catalog score RUN metric=NAME"
+                )
 
 
 def scores_of_metric(work: CameraAtWork, camera: Camera, key: str) -> list[Score]:

@@ -224,17 +224,20 @@ def image_size(
     Notes
     -----
     `sensor_plane` may give a smaller rectangle, because it has whole tiles only.
+
+    Raises
+    ------
+    ConfigError : the distortion folds the field over, or its table ends within the field.
     """
     half = width / 2, height / 2
     distortion_map = camera_geometry.distortion_map(
         lens.distortion_to(float(projections.angle_rad(*half, projection))), projection
     )
+    if isinstance(distortion_map, camera_geometry.Identity):
+        return width, height
+    _check_no_fold(distortion_map, half)
     # 1e-6, because a table over this field differs in its last digits from one with overscan
-    scale = (
-        1.0
-        if isinstance(distortion_map, camera_geometry.Identity)
-        else _inscribed_scale(distortion_map, half) * (1 + 1e-6)
-    )
+    scale = _inscribed_scale(distortion_map, half) * (1 + 1e-6)
     return width * scale, height * scale
 
 

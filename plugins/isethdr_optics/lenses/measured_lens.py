@@ -146,7 +146,8 @@ class MeasuredLens:
                 raise ConfigError(
                     f"{name} of {self.figures or self.table} ends at {angles[-1]:g} degrees, and"
                     f" the corners of the field lie at {reached:.3g}; expected a table that reaches"
-                    " them; type a smaller scene.horizontal_field_deg"
+                    " them; type a smaller scene.horizontal_field_deg, or less overscan"
+                    " (renderer.margin)"
                 )
 
     def _table(self) -> MeasuredTable:

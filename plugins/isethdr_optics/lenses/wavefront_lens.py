@@ -68,7 +68,8 @@ class WavefrontLens(FieldLens):
         if angle > angles_deg[-1] * (1 + 1e-9):
             raise ConfigError(
                 f"lens.field_zernike_um ends at {angles_deg[-1]:g} degrees, the field reaches"
-                f" {angle:.4g}; expected a longer table, or a smaller field"
+                f" {angle:.4g}; expected a longer table, a smaller field, or less overscan"
+                " (renderer.margin)"
             )
         table = self.field_zernike_um.values()
         return {

@@ -18,6 +18,7 @@ import numpy.typing as npt
 from scipy.ndimage import maximum_filter
 
 from isethdr_core import ledger, quantities
+from isethdr_core.data.quantities import LABEL_PREFIX
 from isethdr_core.demand import Response
 from isethdr_core.errors import ConfigError, UnitError
 from isethdr_core.ledger import LeftOut
@@ -41,6 +42,7 @@ EDGE = 0.25  # least difference of blur diameters at a depth edge, tiles
 DISC = 0.4
 WAVE_UM = 0.55  # wavelength at which diffraction and defocus are compared
 QUARTER_WAVE = 2.0  # blur of a quarter wave of defocus, wavelengths x f-number
+DEPTH = LABEL_PREFIX + "depth"  # coordinate of mixed radiance: depth of each tile, m
 EDGES = "light at depth edges"  # part of the light that occlusion changes
 
 
@@ -118,16 +120,17 @@ def blur_tiles(lens: Any, mixed: xr.DataArray) -> npt.NDArray[np.float64]:
             f"lens.focus_m is {lens.focus_m!r}, and tiles are {across / down:.3g} times as wide as"
             " high; expected square tiles, on which blur is a disc; type lens.focus_m=hyperfocal"
         )
-    if "depth" not in mixed.coords:
+    if DEPTH not in mixed.coords:
         raise ConfigError(
             f"lens.focus_m is {lens.focus_m!r}, and the scene has no depth of its tiles; expected"
             " the label depth, as of a rendered scene; type lens.focus_m=hyperfocal"
         )
-    depth = np.asarray(mixed["depth"].values, float)
+    depth = np.asarray(mixed[DEPTH].values, float)
     if not (depth > 0).all():
         raise UnitError(
             f"the depth of a tile is {depth[~(depth > 0)].flat[0]:g} m; expected metres along the"
-            " optical axis, above 0"
+            " optical axis, above 0; tiles 90 degrees off the axis and more have none: type"
+            " lens.focus_m=hyperfocal"
         )
     blur_m = blur_diameter_m(1e-3 * lens.focal_length_mm, lens.f_number, lens.focus_m, depth)
     return blur_m / tile_m(lens, mixed)

@@ -220,9 +220,10 @@ def _stored_spectra(
     if stored is None and name:
         parts = arrays()
         first = next(parts)
-        kernel_store.save(
-            name, (len(bands), *first.shape), first.dtype, chain([first], parts), known
-        )
+        # the transform of a kernel that equals its mirror image is real, of any other complex
+        mirrored = all(isinstance(b, Mirrored) or np.array_equal(b, b[::-1, ::-1]) for b in bands)
+        dtype = first.dtype if mirrored else np.result_type(first.dtype, np.complex64)
+        kernel_store.save(name, (len(bands), *first.shape), dtype, chain([first], parts), known)
         stored = kernel_store.load(name)
     if stored is None:
         arrays_now = np.stack(list(arrays()))

@@ -12,6 +12,7 @@ from isethdr_core.data.derived_once import once
 from isethdr_core.data.temporal_modulation import components
 from isethdr_core.errors import ConfigError
 from isethdr_core.physics.detector.noise import LARGEST_MEAN_E, rows_per_block
+from isethdr_core.runs.seeds import Generator
 from isethdr_core.uncertainty.error_terms import Quantity
 
 from ..charge import blooming, crosstalk, full_well
@@ -29,8 +30,6 @@ from . import captures, chip_combination, converter, interleave, optical_black
 
 if TYPE_CHECKING:
     import xarray as xr
-
-    from isethdr_core.runs.seeds import Generator
 
     from ..sampling.pixel_grid import PixelGrid
     from ..sensor_model import Reading
@@ -76,10 +75,11 @@ def take_shot(model: SensorModel, light: xr.DataArray, generator: Generator | No
 
 
 def check_generator(model: SensorModel, generator: Generator | None) -> None:
-    """Raise ConfigError if a sensor with noise has no generator."""
-    if model.noise and generator is None:
+    """Raise ConfigError if a sensor with noise has no generator of isethdr."""
+    if model.noise and not isinstance(generator, Generator):
+        given = "no generator" if generator is None else f"{type(generator).__name__} as generator"
         raise ConfigError(
-            "a sensor with noise got no generator; expected hdr.generator(...), "
+            f"a sensor with noise got {given}; expected hdr.generator(...), "
             "for example sensor(light, hdr.generator(seed=7)), or build it with noise=False"
         )
 

@@ -50,6 +50,16 @@ def test_a_lens_that_distorts_images_the_whole_field(k1):
     np.testing.assert_allclose(found.xyz[inner], sharp.xyz[inner], rtol=1e-3)
 
 
+def test_a_lens_whose_illumination_is_a_table_images_the_whole_field():
+    _, mixed, lens = field(2.0)
+
+    def tabulated(mixed, flares=()):
+        table = {"angle_deg": [0.0, 0.01], "relative": [1.0, 1.0]}  # ends with a few tiles
+        return lens(mixed, flares=flares).assign_attrs(falloff="table", falloff_table=table)
+
+    assert sharp_light(tabulated, mixed) is None
+
+
 @pytest.mark.parametrize("pitch_um", [SIDE_UM, 2 * SIDE_UM])
 def test_light_as_noisy_as_its_limit_is_as_noisy_as_the_camera(pitch_um):
     scene, mixed, lens = field(2.0)

@@ -230,6 +230,21 @@ def test_bad_input_is_refused():
         IdealLens()(good, [ApertureFlare()])
 
 
+@pytest.mark.parametrize(
+    ("distortion", "said"),
+    [
+        (
+            {"model": "table", "angle_deg": [10, 20], "radius_per_focal_length": [0.17, 0.34]},
+            "ends",
+        ),
+        ({"model": "brown_conrady", "k1": -2.0}, "folds the field over"),
+    ],
+)
+def test_a_distortion_that_does_not_fit_the_field_is_refused_before_any_work(distortion, said):
+    with pytest.raises(ConfigError, match=f"lens.distortion .*{said}"):
+        IdealLens(distortion=distortion).image_size_m(0.9, 0.5)
+
+
 def test_a_table_of_wavefronts_that_ends_within_the_field_is_refused_before_any_work():
     lens = WavefrontLens(field_zernike_um={0: {}, 20: {8: 0.1}})
     wide, narrow = (2 * np.tan(np.radians(half)) for half in (22.5, 15.0))

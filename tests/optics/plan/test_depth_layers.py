@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+import xarray as xr
 from isethdr_optics.lenses.thin_lens import DiffractionLimitedLens, IdealLens
 from isethdr_optics.lenses.wavefront_lens import WavefrontLens
 from isethdr_optics.plan import depth_layers
@@ -23,11 +24,19 @@ from scipy.signal import convolve2d
 import isethdr_core as hdr
 from isethdr_core import ledger, quantities
 from isethdr_core.data.camera_geometry import map_of
+from isethdr_core.data.temporal_modulation import Modulation, components, stacked
 from isethdr_core.demand import Demand
 from isethdr_core.errors import ConfigError, UnitError
 from isethdr_core.ledger import Ledger
 from isethdr_core.physics.optics.defocus import blur_diameter_m, disc_on_tiles, hyperfocal_m
-from isethdr_core.pipeline.imaging_plan import LightBudget, imaged, in_focus, labelled
+from isethdr_core.pipeline.imaging_plan import (
+    Imaging,
+    LightBudget,
+    TrivialPlan,
+    imaged,
+    in_focus,
+    labelled,
+)
 
 IDEAL = IdealLens(f_number=1.6, falloff="none")
 LENS = DiffractionLimitedLens(f_number=1.6, pupil="aplanatic", falloff="none")
@@ -44,7 +53,7 @@ def field(values, depth=None, tile_um=TILE_UM, lens=LENS):
     made = quantities.plane(values[None], [550.0], *side[::-1], quantities.RADIANCE, **attrs)
     if depth is None:
         return made
-    return made.assign_coords(depth=(("y", "x"), np.broadcast_to(depth, values.shape)))
+    return made.assign_coords(label_depth=(("y", "x"), np.broadcast_to(depth, values.shape)))
 
 
 def point(depth=None, tile_um=TILE_UM, lens=LENS):
@@ -182,9 +191,27 @@ def test_a_lens_with_a_focus_reads_the_depth_of_the_scene():
         depth=np.full((3, 4), 7.0),
     )  # fmt: skip
     mixed = scene["radiance"].isel(light_group=0)
-    assert labelled(focused, mixed, scene)["depth"].values.mean() == 7.0
+    assert labelled(focused, mixed, scene)["label_depth"].values.mean() == 7.0
     assert labelled(LENS, mixed, scene) is mixed
     assert in_focus(focused) == LENS
+
+
+def test_the_depth_of_tiles_is_not_that_of_a_modulation():
+    scene = xr.Dataset({"depth": (("y", "x"), np.full((TILES, TILES), 7.0))})
+    ripple = stacked(["lamp"], [Modulation(100.0, depth=0.5)], [point()])
+    seen = labelled(replace(LENS, focus_m=5.0), ripple, scene)
+    [(modulation, plane)] = components(seen)
+    assert modulation.depth == 0.5 and plane["label_depth"].values.mean() == 7.0
+
+
+def test_errors_of_the_light_know_the_depth_of_its_tiles():
+    """A plan that leaves nothing out makes another plan to state its errors."""
+    lens = replace(LENS, focus_m=5.0)
+    scene = xr.Dataset({"depth": (("y", "x"), np.full((TILES, TILES), 7.0))})
+    mixed = point()
+    imaging = Imaging(labelled(lens, mixed, scene), lambda: TrivialPlan(lens))
+    weights = np.ones((1, mixed.sizes["wavelength"]))
+    assert np.isfinite(imaging.light_errors(mixed, weights).deviation).all()
 
 
 @pytest.mark.parametrize("diameter", [0.3, 1.9, 2.1, 3.0, 17.3])
