@@ -11,6 +11,7 @@
 | `narrowing`       | smaller demands of a component, and the union of several demands          |
 | `demand_of_run`   | the demand on the scene, derived backwards from the scores                |
 | `side_by_side`    | independent parts of a run on several threads                             |
+| `interrupts`      | Ctrl-C and SIGTERM end a stage, also where native code hides them         |
 | `stages`          | run one stage: hooks around it, its row in the ledger, its kept result    |
 | `imaging_stage`   | light on the sensor plane, by the plan of the lens                        |
 | `camera`          | one camera of a run at work, and its results                              |

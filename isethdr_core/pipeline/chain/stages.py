@@ -11,6 +11,7 @@ from ...plugins.registry import plugin_manager
 from ...runs.reuse import NOT_KEPT, Kept
 from ...uncertainty import ledger
 from ...uncertainty.ledger import Ledger
+from .interrupts import interrupts_kept
 from .side_by_side import end_if_unwanted
 
 
@@ -40,7 +41,7 @@ def stage(
     title = f"{kind} {name}" if name else kind
     hook.isethdr_before_stage(stage=at_work)
     try:
-        with ledger.stage(rows, title) as at_work.row, progress.shown(title):
+        with interrupts_kept(), ledger.stage(rows, title) as at_work.row, progress.shown(title):
             earlier = kept.reuse.earlier(kept.name)
             start_s = ledger.cpu_s()
             if earlier is None:
