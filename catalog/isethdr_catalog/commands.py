@@ -61,7 +61,9 @@ def find(
     order_by = pairs.pop("order_by", order_by)
     limit = _count(pairs.pop("limit", limit))
     also = () if order_by or pairs.keys() - {"kind"} else ALSO
-    rows = _query().find(places, order_by or None, limit, also, **pairs)
+    rows = _query().find(places, order_by or None, limit + 1, also, **pairs)
+    more = len(rows) > limit
+    rows = rows[:limit]
     paths = list(dict.fromkeys(str(_query().path_of(row, places)) for row in rows))
     left_out = {"path"} | ({"kind"} & pairs.keys())  # a condition on kind gives all rows one kind
     left_out |= {name for name in ALSO if all(row.get(name) is None for row in rows)}
@@ -70,6 +72,8 @@ def find(
     print_table(heads, [_cells(row) for row in rows], whole=TYPED)
     if remark := _remark_on_shares(rows):
         print(remark)
+    if more:
+        print(f"More rows match than the {limit} that are shown; type --limit {10 * limit or 50}.")
     if paths:
         print("\n".join(["paths:", *paths]))
 

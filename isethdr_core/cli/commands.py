@@ -7,6 +7,7 @@ sensor=bayer,rgbw`. Nothing heavy is imported here: `isethdr --help` stays quick
 
 from __future__ import annotations
 
+import errno
 import logging
 import sys
 from functools import cache
@@ -37,6 +38,8 @@ app = typer.Typer(
     help="Simulate cameras in high dynamic range driving scenes, in physical units.",
 )
 PASS_OVERRIDES = {"allow_extra_args": True, "ignore_unknown_options": True}
+# errors of a disk that is full, or of a file that may not be read or written
+NO_ACCESS = (errno.ENOSPC, errno.EDQUOT, errno.EROFS, errno.EACCES, errno.EPERM)
 COMPLETE = ["complete", "--"]  # first arguments of a call from a completion script
 PASS = PASS_OVERRIDES | {"help_option_names": []}
 
@@ -175,4 +178,13 @@ def main() -> None:
         _with_plugins(plugin_manager())()
     except IsetHdrError as err:
         print(f"error: {err}", file=sys.stderr)
+        sys.exit(2)
+    except OSError as err:
+        if err.errno not in NO_ACCESS:
+            raise
+        print(
+            f"error: cannot read or write {err.filename or 'a file'}: {err.strerror}; stored results"
+            " are complete; make room, or choose another folder",
+            file=sys.stderr,
+        )
         sys.exit(2)

@@ -285,6 +285,8 @@ def test_commands(folder, monkeypatch):
     call = CliRunner().invoke
     out = call(catalog, ["find", "kind=run", "sensor=rgbw", "order_by=ssim"]).output
     assert out.index("run0") < out.index("run2") < out.index("run1")
+    fewer = call(catalog, ["find", "kind=run", "--limit", "2"]).output
+    assert "More rows match than the 2 that are shown" in fewer and "More rows" not in out
     assert "near" in call(catalog, ["find", "person.distance_m__le=30", "lighting=night"]).output
     assert "3" in call(catalog, ["sql", "select count(*) from objects"]).output
     assert json.loads(call(catalog, ["show", "near"]).output)["recipe"] == "near"

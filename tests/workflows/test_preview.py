@@ -68,3 +68,14 @@ def test_denoise_is_on_or_off(tmp_path):
     with pytest.raises(ConfigError, match="denoise is 2; expected 1, or 0.*type denoise=1"):
         module.preview(denoise=2, picture=str(tmp_path / "no.png"))
     assert not list(tmp_path.iterdir())
+
+
+def test_a_chart_is_refused_because_it_is_not_rendered(tmp_path):
+    with pytest.raises(ConfigError, match="states its own radiance.*type .*scene=night_drive"):
+        module.preview("scene=macbeth", picture=str(tmp_path / "p.png"))
+
+
+@pytest.mark.parametrize("field", ["samples", "width"])
+def test_a_preview_without_samples_or_tiles_is_refused(field, tmp_path):
+    with pytest.raises(ConfigError, match=f"{field} is 0; expected 1 or more"):
+        module.preview(**{field: 0}, picture=str(tmp_path / "p.png"))

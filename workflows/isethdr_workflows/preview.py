@@ -7,6 +7,7 @@ from __future__ import annotations
 import time
 
 import numpy as np
+import xarray as xr
 
 from isethdr_core import Demand
 from isethdr_core.config.composition import compose
@@ -58,6 +59,11 @@ def preview(
             f"study preview: denoise is {denoise}; expected 1, or 0 to see the noise; type"
             " denoise=1"
         )
+    for name, value in (("samples", samples), ("width", width)):
+        if value < 1:
+            raise ConfigError(
+                f"study preview: {name} is {value}; expected 1 or more; type {name}=32"
+            )
     check_picture(picture, RASTERS)
     height = round(width * 9 / 16)
     built = chain(
@@ -71,7 +77,14 @@ def preview(
             ]
         )
     )
-    scene = built.renderer(built.scene(), Demand(labels=LABELS))
+    description = built.scene()
+    if isinstance(description, xr.Dataset) or built.renderer is None:
+        raise ConfigError(
+            "study preview shows rendered light, and this scene states its own radiance or there is"
+            " no renderer; expected a scene with geometry and a renderer; type for example"
+            " scene=night_drive"
+        )
+    scene = built.renderer(description, Demand(labels=LABELS))
     weights = {str(g): float(w) for g, w in built.lighting(scene).attrs["weights"].items()}
     start = time.process_time()
     looks = denoised(scene) if denoise else tristimulus(scene)

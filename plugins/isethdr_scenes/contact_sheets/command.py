@@ -47,13 +47,13 @@ def sheet_command(  # noqa: PLR0913 - each parameter is an option of the command
     ],
     out: Annotated[str, typer.Option(help="the picture to write; NAME_key.csv lists its tiles")],
     count: Annotated[int, typer.Option(help="number of things")] = 24,
-    seed: Annotated[int, typer.Option(help="seed of the random choice of things")] = 0,
+    seed: Annotated[int, typer.Option(min=0, help="seed of the random choice of things")] = 0,
     night: Annotated[bool, typer.Option("--night", help="render by night, with lamps on")] = False,
     quiz: Annotated[
         bool, typer.Option("--quiz", help="shuffle the things, and show numbers in place of names")
     ] = False,
-    tile: Annotated[int, typer.Option(help="width of a tile in pixels")] = 160,
-    samples: Annotated[int, typer.Option(help="samples per pixel")] = 24,
+    tile: Annotated[int, typer.Option(min=1, help="width of a tile in pixels")] = 160,
+    samples: Annotated[int, typer.Option(min=1, help="samples per pixel")] = 24,
 ) -> None:
     """Render the tiles and write the sheet."""
     sheet = import_module(f"{__package__}.sheet")

@@ -13,7 +13,10 @@ import typer
 def import_command(
     folder: str = typer.Argument(help="any folder of the deposit, with the folders below it"),
     field_deg: float = typer.Option(
-        40.0, help="full horizontal field angle, which the files do not state, degrees"
+        40.0,
+        min=0.01,
+        max=150.0,
+        help="full horizontal field angle, which the files do not state, degrees",
     ),
     normalise_cd_m2: float = typer.Option(
         0.0, help="mean luminance to which each light group is scaled; 0 keeps the radiance"

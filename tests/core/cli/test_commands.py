@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import re
 
 import pytest
@@ -232,3 +233,13 @@ def test_plan_has_a_help_of_its_own(monkeypatch, capsys):
 def test_plugins_can_be_chosen():
     shown = isethdr("plugins", "sensor", ISETHDR_PLUGINS="core,optics")
     assert shown.returncode == 0 and "bayer" not in shown.stdout
+
+
+def test_a_disk_that_cannot_be_written_is_one_line(monkeypatch, capsys):
+    def full(*_):
+        raise OSError(errno.ENOSPC, "No space left on device", "/data/x.csv")
+
+    monkeypatch.setattr("isethdr_core.cli.plan_summary.print_plan", full)
+    code, _, said = here(monkeypatch, capsys, "plan")
+    assert code == 2 and said.count("\n") == 1
+    assert "cannot read or write /data/x.csv: No space left on device" in said

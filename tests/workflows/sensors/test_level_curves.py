@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from isethdr_workflows.sensors.level_curves import level_curves
+from isethdr_workflows.sensors.level_curves import level_curves, viewer
 
 from isethdr_core.errors import ConfigError
 
@@ -41,3 +41,7 @@ def test_three_captures_reach_further_and_dip_where_one_takes_over():
 def test_bad_settings_are_refused(wrong):
     with pytest.raises(ConfigError, match=f"{next(iter(wrong))} is .*expected.*type"):
         level_curves(**wrong)
+
+
+def test_a_preset_is_a_sensor_too():
+    assert callable(viewer("typical_rgbw"))

@@ -9,10 +9,10 @@ from typing import Any
 
 import numpy as np
 
-from isethdr_core import generator
+from isethdr_core import compose, generator
 from isethdr_core.errors import ConfigError
 from isethdr_core.extras import needed
-from isethdr_core.plugins.registry import build
+from isethdr_core.plugins.registry import build, build_from_config
 
 DECADES = (1e-3, 1e5)  # range of luminance, cd/m2
 F_NUMBER = 4.0
@@ -84,7 +84,7 @@ def viewer(sensor: str) -> Callable[..., Any]:
     mixed = build("lighting", "weights", weights={"sky": 1.0})(
         build("scene", "uniform", width=80, height=80, luminance_cd_m2=1.0)()
     )
-    camera = build("sensor", sensor)
+    camera = build_from_config("sensor", compose([f"sensor={sensor}"]).sensor)
     isp = build("isp", "merge")
     focal_mm = camera.pitch_um * 1e-3 * 80 / mixed.attrs["field_width"]
     light = build("lens", "ideal", f_number=F_NUMBER, focal_length_mm=focal_mm, falloff="none")(

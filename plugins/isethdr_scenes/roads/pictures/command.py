@@ -33,7 +33,7 @@ def sheet_command(
     out: Path = typer.Argument(
         None, help="picture of the road file to write; by default next to the file"
     ),
-    seeds: int = typer.Option(1, help="number of sheets, each with another seed"),
+    seeds: int = typer.Option(1, min=1, help="number of sheets, each with another seed"),
     kinds: str = typer.Option("", help="names of kinds, separated by commas; by default all"),
 ) -> None:
     """Draw kinds of road from above, one PNG per seed; or the plan of a road file."""
@@ -50,7 +50,7 @@ def sheet_command(
 def write_command(
     kind: str = typer.Argument(help="name of a kind of road (`isethdr roads list`)"),
     file: Path = typer.Argument(help="OpenDRIVE file to write (.xodr)"),
-    seed: int = typer.Option(0, help="seed of the road"),
+    seed: int = typer.Option(0, min=0, help="seed of the road"),
 ) -> None:
     """Write a kind of road as an OpenDRIVE file."""
     base = import_module(f"{ROADS}.kinds").kind(kind, seed)
@@ -83,7 +83,7 @@ def import_osm_command(
 def net_command(
     road: str = typer.Argument(help="name of a kind of road, or OpenDRIVE file (.xodr)"),
     file: Path = typer.Argument(help="net of SUMO to write (.net.xml)"),
-    seed: int = typer.Option(0, help="seed of a kind of road"),
+    seed: int = typer.Option(0, min=0, help="seed of a kind of road"),
 ) -> None:
     """Write the net of SUMO on which routes for a road are made (extra traffic)."""
     path = Path(road)
