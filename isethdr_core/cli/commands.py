@@ -183,8 +183,8 @@ def main() -> None:
         if err.errno not in NO_ACCESS:
             raise
         print(
-            f"error: cannot read or write {err.filename or 'a file'}: {err.strerror}; stored results"
-            " are complete; make room, or choose another folder",
+            f"error: cannot read or write {err.filename or 'a file'}: {err.strerror}; stored"
+            " results are complete; make room, or choose another folder",
             file=sys.stderr,
         )
         sys.exit(2)

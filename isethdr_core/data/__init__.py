@@ -4,6 +4,7 @@
 |-----------------------|------------------------------------------------------------------------|
 | `camera_geometry`     | lines of sight of pixels: projection, distortion, relative illumination |
 | `categories`          | names and numbers of object categories                                 |
+| `csv_table`           | columns of numbers from a user's CSV file                              |
 | `error_costs`         | the cost of a smaller error, and the division of an error at least cost |
 | `derived_once`        | results of metrics that depend on reference picture and labels only    |
 | `fog`                 | fog: extinction by visibility, and phase function                      |

@@ -4,7 +4,7 @@ ranges.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 from ..data.temporal_modulation import wrong
@@ -31,9 +31,29 @@ def parse(table: dict[str, Any], seed: int) -> dict[str, Modulation]:
     }
 
 
-def check_groups(table: dict[Any, Any], groups: Sequence[str]) -> None:
-    """Raise ConfigError where a modulation names a group that the scene does not have."""
-    for name in table:
+def asked_for(table: Mapping[str, Any], weights: Mapping[str, float]) -> list[str]:
+    """Return the groups that a scene must have because the config modulates them.
+
+    A group of weight 0 by its own name is not asked for: a preset may name groups that only some
+    scenes have. A group that no weight names is asked for, whatever the weight of others.
+
+    Parameters
+    ----------
+    table : modulation of the config {group: entry}; an entry of None is left out.
+    weights : weights of the groups that the config names {group: weight}.
+    """
+    return [name for name, entry in table.items() if entry is not None and weights.get(name) != 0]
+
+
+def check_groups(names: Iterable[str], groups: Sequence[str]) -> None:
+    """Raise ConfigError where a modulation names a group that the scene does not have.
+
+    Parameters
+    ----------
+    names : groups that are modulated.
+    groups : groups of the scene.
+    """
+    for name in names:
         if name not in groups:
             raise ConfigError(
                 f"lighting.modulation names the light group {name!r}, which the scene does not have"

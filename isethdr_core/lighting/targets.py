@@ -18,7 +18,7 @@ from ..uncertainty.error_terms import Quantity
 from . import mix, solver, target
 from .limits import Ratio, Reached, Weight
 from .mix import all_weights
-from .modulation import check_groups, parse
+from .modulation import asked_for, check_groups, parse
 from .weights import without_dark_groups
 
 if TYPE_CHECKING:
@@ -129,7 +129,14 @@ class TargetsLighting:
 
     def check_groups(self, groups: Sequence[str]) -> None:
         """Raise ConfigError if a target, weight or modulation names a group that is not in
-        `groups`.
+        `groups`, the groups of the scene.
+        """
+        self._check_named(groups)
+        check_groups(asked_for(self.modulation, self._known()), groups)
+
+    def _check_named(self, groups: Sequence[str]) -> None:
+        """Raise ConfigError if a target or weight names a group that is not in `groups`, which may
+        be without groups of weight 0.
         """
         for t in self._own(groups):
             if t.group not in groups:
@@ -145,7 +152,6 @@ class TargetsLighting:
                 f"{did_you_mean(first, groups)}; type 'lighting.moves=[{groups[0]}]'"
             )
         all_weights(self.weights, self.others, groups)
-        check_groups(self._varying(), groups)
 
     def _own(self, groups: Sequence[str]) -> list[target.Target]:
         """Return the targets, without targets of luminance 0 for groups that are not there."""
@@ -191,7 +197,7 @@ class TargetsLighting:
         """Return the weight of every group, and {name: {wanted, reached}} of every target."""
         # each map is read once, and only if a target needs it
         map_of = cache(lambda group: mix.luminance_map(radiance, group))
-        self.check_groups(groups)
+        self._check_named(groups)
         own_light = self._own(groups)
         weights = mix.all_weights(self.weights, self.others, groups)
         targets = target.draw(target.parse(self.targets), self.seed)

@@ -11,7 +11,7 @@ from ..uncertainty import ledger
 from . import mix
 from .limits import Luminance, Weight
 from .mix import all_weights
-from .modulation import check_groups, parse
+from .modulation import asked_for, check_groups, parse
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -51,7 +51,7 @@ class WeightsLighting:
     def check_groups(self, groups: Sequence[str]) -> None:
         """Raise ConfigError if a weight or a modulation names a group that is not in `groups`."""
         all_weights(self.weights, self.others, groups)
-        check_groups(self._varying(), groups)
+        check_groups(asked_for(self.modulation, self.weights), groups)
 
     def narrow(self, demand: Demand) -> Demand:
         """Return the demand without the groups of weight 0."""

@@ -118,12 +118,19 @@ class MergeIsp(Development):
 
 def charges(captures: xr.Dataset, balance: Illuminant) -> tuple[list[list[Any]], list[np.ndarray]]:
     """Return the readings of every charge, least sensitive charge first, and for each charge the
-    electrons per cd/m2 of its pixels (y, x).
+    electrons per cd/m2 of its pixels (y, x). A single charge is not compared with others, so the
+    pixels of a filter that transmits no light count as 1.
+
+    Raises
+    ------
+    UnitError : there are several charges, and a filter transmits no light of `balance`.
     """
     by_charge: dict[int, list] = {}
     reads = readouts(captures, light(balance, captures.wavelength.values))
+    several = len(set(captures["charge"].values.tolist())) > 1
     for number, read in zip(captures["charge"].values.tolist(), reads):
-        if not np.all(read.sensitivity > 0):  # charges are compared by their ratio
+        # charges are compared by the ratio of their sensitivities
+        if several and not np.all(read.sensitivity > 0):
             blind = [
                 str(name)
                 for name, value in zip(captures["channel"].values, read.sensitivity)
@@ -137,7 +144,8 @@ def charges(captures: xr.Dataset, balance: Illuminant) -> tuple[list[list[Any]],
         by_charge.setdefault(number, []).append(read)
     groups = sorted(by_charge.values(), key=lambda reads: float(np.mean(reads[0].sensitivity)))
     filters = captures["filter"].values
-    return groups, [reads[0].sensitivity[filters] for reads in groups]
+    sensitivities = (reads[0].sensitivity for reads in groups)
+    return groups, [np.where(per_cd > 0, per_cd, 1.0)[filters] for per_cd in sensitivities]
 
 
 def state_spectral_mismatch(groups: Sequence[list[Readout]], wavelength_nm: np.ndarray) -> None:
@@ -148,6 +156,8 @@ def state_spectral_mismatch(groups: Sequence[list[Readout]], wavelength_nm: np.n
     ------
     UnitError : they differ by more than `LARGEST_MISMATCH`.
     """
+    if len(groups) == 1:  # nothing is compared, and a sensitivity may be 0
+        return
     long = groups[-1][0]
     samples = radiances(wavelength_nm)
     reference = samples @ (long.response / long.sensitivity[:, None]).T

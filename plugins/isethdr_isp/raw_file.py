@@ -43,6 +43,7 @@ LINEAR = 34892
 KIND = 262  # number of the tag PhotometricInterpretation
 D65 = 21  # daylight, value of the tag CalibrationIlluminant1
 LARGEST = 65535  # largest sample, DN
+COMBINED = "combined"  # name of the capture into which a chip combines all of its readings
 
 
 def write_dng(captures: xr.Dataset, path: Path, capture: str = "") -> Path:
@@ -57,7 +58,8 @@ def write_dng(captures: xr.Dataset, path: Path, capture: str = "") -> Path:
     Raises
     ------
     UnitError : samples are no whole DN of 16 bits or less, a DNG has no name for the filters, or
-        the response is nonlinear.
+        the response is nonlinear. Without `response_dn`, `response_e` and `response_variance_e2`
+        (`captures.drop_vars`), the codes of a nonlinear response are written as if it were linear.
     """
     import tifffile
 
@@ -210,23 +212,41 @@ def _description(capture: xr.Dataset) -> str:
 
 def _check(capture: xr.Dataset, names: list[str], raw: np.ndarray) -> None:
     top = float(capture["top_dn"].values[0])
-    if (
-        not np.issubdtype(raw.dtype, np.integer)
-        or raw.min() < 0
-        or raw.max() > LARGEST
-        or not 0 < top <= LARGEST
-    ):
+    # before the response, which belongs to the combined code alone
+    if str(capture["capture"].values[0]) == COMBINED and top > LARGEST:
         raise UnitError(
-            f"raw is {raw.dtype} up to {raw.max():g} with its top at {top:g} DN; a DNG holds whole"
-            " DN of 16 bits; set sensor.bits to 16 or less"
+            f"raw is a code up to {top:g} DN into which the chip combines its captures; a DNG holds"
+            " whole DN of 16 bits; expected single captures; type sensor.combine_bits=0"
+        )
+    if "response_dn" in capture and np.isfinite(capture["response_dn"].values[0]).any():
+        raise UnitError(
+            "a DNG cannot hold a nonlinear response; expected a sensor whose DN are proportional to"
+            " light; type for example sensor=bayer, or --to exr for the picture"
         )
     if len(names) > 1:
         _check_array(capture, names)
-    if "response_dn" in capture and np.isfinite(capture["response_dn"].values[0]).any():
+    _check_samples(raw, top)
+
+
+def _check_samples(raw: np.ndarray, top: float) -> None:
+    """Refuse samples that are no whole DN of 16 bits, and companded samples of more bits.
+
+    Parameters
+    ----------
+    raw : samples (y, x).
+    top : top of the range before companding, DN.
+    """
+    if not np.issubdtype(raw.dtype, np.integer):
         raise UnitError(
-            "a DNG cannot hold a nonlinear response; expected captures without response_dn,"
-            " response_e and response_variance_e2; type captures.drop_vars(['response_dn',"
-            " 'response_e', 'response_variance_e2']) to write the codes without it"
+            f"raw is {raw.dtype}, from a sensor without a converter; a DNG holds whole DN of 16"
+            " bits; expected whole DN; type sensor.bits=12, or sensor=bayer in place of a sensor"
+            " without this field, such as ideal"
+        )
+    if raw.min() < 0 or raw.max() > LARGEST or not 0 < top <= LARGEST:
+        raise UnitError(
+            f"raw is {raw.dtype} up to {raw.max():g} with its top at {top:g} DN before companding;"
+            f" a DNG holds whole DN of 16 bits; expected a top of {LARGEST} DN or less; type"
+            " sensor.bits=16"
         )
 
 
@@ -238,15 +258,14 @@ def _check_array(capture: xr.Dataset, names: list[str]) -> None:
     if unknown:
         raise UnitError(
             f"a DNG has no name for filter {', '.join(unknown)}; expected some of"
-            f" {', '.join(COLOURS)}"
+            f" {', '.join(COLOURS)}; type for example sensor=bayer sensor.cfa=RGGB"
         )
     rows, columns = _cell(capture).shape
     if (rows, columns) != (2, 2) or len({COLOURS[name] for name in names}) not in (3, 4):
         raise UnitError(
             f"the filter array repeats after {rows} x {columns} pixels and holds"
             f" {', '.join(names)}; raw developers read a DNG of 2 x 2 pixels with three or four"
-            " kinds of filters, or of one kind; write the captures with xarray instead:"
-            " captures.to_zarr(path)"
+            " kinds of filters, or of one kind; type for example sensor=bayer sensor.cfa=RGGB"
         )
 
 

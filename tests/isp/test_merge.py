@@ -136,6 +136,24 @@ def test_one_capture_is_exactly_linear(bench):
         np.testing.assert_array_equal(one[name].values, same[name].values)
 
 
+@pytest.mark.parametrize("rule", RULES)
+def test_one_charge_is_not_compared_so_a_filter_without_light_is_no_mistake(bench, rule):
+    """A picture of one charge is the same as without the merge; two charges are refused."""
+    dark = bench.QE * np.array([[0], [1], [1]])
+    mean_e = np.random.default_rng(8).uniform(0, 2e4, (12, 14))
+    captures = bench.make(mean_e, [{**bench.ONE[0], "qe": dark}])
+    one = LinearIsp()(captures)
+    same = MergeIsp(rule=rule)(captures)
+    assert np.isfinite(one.xyz.values).all()
+    for name in ("xyz", "variance", "valid"):
+        np.testing.assert_array_equal(one[name].values, same[name].values)
+    specs = [{**spec, "qe": dark} for spec in bench.SPLIT]
+    merged_of_one = MergeIsp(rule=rule)(bench.make(mean_e, specs[:2]))
+    assert np.isfinite(merged_of_one.xyz.values).all()
+    with pytest.raises(UnitError, match="filter R transmits no light .*cannot be compared"):
+        MergeIsp(rule=rule)(bench.make(mean_e, specs))
+
+
 def test_order_of_captures_does_not_matter(bench):
     captures = bench.make(
         np.random.default_rng(8).uniform(0, 1e5, (12, 14)),

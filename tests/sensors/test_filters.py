@@ -1,6 +1,7 @@
 """Filter patterns and spectral curves."""
 
 import os
+import subprocess
 from dataclasses import replace
 from pathlib import Path
 
@@ -152,7 +153,16 @@ def test_a_changed_file_of_curves_is_read_again(tmp_path):
         ("wavelength_nm,R\n400,0.1\nnan,0.2\n600,0.1\n", "finite, increasing"),
         ("wavelength_nm,R\n400,0.1\ninf,0.1\n", "finite, increasing"),
         ("wavelength_nm,R\n400,0.1\n500,60\n", "within 0..1"),
-        ("wavelength_nm,R\n400,x\n", "no table"),
+        ("wavelength_nm,R\n400,x\n", "'x' in line 2, which is no number"),
+        (
+            "wavelength_nm,R\n400,0,1\n500,0,2\n",
+            "3 values in line 2; expected 2.*points in decimal",
+        ),
+        ("wavelength_nm,R,R\n400,0.1,0.2\n500,0.1,0.2\n", "2 columns R; expected each name once"),
+        ("wavelength_nm;R\n400;0,1\n500;0,2\n", "semicolons between its columns; expected commas"),
+        ("wavelength_nm\tR\n400\t0.1\n500\t0.2\n", "tabs between its columns; expected commas"),
+        ("", "is empty; expected a first line wavelength_nm,R,G,B"),
+        ("wavelength_nm,R\n", "holds no numbers"),
         (None, "cannot be read"),
     ],
 )
@@ -162,6 +172,34 @@ def test_bad_curves_are_refused(tmp_path, flat, text, message):
         path.write_text(text)
     with pytest.raises(ConfigError, match=message):
         IdealSensor(cfa="R", qe_csv=str(path)).expected(flat(1e-3))
+
+
+@pytest.mark.parametrize("separator", [";", "\t"])
+def test_the_command_that_a_refused_table_advises_makes_one_that_works(tmp_path, separator):
+    path = tmp_path / "of a spreadsheet.csv"
+    rows = (("wavelength_nm", "R"), ("400", "0,1"), ("700", "0,5"))
+    path.write_text("".join(f"{separator.join(row)}\n" for row in rows))
+    with pytest.raises(ConfigError, match="type for example tr ") as caught:
+        IdealSensor(cfa="R", qe_csv=str(path)).model()
+    command = str(caught.value).partition("type for example ")[2]
+    subprocess.run(["sh", "-c", command], cwd=tmp_path, check=True)
+    sensor = IdealSensor(cfa="R", qe_csv=str(tmp_path / "commas.csv"), infrared_cut=False)
+    assert_allclose(spectral_curve(sensor.model(), [400.0, 700.0]), [[0.1, 0.5]])
+
+
+def test_marks_comments_and_empty_cells_of_spreadsheets_change_nothing(tmp_path):
+    path = tmp_path / "qe.csv"
+    text = "wavelength_nm, R,,\r\n# measured\r\n400, 0.1,,\r\n,,,\r\n700, 0.5,,\r\n"
+    path.write_bytes(b"\xef\xbb\xbf" + text.encode())
+    sensor = IdealSensor(cfa="R", qe_csv=str(path), infrared_cut=False)
+    assert_allclose(spectral_curve(sensor.model(), [400.0, 700.0]), [[0.1, 0.5]])
+
+
+def test_a_table_that_is_no_utf_8_is_refused(tmp_path):
+    path = tmp_path / "qe.csv"
+    path.write_bytes("wavelength_nm,R\n400,0.1\n700,0.5\n".encode("utf-16"))
+    with pytest.raises(ConfigError, match="is no text in UTF-8"):
+        IdealSensor(cfa="R", qe_csv=str(path)).model()
 
 
 def test_unknown_filter_and_impossible_scale_are_refused(flat):

@@ -61,9 +61,10 @@ def check_names(scores_of: Mapping[str, Sequence[Score]]) -> None:
             other = metric_of.setdefault(key_of(score), key)
             if other != key:
                 raise ConfigError(
-                    f"metric.{other} and metric.{key} both give the score {score.metric!r}; expected"
-                    f" one metric for each name of a score; type ~metric.{other} to leave one out, or"
-                    " compute its scores from the stored run: isethdr catalog score RUN metric=NAME"
+                    f"metric.{other} and metric.{key} both give the score {score.metric!r};"
+                    " expected one metric for each name of a score; type"
+                    f" ~metric.{other} to leave one out, or compute its scores from the stored"
+                    " run: isethdr catalog score RUN metric=NAME"
                 )
 
 

@@ -83,7 +83,8 @@ def shot(captures: xr.Dataset, how: NetworkFields, apart: bool) -> Shot:
 
     Raises
     ------
-    UnitError : the filter array has two exposures, or a filter transmits no light.
+    UnitError : the filter array has two exposures, or captures of several charges have a filter
+        that transmits no light.
     """
     if is_interleaved(captures):
         raise UnitError(

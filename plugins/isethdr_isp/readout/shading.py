@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from isethdr_core.data import csv_table
 from isethdr_core.errors import ConfigError, UnitError
 
 from ..spectra import light
@@ -146,25 +147,28 @@ def read_shading(path: str | Path) -> tuple[np.ndarray, np.ndarray]:
     ConfigError : the file cannot be read, or is no such table.
     """
     try:
-        with open(path, newline="") as file:
-            header, *rows = list(csv.reader(file)) or [[]]
-        table = np.array(rows, float)
-    except (OSError, ValueError) as err:
+        columns = csv_table.columns_of(csv_table.read_text(path), path, ",".join(COLUMNS))
+    except OSError as err:
         raise ConfigError(
             f"isp.shading_csv={str(path)!r} cannot be read ({err}); expected the columns"
             f" {', '.join(COLUMNS)}"
         ) from None
+    except ValueError as err:
+        raise ConfigError(f"isp.shading_csv={str(path)!r} {err}") from None
+    if tuple(columns) != COLUMNS:
+        raise ConfigError(
+            f"isp.shading_csv={str(path)!r} has the columns {', '.join(columns)}; expected a first"
+            f" line {','.join(COLUMNS)}"
+        )
+    radius_mm, relative = columns.values()
     if (
-        tuple(header) != COLUMNS
-        or table.shape[1:] != (len(COLUMNS),)
-        or len(table) < 2
-        or not np.all(np.isfinite(table))
-        or np.any(np.diff(table[:, 0]) <= 0)
-        or not np.all(table[:, 1] > 0)
+        len(radius_mm) < 2
+        or not np.all(np.isfinite([radius_mm, relative]))
+        or np.any(np.diff(radius_mm) <= 0)
+        or not np.all(relative > 0)
     ):
         raise ConfigError(
-            f"isp.shading_csv={str(path)!r} holds {', '.join(header)}; expected the columns"
-            f" {', '.join(COLUMNS)} with two or more rows of finite numbers, rising radii and"
-            " values above 0"
+            f"isp.shading_csv={str(path)!r} holds values that no lens has; expected two or more"
+            f" lines of finite numbers, with rising {COLUMNS[0]}, and {COLUMNS[1]} above 0"
         )
-    return table[:, 0], table[:, 1]
+    return radius_mm, relative

@@ -11,7 +11,6 @@ separate .csv.
 
 from __future__ import annotations
 
-import csv
 from dataclasses import dataclass, field
 from functools import lru_cache
 from importlib.resources import files
@@ -19,6 +18,7 @@ from pathlib import Path
 
 import numpy as np
 
+from isethdr_core.data import csv_table
 from isethdr_core.errors import CatalogError, ConfigError, UnitError
 
 from .mtf import COLUMNS, point_spread
@@ -98,7 +98,7 @@ def _load(
     path: Path, changed: int, beside: Path | None, changed_2: int, f_number: float
 ) -> MeasuredTable:
     if path.suffix.lower() == ".csv":
-        data = point_spread(rows_of(path, COLUMNS), f_number, path)
+        data = point_spread(rows_of(path, COLUMNS, ",".join(COLUMNS)), f_number, path)
     else:
         data = _arrays(path)
     table = _checked(data, path)
@@ -113,31 +113,34 @@ def _load(
     return table
 
 
-def rows_of(path: Path, columns: tuple[str, ...]) -> dict[str, np.ndarray]:
-    """Return the columns of a .csv, {name: values}; all of `columns` must be present.
+def rows_of(path: Path, columns: tuple[str, ...], first_line: str) -> dict[str, np.ndarray]:
+    """Return the columns of a .csv, {name: values}.
+
+    Parameters
+    ----------
+    path : path of the file.
+    columns : names of the columns that must be present.
+    first_line : example of the first line, for messages.
 
     Raises
     ------
     CatalogError : the file cannot be read.
-    UnitError : a column is missing, or an entry is not a number.
+    UnitError : the file is empty, has other separators than commas, names a column twice, lacks a
+        column, or has an entry that is not a number.
     """
     try:
-        with path.open(newline="", encoding="utf-8") as file:
-            lines = [line for line in file if line.strip() and not line.startswith("#")]
-    except (OSError, UnicodeDecodeError) as err:
-        raise CatalogError(f"{path} cannot be read: {err}") from None
-    rows = list(csv.DictReader(lines, skipinitialspace=True))
-    names = list(rows[0]) if rows else []
-    missing = [name for name in columns if name not in names]
+        found = csv_table.columns_of(csv_table.read_text(path), path, first_line)
+    except OSError as err:
+        raise CatalogError(f"{path} cannot be read: {err.strerror}") from None
+    except ValueError as err:
+        raise UnitError(f"{path} {err}") from None
+    missing = [name for name in columns if name not in found]
     if missing:
         raise UnitError(
-            f"{path} has the columns {', '.join(map(str, names)) or 'none'} and lacks"
-            f" {', '.join(missing)}; expected a first line {','.join(columns)}"
+            f"{path} has the columns {', '.join(found) or 'none'} and lacks"
+            f" {', '.join(missing)}; expected a first line {first_line}"
         )
-    try:
-        return {name: np.array([float(row[name]) for row in rows]) for name in names if name}
-    except (TypeError, ValueError):
-        raise UnitError(f"{path} has an entry that is no number; expected numbers") from None
+    return found
 
 
 def _arrays(path: Path) -> dict[str, np.ndarray]:
@@ -218,7 +221,7 @@ def _checked(data: dict[str, np.ndarray], path: Path) -> MeasuredTable:
 
 
 def _figures(path: Path) -> dict[str, tuple[np.ndarray, np.ndarray]]:
-    columns = rows_of(path, ("field_deg",))
+    columns = rows_of(path, ("field_deg",), "field_deg,distortion_percent")
     tables = {name: (columns["field_deg"], columns[name]) for name in FIGURES if name in columns}
     unknown = [name for name in columns if name not in (*FIGURES, "field_deg")]
     if unknown or not tables:

@@ -10,15 +10,15 @@ public IMX363 curves are the same RGB shapes times 0.62.
 
 from __future__ import annotations
 
-import csv
-import io
 from collections.abc import Sequence
 from functools import lru_cache
 
 import numpy as np
 
+from isethdr_core.data import csv_table
 from isethdr_core.errors import ConfigError, did_you_mean
 
+FIRST_LINE = "wavelength_nm,R,G,B"  # example of the first line of a table
 FITTED_NM = (380.0, 780.0)  # range of the fitted curves
 
 # {filter: skewed Gaussians}, see above
@@ -112,20 +112,17 @@ def read_csv(path: str) -> dict[str, np.ndarray]:
 
     Raises
     ------
-    ConfigError : the file cannot be read, is no table of numbers, has no column wavelength_nm with
-        finite, increasing values, or has a value outside 0..1.
+    ConfigError : the file cannot be read, is no table of numbers with commas, names a column twice,
+        has no column wavelength_nm with finite, increasing values, or has a value outside 0..1.
     """
     try:
-        with open(path, newline="") as file:
-            columns = _columns(file.read())
+        columns = _columns(csv_table.read_text(path), path)
     except OSError as problem:
         raise ConfigError(
             f"sensor.qe_csv={path!r} cannot be read ({problem.strerror}); expected a CSV file"
         ) from problem
     except ValueError as problem:
-        raise ConfigError(
-            f"sensor.qe_csv={path!r} is no table of numbers under one header line ({problem})"
-        ) from problem
+        raise ConfigError(f"sensor.qe_csv={path!r} {problem}") from None
     if "wavelength_nm" not in columns or len(columns) < 2:
         raise ConfigError(
             f"sensor.qe_csv={path!r} has columns {list(columns)}; expected wavelength_nm and one"
@@ -147,11 +144,8 @@ def read_csv(path: str) -> dict[str, np.ndarray]:
 
 
 @lru_cache(maxsize=8)
-def _columns(text: str) -> dict[str, np.ndarray]:
+def _columns(text: str, path: str) -> dict[str, np.ndarray]:
     """Return the columns of a table of numbers under one header line, by name. The result is cached
     and must not be changed.
     """
-    # as in a file, no end of line is translated
-    lines = csv.reader(io.StringIO(text, newline=""))
-    header, *rows = [[cell.strip() for cell in line] for line in lines if line]
-    return dict(zip(header, np.array(rows, float).T, strict=True))
+    return csv_table.columns_of(text, path, FIRST_LINE)

@@ -24,6 +24,8 @@ CHART = [
     "sensor=split_pixel",
 ]
 TARGETS = ["lighting=targets", "lighting.median_cd_m2=1"]
+PULSES = {"frequency_hz": 100, "duty": 0.5}
+MODULATED = "+lighting.modulation.tail={frequency_hz: 100, duty: 0.5}"
 
 
 @pytest.mark.parametrize(
@@ -43,6 +45,14 @@ TARGETS = ["lighting=targets", "lighting.median_cd_m2=1"]
         ),
         ([*TARGETS, "lighting.moves=[moon]"], "has no such light group"),
         (["lighting=weights", "+lighting.weights.tail=1"], "no light group 'tail'"),
+        (
+            ["lighting=weights", "+lighting.weights.sky=1", MODULATED],
+            "'tail', which the scene does not have .*; type ~lighting.modulation.tail",
+        ),
+        (
+            [*TARGETS, "lighting.moves=[sky]", "lighting.others=0", MODULATED],
+            "'tail', which the scene does not have .*; type ~lighting.modulation.tail",
+        ),
         (["lighting=iset"], "lighting iset needs the groups"),
         (
             ["isp.demosaic=learned", "sensor.cfa=CY/YM"],
@@ -56,6 +66,23 @@ def test_a_plan_refuses_what_another_component_lacks(overrides, said, isethdr_ho
     with pytest.raises(ConfigError, match=said):
         print_plan([*CHART, *overrides])
     assert not isethdr_home.exists()
+
+
+@pytest.mark.parametrize(
+    "further",
+    [
+        ["~lighting.modulation.tail"],
+        ["+lighting.weights.tail=0"],
+        ["lighting.modulation.tail=null"],
+    ],
+)
+def test_a_plan_takes_a_modulation_that_is_left_out_or_of_weight_0_by_name(further, isethdr_home):
+    print_plan([*CHART, "lighting=weights", "+lighting.weights.sky=1", MODULATED, *further])
+
+
+def test_a_modulated_group_of_the_scene_may_have_weight_0():
+    lighting = build("lighting", "weights", weights={"sky": 1}, modulation={"lamps": PULSES})
+    lighting.check_groups(("sky", "lamps"))
 
 
 def test_the_command_ends_with_a_mistake_of_the_user(monkeypatch, capsys):

@@ -129,10 +129,11 @@ def test_they_keep_every_promise_and_their_runs_have_the_numbers_of_before(site)
     before = {
         "darkest": 0.8671194801264108,
         "ssim": 0.5138324756023571,
-        "dynamic_range": 29.418293318717783,
         "log_luminance_error": 0.023469413625602613,
     }
     assert {name: found["scores"][name] for name in before} == pytest.approx(before, rel=1e-6)
+    # 29.42 dB when they were frozen; a uniform field does not show where the range begins
+    assert "dynamic_range" not in found["scores"]
     assert {0.01, 0.02, 0.03, 0.1} <= set(found["lens"])
     # 1e-2: a hundredth of the stated error may change
     assert max(found["picture"]) == pytest.approx(0.1283781065556878, rel=1e-2)

@@ -70,23 +70,32 @@ def test_tables_come_back_and_bad_ones_are_named(bench, tmp_path):
     )
     with pytest.raises(UnitError, match="ends at 0.1 mm; expected up to 0.14"):
         LinearIsp(shading_csv=str(path))(flat(bench))
-    for text in (
-        "radius_mm,relative_illumination\n0,1\n0,2\n",
-        "radius_mm,relative_illumination\n0,1\n1,-2\n",
-        "x,y\n0,1\n1,1\n",
-        "radius_mm,relative_illumination\n0,one\n",
-        "radius_mm,relative_illumination\n0\n1\n",
-        "radius_mm,relative_illumination\n0,1\nnan,0.9\n2,0.8\n",
-        "radius_mm,relative_illumination\n0,1\n1,inf\n",
-        "",
+    for text, said in (
+        ("radius_mm,relative_illumination\n0,1\n0,2\n", "with rising radius_mm"),
+        ("radius_mm,relative_illumination\n0,1\n1,-2\n", "relative_illumination above 0"),
+        ("radius_mm,relative_illumination\n0,1\n", "expected two or more lines"),
+        ("x,y\n0,1\n1,1\n", "columns x, y; expected a first line radius_mm,relative_illumination"),
+        ("radius_mm,relative_illumination\n0,one\n", "'one' in line 2, which is no number"),
+        ("radius_mm,relative_illumination\n0\n1\n", "1 values in line 2; expected 2"),
+        ("radius_mm,relative_illumination\n0,1\nnan,0.9\n2,0.8\n", "finite numbers"),
+        ("radius_mm,relative_illumination\n0,1\n1,inf\n", "finite numbers"),
+        ("radius_mm,relative_illumination\n", "holds no numbers"),
+        ("radius_mm;relative_illumination\n0;1\n1;0,9\n", "semicolons .*expected commas.*type"),
+        ("radius_mm,radius_mm\n0,1\n1,2\n", "2 columns radius_mm; expected each name once"),
+        ("", "is empty; expected a first line radius_mm,relative_illumination"),
     ):
         path.write_text(text)
-        with pytest.raises(
-            ConfigError, match="expected the columns radius_mm, relative_illumination"
-        ):
+        with pytest.raises(ConfigError, match=said) as caught:
             read_shading(path)
+        assert str(caught.value).startswith(f"isp.shading_csv={str(path)!r} ")
     with pytest.raises(ConfigError, match="cannot be read"):
         read_shading(tmp_path / "none.csv")
+
+
+def test_a_byte_order_mark_is_no_part_of_the_first_column(tmp_path):
+    path = tmp_path / "a.csv"
+    path.write_bytes(b"\xef\xbb\xbfradius_mm,relative_illumination\r\n0,1\r\n0.1,0.5\r\n")
+    np.testing.assert_array_equal(read_shading(path), [[0.0, 0.1], [1.0, 0.5]])
 
 
 def test_flat_fields_that_tell_nothing_are_refused(bench):

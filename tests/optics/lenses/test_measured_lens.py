@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 from isethdr_optics import ApertureFlare, DiffractionLimitedLens, HazeFlare, IdealLens
@@ -230,9 +232,38 @@ def test_negative_light_missing_files_and_curves_are_refused(tmp_path, airy):
         (("0,500.0,0.0,1.0,1.0\n", ""), "the frequencies are"),
         (("mtf_sagittal", "sagittal"), "lacks mtf_sagittal"),
         (("0,500.0,0.0", "0,500.0,x"), "no number"),
+        (("mtf_sagittal", "mtf_tangential"), "2 columns mtf_tangential; expected each name once"),
+        (("0,500.0,0.0", "0;500.0;0.0"), "3 values in line 2; expected 5"),
     ):
         with pytest.raises(UnitError, match=message):
             MeasuredLens(mtf_csv(tmp_path / "b.csv", change=change))
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("", "is empty; expected a first line field_deg,"),
+        ("field_deg,chief_ray_deg\n", "holds no numbers"),
+        ("field_deg;chief_ray_deg\n0;0\n45;20,5\n", "semicolons .*expected commas"),
+        ("field_deg,chief_ray_deg,chief_ray_deg\n0,0,0\n45,20,9\n", "2 columns chief_ray_deg"),
+    ],
+)
+def test_bad_figures_are_refused(tmp_path, airy, text, message):
+    (tmp_path / "figures.csv").write_text(text)
+    with pytest.raises(UnitError, match=message) as caught:
+        MeasuredLens(saved(tmp_path / "a.npz", airy), str(tmp_path / "figures.csv"))
+    assert str(caught.value).startswith(str(tmp_path))
+
+
+def test_a_byte_order_mark_is_no_part_of_the_first_column(tmp_path, airy):
+    plain = tmp_path / "figures.csv"
+    plain.write_text("field_deg,chief_ray_deg\n0,0\n45,20\n", encoding="utf-8-sig")
+    table = load(saved(tmp_path / "a.npz", airy), str(plain), 4.0)
+    np.testing.assert_array_equal(table.figures["chief_ray_deg"], [[0, 45], [0, 20]])
+    curves = tmp_path / "curves.csv"
+    text = Path(mtf_csv(curves)).read_text()
+    curves.write_text(text, encoding="utf-8-sig")
+    assert load(str(curves), "", 4.0).field_deg.tolist() == [0.0]
 
 
 def test_the_point_spread_is_a_point_s_light_on_each_sample(tmp_path, airy):

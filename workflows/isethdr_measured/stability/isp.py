@@ -37,7 +37,6 @@ def cases() -> Iterator[tuple[Any, ...]]:
         yield (
             f"{name}: a filter that passes nothing",
             lambda n=name: equal_filters(n, 0.0, blind=True),
-            {"merge": UnitError}.get(name),
         )
         yield f"{name}: all dark", lambda n=name: dark(n)
         yield f"{name}: all saturated", lambda n=name: blinded(n)

@@ -19,7 +19,7 @@ from isethdr_core.cli.progress import track
 from isethdr_core.errors import CatalogError
 from isethdr_core.storage import store
 
-from ..job import Job
+from ..job import Item, Job
 from ..output_folder import errors_of_openexr
 
 if TYPE_CHECKING:
@@ -44,8 +44,7 @@ def check(job: Job) -> None:
         if missing := _missing(item.truth(), job.format):
             raise CatalogError(
                 f"run {item.key} has no {missing} for camera {item.camera}, which {job.format}"
-                " needs; a run stores the labels that its metrics read, or all of a rendered scene;"
-                " type for example isethdr run leave_out=false"
+                f" needs; {_remedy(item)}"
             )
     for path in job.scenes:
         if missing := _missing(store.open_scene(path), job.format):
@@ -54,6 +53,19 @@ def check(job: Job) -> None:
                 " rendered scene with all labels; type for example isethdr dataset generate night"
                 " count=1"
             )
+
+
+def _remedy(item: Item) -> str:
+    """Return why a run lacks a label, and what to type."""
+    if not item.attributes.get("scene_ids"):
+        return (
+            "its scene states its own radiance, without geometry; expected a rendered scene; type"
+            " for example isethdr run scene=street leave_out=false"
+        )
+    return (
+        "a run stores the labels that its metrics read, or all of a rendered scene; type for"
+        " example isethdr run leave_out=false"
+    )
 
 
 def _missing(dataset: xr.Dataset, format_name: str) -> str:
