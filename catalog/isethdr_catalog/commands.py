@@ -277,11 +277,13 @@ def gc(
         why = f"upload in the bucket, interrupted over {uploads_older_h:g} h ago"
         together[why] = [upload.size for upload in uploads]
     rows = [[why, len(sizes), _megabytes(sum(sizes))] for why, sizes in together.items()]
-    print_table(["would be removed" if dry_run else "removed", "entries", "MB"], rows)
-    if not dry_run:
+    if dry_run:
+        print_table(["would be removed", "entries", "MB"], rows)
+    else:
         free = space.collect(folder, items) + (space.release_copies(kept_copies) if copies else 0)
         remove_uploads(folder, uploads)
         free += sum(upload.size for upload in uploads)
+        print_table(["removed", "entries", "MB"], rows)
         print(f"{_megabytes(free)} MB freed")
     upkeep = tidy_index(folder, dry_run)
     if upkeep and any(upkeep):

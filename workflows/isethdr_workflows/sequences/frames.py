@@ -28,6 +28,7 @@ from isethdr_core.sweeps.record import Job, Sweep, begin, check_free, name_of, w
 from .request import Request
 
 TIME = "scene.time_s"
+RATE = "scene.frames_per_s"
 ROUNDING = 1e-9  # relative tolerance, because 1 / 30 s has no exact decimal number
 
 
@@ -101,6 +102,11 @@ def planned(request: Request) -> Plan:
     if config.get(NODE) is not None:
         raise ConfigError(
             f"{NODE} is set, but a sequence determines it; expected null; type {NODE}=null"
+        )
+    if any(one.lstrip("+").startswith(f"{RATE}=") for one in request.overrides):
+        raise ConfigError(
+            f"{RATE} is set, but a sequence determines it; type"
+            f" frames_per_second={request.frames_per_second:g} in its place"
         )
     _check_exposures(built, 1 / request.frames_per_second)
     plan = Plan(request, config, built)
