@@ -128,6 +128,15 @@ def test_without_a_known_variance_these_are_left_out_with_the_reason(name):
     )
 
 
+@pytest.mark.parametrize("name", ["ssim", "ssim_pu21"])
+def test_a_picture_smaller_than_the_window_has_no_similarity(name):
+    for shape, given in (((10, 60), False), ((60, 10), False), ((1, 1), False), ((11, 11), True)):
+        y = np.full(shape, 2.0)
+        found, row = scores_of(name, picture(y, 0.01), picture(y), None)
+        assert bool(found) == given, shape
+        assert any("smaller than the window" in note.why for note in row.left_out) != given
+
+
 def test_an_object_that_fills_the_frame_has_nothing_beside_it():
     y, _ = scene()
     labels = xr.Dataset(

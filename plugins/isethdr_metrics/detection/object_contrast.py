@@ -78,7 +78,8 @@ class ObjectContrast:
         follows from the stated variance. The SNR is the difference of the means divided by the
         standard deviation of the difference of two single pixels. d' (`detectability`) is the
         difference of the means divided by the standard deviation of the means, before denoising:
-        by temporal noise alone, and with the spread of the ring.
+        by temporal noise alone, and with the spread of the ring. Without light in the ring of the
+        reference picture, object_contrast_truth is left out.
         """
         y, true, valid = luminances(picture, truth)
         if labels is None or "instance" not in labels:
@@ -128,10 +129,14 @@ class ObjectContrast:
             spread = 3 * np.sqrt(v_in / pixels + (1 + contrast) ** 2 * v_around / pixels_around)
             half = 1.96 * spread / abs(surround)
             noise = np.sqrt(v_in + v_around)
-            scores += [
-                Score("object_contrast", contrast, "Weber", name, contrast - half, contrast + half),
-                Score("object_contrast_truth", contrast_of_truth, "Weber", name),
-            ]
+            scores.append(
+                Score("object_contrast", contrast, "Weber", name, contrast - half, contrast + half)
+            )
+            if np.isfinite(contrast_of_truth):
+                scores.append(Score("object_contrast_truth", contrast_of_truth, "Weber", name))
+            else:
+                why = "the reference picture shows no light around it"
+                ledger.left_out(f"object_contrast_truth of {name}", why, NAN, "Weber")
             if noise > 0:
                 scores.append(
                     Score("object_contrast_snr", float(abs(mean - surround) / noise), "", name)

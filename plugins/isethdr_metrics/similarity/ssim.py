@@ -10,12 +10,11 @@ import numpy as np
 from isethdr_core.data.derived_once import once
 from isethdr_core.data.scores import Score
 from isethdr_core.display.display_view import display, white_cd_m2
-from isethdr_core.errors import UnitError
 from isethdr_core.plugins.ranges import check_ranges
 
 from ..limits import Compression, White
 from ..regions import luminances, mean_of, means_of_parts, regions_of
-from .structural_similarity import Reference, reference, similarity_to
+from .structural_similarity import Reference, reference, similarity_to, window_fits
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -60,8 +59,10 @@ class Ssim:
         The window is a Gaussian with a standard deviation of 1.5 pixels, 11 pixels wide, as in the
         paper. The three display channels are averaged. The similarity of a pixel that is not valid
         is 0, unless the reference picture is at or above the white there, because a display then
-        shows both as white.
+        shows both as white. There is no score if the window is larger than the picture.
         """
+        if not window_fits(luminances(picture, truth)[2].shape, "ssim"):
+            return []
         white = self.white_cd_m2 or once("white", (truth,), lambda: white_cd_m2(truth))
         similarities = self._map(picture, truth, white)
         scores = [
@@ -92,11 +93,6 @@ class Ssim:
 
     def _similarities(self, picture: xr.Dataset, truth: xr.Dataset, white: float) -> np.ndarray:
         _, true, valid = luminances(picture, truth)
-        if min(valid.shape) < 11:
-            raise UnitError(
-                f"a picture of {valid.shape} pixels is smaller than the window of SSIM; "
-                "expected at least 11 rows and columns"
-            )
         key = "windowed display", float(white), self.compression
         references = once(key, (truth,), lambda: self._references(truth, white))
         shown = display(picture, white, self.compression)

@@ -8,10 +8,9 @@ from typing import TYPE_CHECKING, ClassVar
 import numpy as np
 
 from isethdr_core.data.scores import Score
-from isethdr_core.errors import UnitError
 
 from ..regions import frame_and_objects, luminances, mean_interval
-from .structural_similarity import similarity
+from .structural_similarity import similarity, window_fits
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -58,14 +57,12 @@ class SsimPu21:
 
         Window and constants are those of `ssim`, with a range of 256, the PU21 code of 100 cd/m2.
         The similarity of a pixel that is not valid is 0, unless the reference picture is at or
-        above the upper end of the range of PU21 there.
+        above the upper end of the range of PU21 there. There is no score if the window is larger
+        than the picture.
         """
         y, true, valid = luminances(picture, truth)
-        if min(y.shape) < 11:
-            raise UnitError(
-                f"a picture of {y.shape} pixels is smaller than the window of SSIM; expected at"
-                " least 11 rows and columns"
-            )
+        if not window_fits(y.shape, "ssim_pu21"):
+            return []
         similarities = similarity(pu21(true), pu21(y), data_range=256.0)
         similarities[~valid & (true < HIGHEST_CD_M2)] = 0.0
         clamped = [np.mean((v < LOWEST_CD_M2) | (v > HIGHEST_CD_M2)) for v in (y, true)]

@@ -6,12 +6,34 @@ from typing import NamedTuple
 
 import numpy as np
 
-REACH = 5  # pixels on each side of the centre of the window, which has 11 pixels in all
+from isethdr_core import ledger
+
+REACH = 5  # pixels on each side of the centre of the window
 SIGMA = 1.5  # standard deviation of the window, pixels
+WINDOW = 2 * REACH + 1  # pixels across the window
 STRIP = 24  # number of rows computed together
 # weights of the window from its end to its centre
 TAPS = np.exp(-0.5 * (np.arange(REACH + 1) - REACH) ** 2 / SIGMA**2)
 TAPS /= 2 * TAPS.sum() - TAPS[-1]
+
+
+def window_fits(shape: tuple[int, ...], score: str) -> bool:
+    """Return whether the window fits into a picture. If not, state in the ledger that `score` is
+    left out.
+
+    Parameters
+    ----------
+    shape : rows and columns of the picture.
+    score : name of the score, for the ledger.
+    """
+    if min(shape) >= WINDOW:
+        return True
+    why = (
+        f"a picture of {' x '.join(map(str, shape))} pixels is smaller than the window, which has "
+        f"{WINDOW} rows and columns"
+    )
+    ledger.left_out(score, why, float("nan"), "1")
+    return False
 
 
 def similarity(first: np.ndarray, second: np.ndarray, data_range: float) -> np.ndarray:

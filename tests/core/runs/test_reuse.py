@@ -51,7 +51,8 @@ class Mean:
     def __call__(self, picture, truth, labels):
         CALLS["metric"] += 1
         value = float((picture["xyz"][..., 1] ** self.power).mean())
-        return [hdr.Score("mean", value, "cd/m2", low=0.9 * value, high=1.1 * value)]
+        name = f"mean_power_{self.power:g}"
+        return [hdr.Score(name, value, "cd/m2", low=0.9 * value, high=1.1 * value)]
 
 
 SMALL = [
