@@ -137,9 +137,7 @@ def compare(case: Case, effort: Effort, ways: dict[str, tuple[int, int]]) -> Non
         f" {effort.judge} paths"
         f" ({time.process_time() - start:.0f} CPU s)"
     )
-    print(
-        f"{'score':32s} {'value':>9s} {'off':>9s} {'shift':>9s}  stated / off: " + ", ".join(ways)
-    )
+    print(f"{'score':32s} {'value':>9s} {'off':>9s} {'shift':>9s}  stated/off: " + ", ".join(ways))
     for name, off in true_scores.items():
         rms = float(np.sqrt(np.mean(np.square(off))))
         ratios = [
@@ -161,12 +159,12 @@ def main() -> None:
         compare(
             Case("street", street, {}, (48, 27), 3.0),
             Effort(samples, 32, 4096),
-            {"12 changes of the whole": (WHOLE, 12)},
+            {"12 changes": (WHOLE, 12)},
         )
     compare(
         Case("night drive", night, {"sky": 1e-5}, (192, 108), 1.5),
         Effort(24, 10, 512),
-        {"6 changes of the whole": (WHOLE, 6), "parts": (36, 6)},
+        {"6 changes": (WHOLE, 6), "parts": (36, 6)},
     )
 
 

@@ -14,7 +14,7 @@ small compared with the intervals. Run:
 
 Large pictures, which are evaluated in parts:
 
-    python benchmarks/score_intervals.py --tiles 96 --pixels 528 --renderings 20 --samples 128
+    python benchmarks/score_intervals.py --large rural
 """
 
 from __future__ import annotations
@@ -45,6 +45,10 @@ class Setting:
     samples: int = 256  # samples per tile
     true_samples: int = 4096
     true_shots: int = 48
+
+
+# fewer and shorter renderings, because large pictures take longer
+LARGE = Setting(96, 528, renderings=14, samples=128, true_samples=1024, true_shots=12)
 
 
 def parts_of(case: str, setting: Setting):
@@ -143,7 +147,14 @@ def compare(case: str, setting: Setting) -> list[bool]:
     """Print the table of one case; return for each interval whether it contains its score."""
     true = true_scores(case, setting)
     stated = intervals(case, setting)
-    print(f"\n{case}: {setting}")
+    print(
+        f"\n{case}: {setting.pixels} pixels and {setting.tiles} tiles across, {setting.samples} samples,"
+        f" {setting.renderings} renderings from seed {setting.first_seed}"
+    )
+    print(
+        f"true: {len(TRUE_SEEDS)} renderings of {setting.true_samples} samples,"
+        f" {setting.true_shots} shots each"
+    )
     print(
         f"{'score':32s} {'true':>9s} {'apart':>9s} {'rms off':>9s} {'rms half':>9s} {'inside':>7s}"
         f" {'of':>4s}"
@@ -172,11 +183,13 @@ def main() -> None:
     """Print the tables of the named cases, or of all, and the share over all scores."""
     parser = argparse.ArgumentParser(description=main.__doc__)
     parser.add_argument("cases", nargs="*", choices=[*CASES, []], help="default: all")
-    for name, default in asdict(Setting()).items():
-        parser.add_argument(f"--{name.replace('_', '-')}", type=int, default=default)
+    parser.add_argument("--large", action="store_true", help="pictures that are scored in parts")
+    for name in asdict(LARGE):
+        parser.add_argument(f"--{name.replace('_', '-')}", type=int)
     options = vars(parser.parse_args())
     cases = options.pop("cases")
-    setting = Setting(**options)
+    setting = LARGE if options.pop("large") else Setting()
+    setting = replace(setting, **{name: n for name, n in options.items() if n is not None})
     every = [inside for case in cases or CASES for inside in compare(case, setting)]
     print(f"\nall scenes: {np.mean(every):.3f} of {len(every)} intervals")
 

@@ -172,10 +172,7 @@ ACCURACY = {
 
 # commands of the page on intervals of scores
 INTERVALS = "python benchmarks/score_intervals.py --first-seed 3000"
-LARGE_INTERVALS = (
-    "python benchmarks/score_intervals.py --tiles 96 --pixels 528 --renderings 14 --samples 128"
-    " --true-samples 1024 --true-shots 12 rural"
-)
+LARGE_INTERVALS = "python benchmarks/score_intervals.py --large rural"
 
 # commands of the figures of the paper, and the paragraphs below each table
 PAPER_FIGURES = {
@@ -654,10 +651,15 @@ PAGES = {
                 " `off` is the distance of a score from the true one, `half` half the length of its"
                 " interval. `apart` is half the difference of the two long renderings whose mean"
                 " counts as true. In small pictures the white is the luminance of few tiles, so its"
-                " intervals contain the true white least often.",
+                " intervals contain the true white least often. A rendering that has not found"
+                " rare light has narrow intervals about too low a value: in `rural`, those of mean"
+                " luminance ([score choices](../explanation/score_choices.md#rare-light)).",
             ),
             LARGE_INTERVALS: (
-                "Pictures of 288 pixels and more along both axes are scored in parts.",
+                "Pictures of 288 pixels and more along both axes are scored in parts. Here, too,"
+                " renderings that have not found rare light have narrow intervals: those of mean"
+                " luminance, of the brightest luminance with the ranges below it, and of SNR at"
+                " 1 cd/m2.",
             ),
             "python benchmarks/score_errors.py": (
                 "`off` is the rms distance of a score from the true one, `shift` the mean distance."

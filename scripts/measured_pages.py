@@ -101,7 +101,7 @@ def page_text(name: str, page: Page) -> str:
         return f"{title}\n\n{made_by}\n\n{rest}"
     if page.is_stored:
         made_by = f"{made_by[:-1]} from stored rows; each table says when its rows were measured."
-    parts = [f"# {page.title}", textwrap.fill(made_by, 100), textwrap.fill(page.about, 100)]
+    parts = [f"# {page.title}", filled(made_by), filled(page.about)]
     if page.is_stored:
         stored = stored_measurements(name)
         for command in page.commands:
@@ -109,7 +109,7 @@ def page_text(name: str, page: Page) -> str:
             parts += [filled(paragraph) for paragraph in page.below.get(command, ())]
     else:
         when = f"Measured on {datetime.now(UTC):%Y-%m-%d}, {machine()}."
-        parts.append(textwrap.fill(when, 100))
+        parts.append(filled(when))
         for command in page.commands:
             parts += [f"## `{command}`", result_of(command, page.columns)]
             parts += [filled(paragraph) for paragraph in page.below.get(command, ())]
@@ -121,7 +121,9 @@ def filled(paragraph: str) -> str:
     """Return a paragraph in lines of at most 100 columns; an image, a table or a heading stays as
     it is.
     """
-    return paragraph if paragraph.startswith(("![", "|", "#")) else textwrap.fill(paragraph, 100)
+    if paragraph.startswith(("![", "|", "#")):
+        return paragraph
+    return textwrap.fill(paragraph, 100, break_on_hyphens=False, break_long_words=False)
 
 
 def section_of(measurement: Measurement, columns: Mapping[str, Column]) -> list[str]:
@@ -133,7 +135,7 @@ def section_of(measurement: Measurement, columns: Mapping[str, Column]) -> list[
     columns : formats of columns, by name.
     """
     rows = list(csv.DictReader(measurement.rows.strip().splitlines()))
-    when = textwrap.fill(f"Measured {measurement.measured}.", 100)
+    when = filled(f"Measured {measurement.measured}.")
     return [f"## `{measurement.command}`", when, markdown(rows, columns)]
 
 
@@ -210,9 +212,10 @@ def result_of(command: str, columns: Mapping[str, Column]) -> str:
             rows = csv_of(command, os.environ | {"ISETHDR_HOME": folder})
         return markdown(list(csv.DictReader(rows.splitlines())), columns)
     done = subprocess.run([sys.executable, *words[1:]], cwd=ROOT, capture_output=True, text=True)
-    if done.returncode > 1:  # 1 means that a target is missed, which the output states
+    # 1 means that a target is missed, which the output states; a crash may have printed nothing
+    if done.returncode > 1 or not done.stdout.strip():
         done.check_returncode()
-    text = done.stdout.rstrip()
+    text = done.stdout.strip("\n")
     return text if text.startswith("|") else f"```text\n{text}\n```"
 
 
