@@ -148,8 +148,9 @@ def compare(case: str, setting: Setting) -> list[bool]:
     true = true_scores(case, setting)
     stated = intervals(case, setting)
     print(
-        f"\n{case}: {setting.pixels} pixels and {setting.tiles} tiles across, {setting.samples} samples,"
-        f" {setting.renderings} renderings from seed {setting.first_seed}"
+        f"\n{case}: {setting.pixels} pixels and {setting.tiles} tiles across,"
+        f" {setting.samples} samples, {setting.renderings} renderings from seed"
+        f" {setting.first_seed}"
     )
     print(
         f"true: {len(TRUE_SEEDS)} renderings of {setting.true_samples} samples,"
