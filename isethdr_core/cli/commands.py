@@ -156,7 +156,7 @@ def add_commands(manager: PluginManager, app: typer.Typer) -> None:
         others = plugins - {impl.plugin}
         try:
             manager.subset_hook_caller("isethdr_commands", others)(app=app)
-        except Exception as err:  # the code of a third party may raise anything
+        except (Exception, SystemExit) as err:  # the code of a third party may raise anything
             said = " ".join(str(err).split())
             log.error(
                 "plugin %r cannot add its commands, which are left out (%s: %s)",

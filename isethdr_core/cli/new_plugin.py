@@ -22,7 +22,7 @@ import yaml
 from ..errors import ConfigError, did_you_mean
 from ..plugins.component import KINDS
 from ..plugins.presets import presets
-from ..plugins.registry import components, package_of_component
+from ..plugins.registry import components, package_of_component, reads_as_value
 from ..storage.atomic_write import temporary_path
 
 TEMPLATE = Path(__file__).parent / "plugin_template"
@@ -105,8 +105,8 @@ def make_plugin(kind: str, name: str, into: Path) -> Path:
 
     Raises
     ------
-    ConfigError : no such kind; a name that is no lower-case identifier, or is taken; a folder that
-        exists already, or cannot be written.
+    ConfigError : no such kind; a name that is no lower-case identifier, is read as a value such as
+        `null`, or is taken; a folder that exists already, or cannot be written.
     """
     if kind not in KINDS:
         raise ConfigError(f"unknown kind {kind!r}{did_you_mean(kind, KINDS)}")
@@ -156,6 +156,11 @@ def _check_name(kind: str, name: str) -> None:
     example = f"for example isethdr new-plugin {kind} acme_{kind}"
     if mistake := NewPlugin(kind, name).name_mistake():
         raise ConfigError(f"the name {name!r} {mistake}; type {example}")
+    if reads_as_value(name):
+        raise ConfigError(
+            f"the name {name!r} cannot be chosen, because {kind}={name} on the command line sets a"
+            f" value; expected another name; type {example}"
+        )
     taken = components().get((kind, name))
     if taken is not None:
         raise ConfigError(

@@ -25,7 +25,7 @@ def config_paths() -> Iterator[tuple[str, str]]:
         try:
             answer: Any = impl.function()
             paths = _checked(answer)
-        except Exception as err:  # the code of a third party may raise anything
+        except (Exception, SystemExit) as err:  # the code of a third party may raise anything
             said = f"{type(err).__name__}: {' '.join(str(err).split())}"
             if (name, said) not in _logged:
                 _logged.add((name, said))

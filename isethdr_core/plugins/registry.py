@@ -31,6 +31,10 @@ if TYPE_CHECKING:
 log = logging.getLogger(__name__)
 PLACE = re.compile(r"[A-Za-z_][\w.]*:[A-Za-z_]\w*")  # package.module:Class
 API_ASKED = "ISETHDR_PLUGIN_API"  # name in a plugin's module: the `PLUGIN_API` that it relies on
+# the command line reads names in these forms as texts, except `VALUE_WORDS` and numbers
+NAME = re.compile(r"[A-Za-z0-9_][A-Za-z0-9_.-]*")
+NUMBER = re.compile(r"\d[\d_]*(\.\d*)?([eE][+-]?\d+)?")
+VALUE_WORDS = frozenset({"true", "false", "null", "nan", "inf"})  # values in upper case as well
 
 
 @dataclass(frozen=True)
@@ -64,12 +68,11 @@ def plugin_manager() -> pluggy.PluginManager:
             _refuse_newer(getattr(plugin, API_ASKED, 1))
             pm.register(plugin, name=name)
             _refuse_unknown_hooks(pm, name, plugin)
-        except Exception as err:  # the code of a third party may raise anything
+        # the code of a third party may raise anything, and a script ends the process
+        except (Exception, SystemExit) as err:
             if pm.has_plugin(name):
                 pm.unregister(name=name)
-            # in one line, because errors of pluggy have several
-            said = " ".join(str(err).split())
-            reason = _newer_by_source(entry) or f"{type(err).__name__}: {said}"
+            reason = _newer_by_source(entry) or _said(err)
             _broken.append(BrokenPlugin(entry.name, package_of(entry), reason))
             log.error(
                 "plugin %r of package %r did not load and is skipped (%s)",
@@ -78,6 +81,14 @@ def plugin_manager() -> pluggy.PluginManager:
                 reason,
             )
     return pm
+
+
+def _said(err: BaseException) -> str:
+    """Return the type and the message of an error in one line; errors of pluggy have several."""
+    said = f"{type(err).__name__}: {' '.join(str(err).split())}"
+    if isinstance(err, SystemExit):
+        said += '; it must not exit while it loads; put such lines below if __name__ == "__main__":'
+    return said
 
 
 def _warn_of_unknown(enabled: str, known: set[str]) -> None:
@@ -119,17 +130,13 @@ def components() -> dict[tuple[str, str], Component]:
             offered: list[Component] = list(returned)
             for comp in offered:
                 _check(comp)
-        except Exception as err:
-            _broken.append(
-                BrokenPlugin(
-                    impl.plugin_name, _package_name(impl.plugin), f"{type(err).__name__}: {err}"
-                )
-            )
+        except (Exception, SystemExit) as err:
+            reason = _said(err)
+            _broken.append(BrokenPlugin(impl.plugin_name, _package_name(impl.plugin), reason))
             log.error(
-                "plugin %r offers components that cannot be used and is skipped (%s: %s)",
+                "plugin %r offers components that cannot be used and is skipped (%s)",
                 impl.plugin_name,
-                type(err).__name__,
-                err,
+                reason,
             )
             continue
         for comp in offered:
@@ -192,10 +199,10 @@ def class_of(comp: Component) -> type:
     """
     try:
         cls = comp.cls
-    except Exception as err:  # the code of a third party may raise anything
+    except (Exception, SystemExit) as err:  # the code of a third party may raise anything
         raise PluginError(
             f"{comp.kind}/{comp.name} of package {comp.package!r} did not load "
-            f"({comp.target}: {type(err).__name__}: {err})"
+            f"({comp.target}: {_said(err)})"
         ) from err
     _check_class(comp, cls)
     return cls
@@ -248,6 +255,16 @@ def _check(comp: object) -> None:
         raise PluginError(f"{comp.kind}/{comp.name}: unknown kind{did_you_mean(comp.kind, KINDS)}")
     if not (isinstance(comp.name, str) and comp.name):
         raise PluginError(f"a {comp.kind} has the name {comp.name!r}; expected a text to type")
+    if not NAME.fullmatch(comp.name):
+        raise PluginError(
+            f"a {comp.kind} has the name {comp.name!r}; expected letters, digits, '_', '-' and '.'"
+            f" alone, for example acme_{comp.kind}"
+        )
+    if reads_as_value(comp.name):
+        raise PluginError(
+            f"a {comp.kind} has the name {comp.name!r}, which the command line reads as a value;"
+            f" expected another name, for example acme_{comp.kind}"
+        )
     if isinstance(comp.target, type):
         class_of(comp)
     elif not (isinstance(comp.target, str) and PLACE.fullmatch(comp.target)):
@@ -255,6 +272,11 @@ def _check(comp: object) -> None:
             f"{comp.kind}/{comp.name}: {comp.target!r} is no class; "
             'expected a class or "package.module:Class"'
         )
+
+
+def reads_as_value(name: str) -> bool:
+    """Return whether the command line reads a name as a number, a truth value or null."""
+    return name.lower() in VALUE_WORDS or NUMBER.fullmatch(name) is not None
 
 
 def _check_class(comp: Component, cls: type) -> None:
@@ -308,7 +330,7 @@ def _newer_by_source(entry: metadata.EntryPoint) -> str:
                 _refuse_newer(ast.literal_eval(node.value))
     except PluginError as err:
         return f"PluginError: {err}"
-    except Exception:  # noqa: BLE001 - why the plugin failed is known already
+    except (Exception, SystemExit):  # noqa: BLE001 - why the plugin failed is known already
         return ""
     return ""
 

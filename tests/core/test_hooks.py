@@ -203,6 +203,30 @@ def test_a_hook_that_raises_stops_the_run_and_stores_nothing(isethdr_home):
     )
 
 
+@pytest.mark.parametrize("when", ["before", "after"])
+def test_an_error_of_a_hook_names_its_plugin_and_the_stage(when):
+    class Buggy:
+        def fail(self, stage):
+            if stage.kind == "isp":
+                raise ValueError("no such file")
+
+        if when == "before":
+
+            @hookimpl
+            def isethdr_before_stage(self, stage):
+                self.fail(stage)
+        else:
+
+            @hookimpl
+            def isethdr_after_stage(self, stage):
+                self.fail(stage)
+
+    with plugged_in(Buggy()), pytest.raises(ValueError, match="no such file") as told:
+        run(compose([*SMALL, "sensor=bayer"]))
+    note = f"in isethdr_{when}_stage of plugin 'recorder', at stage isp bayer"
+    assert told.value.__notes__.count(note) == 1
+
+
 def test_commands_of_a_broken_plugin_are_left_out_and_the_others_work(caplog):
     class Broken:
         @hookimpl

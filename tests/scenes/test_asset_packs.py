@@ -236,6 +236,17 @@ def test_a_folder_or_a_manifest_that_is_not_there_says_what_to_type(tmp_path):
         load_pack(str(tmp_path))
 
 
+def test_a_triangle_of_a_vertex_that_is_missing_is_one_line(tmp_path):
+    header = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\n"
+    faces = "property float z\nelement face 1\nproperty list uchar int vertex_indices\nend_header\n"
+    path = tmp_path / "rock.ply"
+    path.write_text(f"{header}{faces}0 0 0\n1 0 0\n0 1 0\n3 0 1 7\n")
+    with pytest.raises(ConfigError, match="names the vertex 7, but the part has 3 vertices"):
+        read_mesh(path)
+    path.write_text(path.read_text().replace("0 1 7", "0 1 2"))
+    assert read_mesh(path)[0].faces.tolist() == [[0, 1, 2]]
+
+
 def test_axes_scale_obj_colours_and_beams(tmp_path):
     """Import a wedge in cm with y up and -z forward: its low end must lie ahead, along +x."""
     wedge = trimesh.convex.convex_hull(

@@ -146,7 +146,19 @@ def test_a_file_of_eulumdat(tmp_path, symmetry, given, expected):
     [
         ("a.ies", "no tilt", "no line TILT="),
         ("a.ies", "IESNA\nTILT=NONE\n1 2 3\n", "ends early"),
-        ("a.ies", ies(1, [0, 90], [0], [[0, 0]]), "none at all"),
+        ("a.ies", ies(1, [0, 90], [0], [[0, 0]]), "a.ies has no light in front of the lamp"),
+        ("a.ies", ies(1, [0, 90], [0], [[1, np.nan]]), "has 1 wrong intensities, such as nan cd"),
+        (
+            "a.ies",
+            ies(1, [0, 90], [0], [[1, np.inf]]),
+            "a.ies has 1 wrong intensities, such as inf",
+        ),
+        ("a.ies", ies(1, [0, 90], [0], [[-1, 1]]), "such as -2 cd; expected finite candela"),
+        ("a.ies", ies(1, [0], [0], [[1]]), "one vertical angle alone, 0 degrees; expected two"),
+        ("a.ies", ies(3, [0, 90], [-100, 0], [[1, 1]] * 2), "an angle 100 degrees off the axis"),
+        ("a.ies", ies(2, [95, 99], [-9, 0], [[1, 1]] * 2), "expected -90 to 90 degrees in types A"),
+        ("a.ies", ies(3, [0, 90], [5], [[1, 1]]), "one horizontal angle alone"),
+        ("a.ldt", ldt(1, 4, [[1, 1, 1]]).replace("\n2000\n", "\n0\n"), "flux of 0 lm in line 29"),
         ("a.ies", ies(1, [0, 90, 45], [0], [[1, 1, 1]]), "do not rise"),
         ("a.ies", ies(1, [0, 90], [0, 120], [[1, 1]] * 2), "C planes from 0 to 120 degrees"),
         ("a.ies", ies(1, [0, 90], [0], [[1, 1]]).replace(" 2 1 1 ", " 2 1e999 1 "), "ends early"),
@@ -179,8 +191,12 @@ def test_text_of_other_encodings_and_the_end_mark_of_dos_do_not_matter(tmp_path)
     assert read_ldt(path).intensity_cd == pytest.approx(200)
     path = tmp_path / "lamp.ies"
     text = ies(1, [0, 45, 90], [0], [[100, 50, 0]])
-    path.write_text(text.replace("TILT=NONE", "[TEST] at TILT=0\nTILT=NONE") + "\x1a")
+    path.write_text(text.replace("TILT=NONE", "[TEST] at TILT=0\nTilt=None") + "\x1a\0\0")
     assert read_ies(path).intensity_cd == pytest.approx(200)
+
+
+def test_blanks_between_rules_do_not_matter():
+    assert lamp_of("driving", "r112_b_driving, r149_b_driving, ").rules == family("driving").rules
 
 
 @pytest.mark.parametrize(("angles", "words"), [((0, 90, 45), "gamma 0, 90, 45"), ((0, 0, 0), "0")])

@@ -13,11 +13,13 @@ import xarray as xr
 from isethdr_scenes.charts.chart import band_means, illuminant
 from isethdr_scenes.charts.macbeth import Macbeth
 from isethdr_scenes.pictures import array_scene
+from isethdr_scenes.pictures.content import Wanted
 from isethdr_scenes.pictures.picture_file import LIFT_ERROR, PictureFile
 from isethdr_scenes.pictures.primaries import CHROMATICITIES, linear_srgb, to_xyz
 from isethdr_scenes.pictures.radiance_hdr import read as read_hdr
 from isethdr_scenes.pictures.rgb_to_spectra import primary_reflectances, spectra
-from PIL import Image
+from isethdr_scenes.pictures.tiff_picture import read as read_tiff
+from PIL import Image, ImageOps
 
 import isethdr_core as hdr
 from isethdr_core.data import quantities
@@ -184,7 +186,31 @@ def test_units_of_cubes_and_reflectance(tmp_path):
         scene = PictureFile(str(tmp_path / "a.npy"), unit, wavelength_nm=nm, **FIELD)()
         np.testing.assert_allclose(scene.radiance, 0.5 * factor, rtol=FLOAT32)
     file = PictureFile(str(tmp_path / "a.npy"), "reflectance", 400.0, wavelength_nm=nm, **FIELD)
-    np.testing.assert_allclose(luminances(file()), 200.0, rtol=FLOAT32)
+    # 3e-4: white has its luminance at all visible wavelengths, not at these bands alone
+    np.testing.assert_allclose(luminances(file()), 200.0, rtol=5e-4)
+
+
+@pytest.mark.parametrize("first_nm, last_nm", [(400.0, 440.0), (700.0, 800.0), (900.0, 1000.0)])
+def test_reflectance_beyond_the_visible_has_the_light_of_the_illuminant(
+    tmp_path, first_nm, last_nm
+):
+    nm = np.arange(first_nm, last_nm + 1, 10.0)
+    np.savez(tmp_path / "a.npz", cube=np.full((len(nm), 2, 3), 0.5), wavelength_nm=nm)
+    scene = PictureFile(str(tmp_path / "a.npz"), "reflectance", 300.0, spectrum="A", **FIELD)()
+    visible = np.arange(380.0, 781.0)
+    light = band_means(illuminant("A"), nm) / luminance(illuminant("A")(visible), visible)
+    np.testing.assert_allclose(scene.radiance.values[0, :, 0, 0], 150 * light, rtol=1e-4)
+
+
+def test_luminance_needs_visible_bands(tmp_path):
+    np.save(tmp_path / "y.npy", np.ones((2, 3)))
+    path = str(tmp_path / "y.npy")
+    for first_nm, last_nm in ((800.0, 900.0), (700.0, 900.0), (400.0, 440.0)):
+        file = PictureFile(path, "cd/m2", first_nm=first_nm, last_nm=last_nm, **FIELD)
+        with pytest.raises(ConfigError, match="type scene.first_nm=400 scene.last_nm=700"):
+            file.check_files()
+    scene = PictureFile(path, "cd/m2", first_nm=550.0, last_nm=550.0, **FIELD)()
+    np.testing.assert_allclose(luminances(scene), 1.0, rtol=FLOAT32)
 
 
 def test_luminance_files_and_photos(tmp_path):
@@ -220,6 +246,169 @@ def test_grey_photos_keep_all_bits_and_turn_upright(tmp_path, bits):
     file = PictureFile(str(tmp_path / "grey.png"), white_cd_m2=100.0, encoding="linear", **FIELD)
     wanted = 100.0 * np.rot90(codes, -1) / np.iinfo(bits).max
     np.testing.assert_allclose(luminances(file()), wanted, rtol=FLOAT32)
+
+
+@pytest.mark.parametrize("orientation", range(1, 9))
+def test_a_tiff_is_turned_upright_as_pillow_turns_it(tmp_path, orientation):
+    codes = np.random.default_rng(2).integers(0, 256, (3, 5, 3), np.uint8)
+    path = tmp_path / "turned.tif"
+    tifffile.imwrite(path, codes, photometric="rgb", extratags=[(274, "H", 1, orientation, True)])
+    with Image.open(path) as photo:
+        wanted = np.asarray(ImageOps.exif_transpose(photo))
+    np.testing.assert_array_equal(np.moveaxis(read_tiff(path, Wanted()).values[0], 0, 2), wanted)
+
+
+def test_a_tiff_whose_smallest_code_is_white_is_inverted(tmp_path):
+    codes = np.arange(6, dtype=np.uint16).reshape(2, 3)
+    tifffile.imwrite(tmp_path / "a.tif", codes, photometric="miniswhite")
+    np.testing.assert_array_equal(
+        read_tiff(tmp_path / "a.tif", Wanted()).values[0, 0], 65535 - codes
+    )
+
+
+def test_a_damaged_tiff_is_refused_in_one_line(tmp_path):
+    path = tmp_path / "a.tif"
+    light = np.random.default_rng(1).uniform(1, 2, (27, 48, 3)).astype(np.float32)
+    tifffile.imwrite(path, light, compression="zlib")
+    whole = path.read_bytes()
+    random = np.random.default_rng(0)
+    for _ in range(30):
+        damaged = np.frombuffer(whole, np.uint8).copy()
+        damaged[random.integers(0, len(whole), 5)] = random.integers(0, 256, 5)
+        path.write_bytes(damaged.tobytes()[: random.integers(100, len(whole))])
+        with pytest.raises(IsetHdrError) as caught:
+            read_tiff(path, Wanted())
+        assert "\n" not in str(caught.value)
+
+
+def test_a_tiff_of_a_compression_without_decoder_is_told_what_to_install(tmp_path, monkeypatch):
+    path = tmp_path / "a.tif"
+    Image.new("RGB", (4, 3)).save(path, compression="tiff_lzw")
+    # as if the optional package imagecodecs was not installed
+    monkeypatch.setattr(tifffile.TIFF, "DECOMPRESSORS", {tifffile.COMPRESSION.NONE: None})
+    with pytest.raises(CatalogError, match="compression LZW, .*; type pip install imagecodecs"):
+        read_tiff(path, Wanted())
+
+
+def test_the_part_of_an_exr_that_has_the_channels_is_read(tmp_path):
+    path = tmp_path / "parts.exr"
+    light = np.full((3, 4, 3), 2.0, np.float32)
+
+    def write(**parts):
+        OpenEXR.File(
+            [OpenEXR.Part({"name": name}, dict(channels)) for name, channels in parts.items()]
+        ).write(str(path))
+        return PictureFile(str(path), "cd/m2", **FIELD)
+
+    write(depth={"D": light[..., 0].copy()}, beauty={"RGB": light}).check_files()
+    with pytest.raises(UnitError, match="2 parts, left, right; .*type for example scene.variable="):
+        write(left={"RGB": light}, right={"RGB": 3 * light}).check_files()
+    scene = PictureFile(str(path), "cd/m2", variable="right", **FIELD)()
+    np.testing.assert_allclose(luminances(scene), 6.0, rtol=FLOAT32)
+    with pytest.raises(UnitError, match="the parts left, right, and scene.variable is top;"):
+        PictureFile(str(path), "cd/m2", variable="top", **FIELD).check_files()
+    with pytest.raises(UnitError, match="2 parts with the channels a: R; b: G; expected one part"):
+        write(a={"R": light[..., 0].copy()}, b={"G": light[..., 0].copy()}).check_files()
+
+
+def test_a_damaged_exr_is_refused_in_one_line(tmp_path, rgb):
+    path = tmp_path / "a.exr"
+    write_exr(path, {"RGB": rgb})
+    whole = path.read_bytes()
+    for end in range(8, len(whole), 13):
+        path.write_bytes(whole[:end])
+        with pytest.raises(IsetHdrError) as caught:
+            PictureFile(str(path), "cd/m2", **FIELD).check_files()
+        assert "\n" not in str(caught.value)
+
+
+def test_windows_and_pixels_of_an_exr_fill_the_field(tmp_path, rgb):
+    shown = (np.array([0, 0], np.int32), np.array([99, 59], np.int32))
+    path = write_exr(tmp_path / "a.exr", {"RGB": rgb}, displayWindow=shown)
+    with pytest.raises(UnitError, match="its display window is columns 0 to 99, rows 0 to 59;"):
+        PictureFile(path, "cd/m2", **FIELD).check_files()
+    path = write_exr(tmp_path / "a.exr", {"RGB": rgb}, pixelAspectRatio=2.0)
+    with pytest.raises(UnitError, match="the aspect ratio 2; expected square"):
+        PictureFile(path, "cd/m2", **FIELD).check_files()
+
+
+@pytest.mark.parametrize("white", [0.0, -3.0, np.nan, np.inf])
+def test_a_white_without_light_is_refused_where_it_is_used(tmp_path, rgb, white):
+    path = write_exr(tmp_path / "a.exr", {"RGB": rgb}, whiteLuminance=white)
+    with pytest.raises(UnitError, match=f"states whiteLuminance {white:g}; .*scene.white_cd_m2="):
+        PictureFile(path, **FIELD).check_files()
+    PictureFile(path, white_cd_m2=300.0, **FIELD).check_files()
+    PictureFile(path, "cd/m2", **FIELD).check_files()
+
+
+CUBE = np.ones((2, 3, 4))
+ODD_CUBES = [
+    (CUBE[:, :0], [500.0, 600.0], "is empty .*y: 0"),
+    (CUBE.astype(str), [500.0, 600.0], "holds values of type <U32"),
+    (CUBE + 1j, [500.0, 600.0], "holds values of type complex128"),
+    (CUBE > 0, [500.0, 600.0], "holds values of type bool"),
+    (CUBE, ["a", "b"], "holds wavelengths of type <U1; expected real numbers"),
+]
+
+
+@pytest.mark.parametrize("values, nm, message", ODD_CUBES)
+def test_cubes_that_hold_no_light_are_refused(tmp_path, values, nm, message):
+    cube = xr.DataArray(
+        values,
+        dims=("wavelength", "y", "x"),
+        coords={"wavelength": nm},
+        attrs={"units": "W/m2/sr/nm"},
+        name="radiance",
+    )
+    cube.to_dataset().to_zarr(tmp_path / "a.zarr", consolidated=False)
+    with pytest.raises(UnitError, match=message):
+        PictureFile(str(tmp_path / "a.zarr"), **FIELD).check_files()
+    with pytest.raises(UnitError, match=message):
+        array_scene(cube, **FIELD)
+
+
+def test_damaged_cubes_are_refused(tmp_path):
+    cube = xr.DataArray(CUBE, dims=("wavelength", "y", "x"), name="radiance")
+    cube = cube.assign_coords(wavelength=[500.0, 600.0])
+    cube.to_dataset().to_zarr(tmp_path / "a.zarr", consolidated=False)
+    for chunk in (tmp_path / "a.zarr" / "radiance" / "c").rglob("*"):
+        if chunk.is_file():
+            chunk.write_bytes(b"abc")
+    cube.to_dataset().to_netcdf(tmp_path / "a.nc", engine="scipy")
+    whole = (tmp_path / "a.nc").read_bytes()
+    (tmp_path / "a.nc").write_bytes(whole[:40])
+    (tmp_path / "text.nc").write_text("hello")
+    for name in ("a.zarr", "a.nc", "text.nc"):
+        with pytest.raises(CatalogError, match="is not a readable"):
+            PictureFile(str(tmp_path / name), "W/m2/sr/nm", **FIELD).check_files()
+
+
+def test_wavelengths_that_contradict_the_file_are_refused(tmp_path, rgb):
+    nm = [500.0, 600.0]
+    np.savez(tmp_path / "a.npz", cube=CUBE, wavelength_nm=nm)
+    cube = xr.DataArray(CUBE, dims=("wavelength", "y", "x"), name="radiance")
+    cube.assign_coords(wavelength=nm).to_dataset().to_zarr(tmp_path / "a.zarr", consolidated=False)
+    plane = np.ones((3, 4), np.float32)
+    write_exr(tmp_path / "a.exr", {"S0.500,000nm": plane, "S0.600,000nm": plane})
+    for name in ("a.npz", "a.zarr", "a.exr"):
+        path = str(tmp_path / name)
+        scene = PictureFile(path, "W/m2/sr/nm", wavelength_nm=tuple(nm), **FIELD)()
+        assert scene.wavelength.values.tolist() == nm
+        for other in ((500.0, 610.0), (600.0, 500.0), (500.0,)):
+            with pytest.raises(UnitError, match="states 2 bands, 500 to 600 nm, and scene.wave"):
+                PictureFile(path, "W/m2/sr/nm", wavelength_nm=other, **FIELD).check_files()
+    path = write_exr(tmp_path / "rgb.exr", {"RGB": rgb})
+    with pytest.raises(UnitError, match="holds the colours R, G, B, and scene.wavelength_nm"):
+        PictureFile(path, "cd/m2", wavelength_nm=(500.0, 600.0), **FIELD).check_files()
+
+
+def test_negative_codes_are_not_lost_in_srgb(tmp_path):
+    np.save(tmp_path / "a.npy", np.array([[-300, 0, 32767]], np.int16))
+    fields = {"white_cd_m2": 100.0, "encoding": "srgb", **FIELD}
+    with pytest.raises(UnitError, match="holds 1 negative values"):
+        PictureFile(str(tmp_path / "a.npy"), **fields).check_files()
+    scene = PictureFile(str(tmp_path / "a.npy"), negative_to_zero=True, **fields)()
+    np.testing.assert_allclose(luminances(scene), [[0, 0, 100.0]], rtol=FLOAT32)
 
 
 def test_a_jpeg_is_read(tmp_path):
@@ -294,6 +483,21 @@ def test_radiance_hdr_of_all_three_codings(tmp_path):
             read_hdr(tmp_path / "cut.hdr", None)
 
 
+def test_the_header_of_a_radiance_hdr_states_factors_and_pixels(tmp_path):
+    path = tmp_path / "a.hdr"
+    flat = bytes([128, 128, 128, 129] * 3)
+    path.write_bytes(rgbe(flat, 3, 1, b"EXPOSURE =2\nCOLORCORR=1 2 4\nCOLORCORR= 1 1 2\n"))
+    values = read_hdr(path, None).values[0, :, 0, 0]
+    np.testing.assert_allclose(values, 128.5 / 128 / np.array([2, 4, 16]))
+    path.write_bytes(rgbe(flat, 3, 1, b"PIXASPECT=2\n"))
+    with pytest.raises(UnitError, match="PIXASPECT=2; expected square pixels"):
+        read_hdr(path, None)
+    for width, height in ((10**5, 10**5), (10**12, 1), (10**30, 1), (1, 10**30)):
+        path.write_bytes(rgbe(flat, width, height))
+        with pytest.raises(CatalogError, match="fewer scan lines than -Y"):
+            read_hdr(path, None)
+
+
 def test_the_field_is_that_of_angle_or_pixel(tmp_path):
     np.save(tmp_path / "y.npy", np.ones((5, 10)))
     path = str(tmp_path / "y.npy")
@@ -332,6 +536,10 @@ BAD = [
     ({"path": "two.npz", "unit": "cd/m2"}, UnitError, "holds the arrays a, b; expected one"),
     ({"path": "rgb.npy", "unit": "cd/m2", "step_nm": 60.0}, ConfigError, "cannot hold the colours"),
     ({"path": "empty.npy", "unit": "cd/m2"}, UnitError, "is empty"),
+    ({"path": "map.tif"}, UnitError, "the colours PALETTE .*; save it as grey or RGB"),
+    ({"path": "ink.tif"}, UnitError, "the colours SEPARATED"),
+    ({"path": "bit.tif"}, UnitError, "has integers of 1 bits; expected 8, 16 or 32"),
+    ({"path": "pair.tif"}, UnitError, r"holds 2 pictures .*\(3 x 4, 2 x 2\); expected one"),
     ({"path": "words.npz"}, UnitError, "holds wavelength_nm as <U1 values; expected real numbers"),
 ]
 
@@ -352,6 +560,13 @@ def test_bad_files_are_refused_in_one_line(tmp_path, monkeypatch, fields, error,
     np.savez("odd.npz", **cube, unit="photons")
     np.savez("two.npz", a=ones, b=ones)
     np.savez("words.npz", cube=np.ones((1, 3, 4)), wavelength_nm=["a"], unit="W/m2/sr/nm")
+    codes = np.ones((3, 4), np.uint8)
+    palette = np.zeros((3, 256), np.uint16)
+    tifffile.imwrite("map.tif", codes, photometric="palette", colormap=palette)
+    tifffile.imwrite("ink.tif", np.ones((3, 4, 4), np.uint8), photometric="separated")
+    tifffile.imwrite("bit.tif", codes > 0, photometric="minisblack")
+    tifffile.imwrite("pair.tif", codes)
+    tifffile.imwrite("pair.tif", codes[:2, :2], append=True)
     for name in ("p.png", "p.xyz", "cut.exr"):
         (tmp_path / name).write_bytes(b"abc")
     (tmp_path / "deep.png").write_bytes(png_of_colours_of_16_bits())

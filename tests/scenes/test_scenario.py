@@ -183,6 +183,19 @@ def test_entities_of_catalogs_are_resolved_with_their_parameters(tmp_path):
     assert "catalogs that were not found are left out: once (Cars d)" in scenario.notes[0]
 
 
+def test_parameters_may_use_those_before_them(tmp_path):
+    declare = '<ParameterDeclaration name="{}" parameterType="double" value="{}"/>'
+    parameters = declare.format("S", 50) + declare.format("D", "${$S + 30}")
+    sums = parameters + declare.format("E", "${$D * 2}")
+    path = tmp_path / "sums.xosc"
+    file_with(tmp_path, {"Ego": (CAR, LANE.format(-1, "${$E - $D}", 0, ""))}, sums).rename(path)
+    Street(scenario=str(path)).check_files()
+    text = path.read_text().replace(declare.format("S", 50), "")
+    path.write_text(text)
+    with pytest.raises(CatalogError, match="'s' of <LanePosition> is .*; expected a finite number"):
+        Street(scenario=str(path)).check_files()
+
+
 @pytest.mark.parametrize(
     "position, words",
     [

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import traceback
 from collections.abc import Callable
+from types import CodeType, FunctionType, MethodType
 from typing import Any
 
 from ...cli import progress
@@ -39,7 +41,7 @@ def stage(
     hook = plugin_manager().hook
     at_work = Stage(kind, name, component)
     title = f"{kind} {name}" if name else kind
-    hook.isethdr_before_stage(stage=at_work)
+    _call_hook(hook.isethdr_before_stage, at_work, title)
     try:
         with interrupts_kept(), ledger.stage(rows, title) as at_work.row, progress.shown(title):
             earlier = kept.reuse.earlier(kept.name)
@@ -62,5 +64,23 @@ def stage(
         err.add_note(f"in stage {title}")
         hook.isethdr_on_stage_error(stage=at_work)
         raise
-    hook.isethdr_after_stage(stage=at_work)
+    _call_hook(hook.isethdr_after_stage, at_work, title)
     return at_work.result
+
+
+def _call_hook(hook: Any, at_work: Stage, title: str) -> None:
+    """Call a hook of all plugins. An error of one gets a note with the plugin, hook and stage."""
+    try:
+        hook(stage=at_work)
+    except Exception as err:
+        codes = {frame.f_code for frame, _ in traceback.walk_tb(err.__traceback__)}
+        for impl in hook.get_hookimpls():
+            if _code_of(impl.function) in codes:
+                err.add_note(f"in {hook.name} of plugin {impl.plugin_name!r}, at stage {title}")
+        raise
+
+
+def _code_of(function: object) -> CodeType | None:
+    """Return the code of a function or method, which is that of its frames."""
+    plain = function.__func__ if isinstance(function, MethodType) else function
+    return plain.__code__ if isinstance(plain, FunctionType) else None

@@ -7,15 +7,19 @@ from pathlib import Path
 
 import numpy as np
 
-from isethdr_core.errors import CatalogError
+from isethdr_core.errors import CatalogError, ConfigError
 
-from .lens_data import LensData, Problems, Row, number
+from .lens_data import LensData, Problems, Row, integer, number, unit_mm, widest_deg
 
 MM_PER = {"M": 1.0, "C": 10.0, "I": 25.4}
+# a surface, or a range of surfaces, that a command names
+ADDRESS = re.compile(r"S(O|I|\d+)(?:\.\.(\d+))?", re.IGNORECASE)
 SURFACE = re.compile(r"S(O|I|\d*)")
 ASPHERE = {letter: 4 + 2 * k for k, letter in enumerate("ABCDEFGHJ")}  # a4, a6, ...; there is no I
 TILTED = ("ADE", "BDE", "CDE", "XDE", "YDE", "ZDE", "DAR", "BEN", "REV", "XTI", "YTI")
 OTHER_SHAPES = ("SPS", "CYL", "TOR", "AAS", "XTO", "YTO", "GRT", "HOE", "DIF", "UDS", "GRX")
+# commands of a surface
+OF_SURFACE = {"STO", "K", *ASPHERE, "CIR", "GLA", "THI", *TILTED, *OTHER_SHAPES}
 FAR_MM = 1e9  # least distance of a distant object; CODE V writes 1e13
 
 
@@ -30,7 +34,8 @@ def read(path: Path, problems: Problems) -> LensData:
     Raises
     ------
     CatalogError : the file holds no surfaces.
-    ConfigError : an entry is not a number.
+    ConfigError : an entry is not a number, or the unit, a named surface or the reference
+        wavelength is unknown.
     """
     text = path.read_text(encoding="utf-8", errors="replace")
     text = re.sub(r"!.*", "", text).replace("&\n", " ")
@@ -50,8 +55,15 @@ def read(path: Path, problems: Problems) -> LensData:
     if lens.entrance_pupil_mm is not None:
         lens.entrance_pupil_mm *= file.unit
     if file.wavelengths:
-        middle = file.reference or (len(file.wavelengths) + 1) // 2
-        lens.reference_nm = file.wavelengths[min(middle, len(file.wavelengths)) - 1]
+        count = len(file.wavelengths)
+        at = (count + 1) // 2 if file.reference is None else file.reference
+        if not 1 <= at <= count:
+            raise ConfigError(
+                f"{path} names the reference wavelength {at}, and has {count} wavelengths;"
+                f" expected 1 to {count} in its line REF"
+            )
+        lens.reference_nm = file.wavelengths[at - 1]
+    lens.half_field_deg = widest_deg(file.x_deg, file.y_deg) or None
     return lens
 
 
@@ -61,16 +73,19 @@ def _words(line: str) -> list[str]:
 
 
 class _File:
-    """State while a file is read; commands act on the last surface."""
+    """State while a file is read; commands act on the last surface, or on a surface that they
+    name.
+    """
 
     def __init__(self, lens: LensData, path: Path, problems: Problems) -> None:
         self.lens = lens
         self.path = path
         self.problems = problems
         self.unit = 1.0
-        self.reference = 0
+        self.reference: int | None = None
         self.radii = True
-        self.widest_deg = 0.0  # largest field angle along x or y
+        self.x_deg: list[float] = []  # field angles along x
+        self.y_deg: list[float] = []
         self.wavelengths: list[float] = []
         self.current: Row | None = None
 
@@ -84,7 +99,7 @@ class _File:
         elif key == "TITLE" or key == "TIT":
             self.lens.name = " ".join(arguments)
         elif key == "DIM" and arguments:
-            self.unit = MM_PER.get(arguments[0].upper(), 1.0)
+            self.unit = unit_mm(arguments[0], MM_PER, where)
         elif key == "RDM":
             self.radii = not arguments or arguments[0].upper() != "NO"
         elif key == "CUM":
@@ -92,16 +107,41 @@ class _File:
         elif key == "WL":
             self.wavelengths = [number(w, where) for w in arguments]
         elif key == "REF" and arguments:
-            self.reference = int(number(arguments[0], where))
+            self.reference = integer(arguments[0], where)
         elif key == "EPD" and arguments:
             self.lens.entrance_pupil_mm = number(arguments[0], where)
         elif key == "FNO" and arguments:
             self.lens.f_number = number(arguments[0], where)
-        elif key in ("YAN", "XAN") and arguments:
-            self.widest_deg = max(self.widest_deg, *(abs(number(w, where)) for w in arguments))
-            self.lens.half_field_deg = self.widest_deg or None
-        elif self.current is not None:
-            self._of_surface(self.current, key, arguments, where)
+        elif key == "XAN":
+            self.x_deg = [number(w, where) for w in arguments]
+        elif key == "YAN":
+            self.y_deg = [number(w, where) for w in arguments]
+        elif key in OF_SURFACE:
+            self._command(key, arguments, where)
+
+    def _command(self, key: str, arguments: list[str], where: str) -> None:
+        """Apply a command of a surface to the last surface, or to those that it names."""
+        named = ADDRESS.fullmatch(arguments[0]) if arguments else None
+        if named is None:
+            if self.current is not None:
+                self._of_surface(self.current, key, arguments, where)
+            return
+        first, last = (named[1].upper(), named[2])
+        if first == "I":
+            return
+        if first in ("O", "0") and last is None:
+            if key == "THI" and len(arguments) > 1:
+                self.lens.far_object = not abs(number(arguments[1], where)) < FAR_MM
+            return
+        low = int(first) if first.isdigit() else 0
+        high = int(last) if last else low
+        if not 1 <= low <= high <= len(self.lens.rows):
+            raise ConfigError(
+                f"{where} names {arguments[0]}; expected one of the {len(self.lens.rows)} surfaces"
+                " before this line, without object and image"
+            )
+        for row in self.lens.rows[low - 1 : high]:
+            self._of_surface(row, key, arguments[1:], where)
 
     def _surface(self, key: str, arguments: list[str], where: str) -> None:
         if key == "SI":

@@ -37,7 +37,7 @@ def read_catalogue(path: Path) -> dict[str, str]:
         data = path.read_bytes()
     except OSError as err:
         raise CatalogError(f"{path} cannot be read: {err.strerror}") from None
-    text = data.decode("utf-16" if data[:2] in (b"\xff\xfe", b"\xfe\xff") else "latin-1")
+    text = data.decode("utf-16" if data[:2] in (b"\xff\xfe", b"\xfe\xff") else "latin-1", "replace")
     glasses: dict[str, str] = {}
     name = ""
     formula = 0
@@ -54,7 +54,7 @@ def read_catalogue(path: Path) -> dict[str, str]:
             elif line.startswith("LD ") and numbers:
                 low, high = (1e3 * float(w) for w in words[1:3])
                 glasses[name] = f"{numbers}@{low:g}-{high:g}"
-    except ValueError:
+    except (ValueError, OverflowError):  # the last one: an infinite number of a formula
         raise CatalogError(
             f"{path}: glass {name!r} has a line that is no list of numbers"
         ) from None

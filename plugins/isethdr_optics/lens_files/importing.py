@@ -15,6 +15,7 @@ import yaml
 from isethdr_core.cli.terminal import number_of
 from isethdr_core.errors import CatalogError, ConfigError, did_you_mean
 from isethdr_core.physics.optics import paraxial
+from isethdr_core.physics.optics.ray_trace import collimated, follow, sequential
 from isethdr_core.storage.atomic_write import write_text
 
 from ..prescription.figures import spot
@@ -31,6 +32,7 @@ HIGHEST = 30
 CLEARANCE = 1.01
 FIELDS = (0.0, 0.7, 1.0)  # shares of the half field at which spots are computed
 ASSUMED_HALF_FIELD_DEG = 20.0  # of a file that states no field angles
+RAYS = 200  # rays along the radius of the beam, to find the surface that stops them
 WIDEST_DEG = 75.0  # widest half field in tangents, which prescriptions are traced in
 
 
@@ -41,7 +43,8 @@ class Figures:
     Parameters
     ----------
     spots : ((field angle deg, rms spot radius um, distance of its centroid from the axis mm), ...),
-        on the sensor; the radius is about the centroid.
+        on the sensor; the radius is about the centroid. The centroid is NaN if no light of that
+        angle passes the lens.
     """
 
     focal_length_mm: float
@@ -70,8 +73,8 @@ def imported(path: Path, glass: Sequence[str] = ()) -> Imported:
 
     Raises
     ------
-    ConfigError : the format or a glass is unknown, a surface is not supported, or the lens forms no
-        image.
+    ConfigError : the format or a glass is unknown, a surface is not supported, the lens forms no
+        image, or no ray along the axis passes it.
     CatalogError : a file does not exist, or holds no lens.
     """
     if path.suffix.lower() not in READERS:
@@ -102,7 +105,31 @@ def imported(path: Path, glass: Sequence[str] = ()) -> Imported:
     elif rows[-1].thickness_mm <= 0:
         table["surfaces"][-1].pop("thickness_mm", None)
     _open_stop(table, data)
-    return Imported(table, parse(table), tuple(notes))
+    lens = parse(table)
+    if np.isnan(spot(lens, 0.0).centroid_mm):
+        row = rows[_blocking(lens)]
+        size = f"{row.semi_diameter_mm:g} mm" if np.isfinite(row.semi_diameter_mm) else "not stated"
+        raise ConfigError(
+            f"{path}: no ray along the axis passes surface {row.label} (radius {row.radius_mm:g}"
+            f" mm, semi-diameter {size}, conic {row.conic:g}); expected a surface as wide as the"
+            " beam; correct its semi-diameter, conic or asphere in the file"
+        )
+    return Imported(table, lens, tuple(notes))
+
+
+def _blocking(lens: Prescription) -> int:
+    """Return the index of the surface that stops the last of the rays that are parallel to the
+    axis.
+    """
+    indices = lens.indices(lens.reference_nm)
+    _, pupil_radius = paraxial.entrance_pupil(lens.surfaces[:-1], indices)
+    x = pupil_radius * (np.arange(RAYS) + 0.5) / RAYS
+    start = collimated(x, 0 * x, lens.surfaces[0].z_mm, 0.0, 0.0)
+    passing = [
+        np.sum(follow(lens.surfaces, indices, sequential(k), start).margin > 0)
+        for k in range(1, len(lens.surfaces))
+    ]
+    return int(np.argmin(passing))  # the first one of equal numbers
 
 
 def figures(lens: Prescription) -> Figures:
@@ -141,6 +168,9 @@ def run(file: str, glass: Sequence[str], out: str) -> None:
     print(f"back focus              {values.back_focus_mm:.5g} mm")
     print(f"f-number                {values.f_number:.4g}")
     for angle_deg, radius_um, centroid_mm in values.spots:
+        if np.isnan(centroid_mm):
+            print(f"rms spot radius         no light passes at {angle_deg:.3g} degrees")
+            continue
         print(
             f"rms spot radius         {radius_um:.4g} um at {angle_deg:.3g} degrees,"
             f" {abs(centroid_mm):.4f} mm from the axis"

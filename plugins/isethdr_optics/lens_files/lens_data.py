@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from itertools import zip_longest
 
 import numpy as np
 
@@ -98,3 +100,60 @@ def number(text: str, where: str) -> float:
     if np.isnan(value):
         raise ConfigError(f"{where} has {text!r}; expected a number")
     return value
+
+
+def integer(text: str, where: str) -> int:
+    """Return the whole number that a word of a file states.
+
+    Parameters
+    ----------
+    text, where : as in `number`.
+
+    Raises
+    ------
+    ConfigError : `text` is not a whole number.
+    """
+    value = number(text, where)
+    if not value.is_integer():  # false for infinity as well
+        raise ConfigError(f"{where} has {text!r}; expected a whole number")
+    return int(value)
+
+
+def unit_mm(text: str, units: Mapping[str, float], where: str) -> float:
+    """Return the length of a unit of a file, mm.
+
+    Parameters
+    ----------
+    text : name of the unit in the file.
+    units : {name in upper case: length, mm} of the known units.
+    where : position in the file, for the error.
+
+    Raises
+    ------
+    ConfigError : the unit is not known.
+    """
+    try:
+        return units[text.upper()]
+    except KeyError:
+        raise ConfigError(
+            f"{where} has the unit {text!r}; expected one of {', '.join(units)}; save the lens in"
+            " millimetres in the other program"
+        ) from None
+
+
+def widest_deg(x_deg: Sequence[float], y_deg: Sequence[float]) -> float:
+    """Return the largest angle to the axis of the field points of a file, degrees; 0 without any.
+
+    Parameters
+    ----------
+    x_deg, y_deg : angles of the field points along x and y, degrees. Their tangents are the
+        components of the direction. The shorter list is continued by 0.
+    """
+    widest = 0.0
+    for x, y in zip_longest(x_deg, y_deg, fillvalue=0.0):
+        if x and y and max(abs(x), abs(y)) < 90:
+            angle = np.degrees(np.arctan(np.hypot(*np.tan(np.radians([x, y])))))
+        else:  # along one axis, or beyond tangents
+            angle = max(abs(x), abs(y))
+        widest = max(widest, float(angle))
+    return widest

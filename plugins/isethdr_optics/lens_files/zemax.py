@@ -6,9 +6,9 @@ from pathlib import Path
 
 import numpy as np
 
-from isethdr_core.errors import CatalogError
+from isethdr_core.errors import CatalogError, ConfigError
 
-from .lens_data import LensData, Problems, Row, number
+from .lens_data import LensData, Problems, Row, integer, number, unit_mm, widest_deg
 
 MM_PER = {"MM": 1.0, "CM": 10.0, "IN": 25.4, "METER": 1000.0, "M": 1000.0}
 # types of surfaces; the power of r of an aspheric term is this factor times the parameter's number
@@ -27,7 +27,7 @@ def read(path: Path, problems: Problems) -> LensData:
     Raises
     ------
     CatalogError : the file holds fewer than three surfaces: object, lens and image.
-    ConfigError : an entry is not a number.
+    ConfigError : an entry is not a number, or the unit or the primary wavelength is unknown.
     """
     data = path.read_bytes()
     text = data.decode("utf-16" if data[:2] in (b"\xff\xfe", b"\xfe\xff") else "utf-8", "replace")
@@ -63,34 +63,40 @@ def read(path: Path, problems: Problems) -> LensData:
 
 def _apply_head(head: list[list[str]], lens: LensData, path: Path) -> float:
     unit = 1.0
-    primary = 1
+    primary: int | None = None
     wavelengths = {}
-    angles = [0.0]
+    angles: dict[str, list[float]] = {}
     kind = ANGLES
     for key, *words in head:
         where = f"{path}, {key}"
         if key == "NAME" and words:
             lens.name = " ".join(words)
         elif key == "UNIT" and words:
-            unit = MM_PER.get(words[0].upper(), 1.0)
+            unit = unit_mm(words[0], MM_PER, where)
         elif key == "ENPD" and words:
             lens.entrance_pupil_mm = number(words[0], where)
         elif key == "FNUM" and words:
             lens.f_number = number(words[0], where)
         elif key == "PWAV" and words:
-            primary = int(number(words[0], where))
+            primary = integer(words[0], where)
         elif key == "WAVM" and len(words) > 1:
-            wavelengths[int(number(words[0], where))] = 1e3 * number(words[1], where)
+            wavelengths[integer(words[0], where)] = 1e3 * number(words[1], where)
         elif key == "FTYP" and words:
             kind = words[0]
         elif key in ("XFLN", "YFLN"):
-            angles += [abs(number(w, where)) for w in words]
+            angles[key] = [number(w, where) for w in words]
     if lens.entrance_pupil_mm is not None:
         lens.entrance_pupil_mm *= unit
-    if primary in wavelengths:
-        lens.reference_nm = wavelengths[primary]
-    if kind == ANGLES and max(angles) > 0:
-        lens.half_field_deg = max(angles)
+    if wavelengths and primary is not None and primary not in wavelengths:
+        raise ConfigError(
+            f"{path} names the primary wavelength {primary}, and has the wavelengths"
+            f" {', '.join(map(str, wavelengths))}; expected one of them in its line PWAV"
+        )
+    lens.reference_nm = wavelengths.get(primary or 1, lens.reference_nm)
+    if kind == ANGLES:
+        lens.half_field_deg = (
+            widest_deg(angles.get("XFLN", []), angles.get("YFLN", [])) or lens.half_field_deg
+        )
     return unit
 
 
@@ -117,7 +123,7 @@ def _row(label: str, block: list[list[str]], path: Path, problems: Problems, len
         elif key == "CONI" and words:
             row.conic = number(words[0], where)
         elif key == "PARM" and len(words) > 1:
-            parameters[int(number(words[0], where))] = number(words[1], where)
+            parameters[integer(words[0], where)] = number(words[1], where)
         elif key == "DISZ" and words:
             row.thickness_mm = np.inf if words[0] == "INFINITY" else number(words[0], where)
         elif key == "DIAM" and words:
@@ -125,7 +131,7 @@ def _row(label: str, block: list[list[str]], path: Path, problems: Problems, len
             row.semi_diameter_mm = semi if semi > 0 else np.inf
             row.automatic = len(words) < 2 or words[1] == "0"
         elif key == "GLAS" and words:
-            row.glass = _glass(words, label, problems, lens)
+            row.glass = _glass(words, label, where, problems, lens)
     if shape == "COORDBRK":
         problems.add(label, "a coordinate break (tilted or decentred)")
     elif shape not in SHAPES:
@@ -135,12 +141,13 @@ def _row(label: str, block: list[list[str]], path: Path, problems: Problems, len
     return row
 
 
-def _glass(words: list[str], label: str, problems: Problems, lens: LensData) -> str:
+def _glass(words: list[str], label: str, where: str, problems: Problems, lens: LensData) -> str:
     name = words[0]
     if name == "MIRROR":
         problems.add(label, "a mirror")
         return ""
     if name == "___BLANK" and len(words) > 4:  # a model glass: nd and Abbe number
         name = f"{words[3]}/{words[4]}"
-        lens.glasses[name] = name if float(words[4]) else words[3]
+        index, abbe = (number(w, where) for w in words[3:5])
+        lens.glasses[name] = name if abbe else repr(index)
     return name

@@ -87,7 +87,13 @@ class PrescribedLens(FieldLens):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        self.real()
+        real = self.real()
+        if not _areas(real, (0.0,))[0] > 0:
+            raise ConfigError(
+                f"prescription {real.name!r} passes no light along its axis at"
+                f" f/{self.f_number:g}; expected semi-diameters, conics and aspheres that let a"
+                " beam through; correct its file, or choose another lens.prescription"
+            )
 
     def colour_at(self, angle_rad: float, wavelength_nm: float) -> dict[int, float]:
         """Return the difference of the traced wavefront of a wavelength from `wavefront_at`, {OSA

@@ -22,6 +22,7 @@ PER_LIMIT = 4  # samples per period of the diffraction limit: twice the necessar
 # Light of a round stop beyond a square of half width r, times r over wavelength x f-number. It is
 # 2 / pi^2 for a circle (Airy), times 0.9 for a square, rounded up.
 BEYOND = 0.183
+LEAST_NM = 100.0  # least wavelength; lower values are in micrometres or wrong
 MOST_BEYOND = 0.9  # largest share that is stated
 
 
@@ -39,7 +40,8 @@ def point_spread(
     Raises
     ------
     UnitError : a value lies outside 0 to 1; a curve has no frequency 0, or a value other than 1
-        there; or the curves of some field angle and wavelength are missing.
+        there; the curves of some field angle and wavelength are missing; or a wavelength is below
+        100 nm.
     """
     for name in ("mtf_tangential", "mtf_sagittal"):
         values = columns[name]
@@ -52,6 +54,11 @@ def point_spread(
         raise UnitError(f"{path}: frequency_per_mm is negative; expected line pairs per mm")
     angles = np.unique(columns["field_deg"])
     waves = np.unique(columns["wavelength_nm"])
+    if not waves[0] >= LEAST_NM:
+        raise UnitError(
+            f"{path}: wavelength_nm holds {waves[0]:g}; expected nanometres, {LEAST_NM:g} or more,"
+            " for example 550"
+        )
     pitch_um = 1e-3 * waves[0] * f_number / PER_LIMIT
     psf = np.empty((len(angles), len(waves), SIZE, SIZE))
     clipped = 0.0

@@ -8,12 +8,12 @@ import numpy as np
 
 from isethdr_core.errors import ConfigError
 
-from .angles import MeasuredLamp, from_polar
+from .angles import MeasuredLamp, checked_candela, from_polar
 
 HEAD_LINES = 26  # lines up to and with the number of lamp sets
 SET_LINES = 6
 RATIO_LINES = 10
-END_OF_FILE = "\x1a"  # programs of DOS end a text with it
+END_OF_FILE = "\x1a\0"  # programs of DOS end a text with the first, and fill up with the second
 
 
 def read_ldt(path: Path) -> MeasuredLamp:
@@ -21,9 +21,10 @@ def read_ldt(path: Path) -> MeasuredLamp:
 
     Raises
     ------
-    ConfigError : the file does not conform to EULUMDAT, or states several sets of lamps.
+    ConfigError : the file does not conform to EULUMDAT, states several sets of lamps, no flux
+        or wrong intensities (NaN, infinite or negative), or has no light in front of the lamp.
     """
-    text = path.read_text(encoding="latin-1").rstrip(END_OF_FILE + " \n")
+    text = path.read_text(encoding="latin-1").rstrip(END_OF_FILE + " \r\n")
     # `splitlines` would also end lines at bytes that are letters in other encodings
     lines = [line.strip() for line in text.split("\n")]
     number = lambda line: float(lines[line - 1].replace(",", "."))
@@ -58,6 +59,12 @@ def read_ldt(path: Path) -> MeasuredLamp:
             f" together; expected one set; keep the {SET_LINES} lines of one set with the flux that"
             f" is meant, and write 1 in line {HEAD_LINES}"
         )
+    if not 0 < flux[0] < np.inf:
+        raise ConfigError(
+            f"{path.name} states a flux of {flux[0]:g} lm in line {HEAD_LINES + 3}, by which its"
+            " candela per 1000 lm are multiplied; expected more than 0; write the flux of the lamp"
+            " there"
+        )
     if len(candelas) != stored * angles:
         raise ConfigError(
             f"{path.name} has {len(candelas)} values of candela after its angles; expected"
@@ -65,8 +72,9 @@ def read_ldt(path: Path) -> MeasuredLamp:
             f" {symmetry} and its lines 4 and 6; correct these lines or the values of the file"
         )
     _check_angles(path, symmetry, c_deg, gamma_deg)
+    candelas = checked_candela(path.name, candelas * factor * flux[0] / 1000)
     c_deg, candela = _whole_turn(symmetry, c_deg, candelas.reshape(stored, angles))
-    return from_polar(c_deg, gamma_deg, candela * factor * flux[0] / 1000)
+    return from_polar(path.name, c_deg, gamma_deg, candela)
 
 
 def _check_angles(path: Path, symmetry: int, c_deg: np.ndarray, gamma_deg: np.ndarray) -> None:

@@ -16,13 +16,13 @@ import numpy as np
 
 from isethdr_core.errors import ConfigError
 
-from .angles import MeasuredLamp, from_level, from_polar
+from .angles import WIDEST_DEG, MeasuredLamp, checked_candela, from_level, from_polar
 
 TYPES = {1: "C", 2: "B", 3: "A"}
-TILT = re.compile(r"^[ \t]*TILT=", re.MULTILINE)
+TILT = re.compile(r"^[ \t]*TILT=", re.MULTILINE | re.IGNORECASE)
 # in the first line of files of 1995 and later
 LATER = re.compile(r".*LM-63-(?!(19)?(86|91)\b)")
-END_OF_FILE = "\x1a"  # programs of DOS end a text with it
+END_OF_FILE = "\x1a\0"  # programs of DOS end a text with the first, and fill up with the second
 
 
 def read_ies(path: Path) -> MeasuredLamp:
@@ -30,16 +30,17 @@ def read_ies(path: Path) -> MeasuredLamp:
 
     Raises
     ------
-    ConfigError : the file does not conform to LM-63.
+    ConfigError : the file does not conform to LM-63, has intensities that are negative or
+        not finite, or has no light in front of the lamp.
     """
-    text = path.read_text(encoding="latin-1").rstrip(END_OF_FILE + " \n")
+    text = path.read_text(encoding="latin-1").rstrip(END_OF_FILE + " \r\n")
     tilt = TILT.search(text)
     if tilt is None:
         raise ConfigError(f"{path.name} has no line TILT=; expected a file of LM-63")
     kind, _, after_tilt = text[tilt.end() :].partition("\n")
     try:
         numbers = [float(v) for v in after_tilt.replace(",", " ").split()]
-        if kind.strip() == "INCLUDE":
+        if kind.strip().upper() == "INCLUDE":
             numbers = numbers[2 + 2 * int(numbers[1]) :]
         head_numbers = numbers[:13]
         numbers = numbers[13:]
@@ -60,21 +61,21 @@ def read_ies(path: Path) -> MeasuredLamp:
             f" {across} planes of {count} values each, {count * across}, as its first line of"
             " numbers says; correct the counts or the values of the file"
         )
-    candela = factor * candela.reshape(across, count)
+    candela = checked_candela(path.name, factor * candela.reshape(across, count))
     if TYPES[photometry] == "C":
         planes, candela = whole_turn(level, candela)
-        return from_polar(planes, vertical, candela)
+        return from_polar(path.name, planes, vertical, candela)
     if level[0] == 0 and len(level) > 1:  # the file holds one of two equal halves
         level = np.r_[-level[:0:-1], level]
         candela = np.concatenate([candela[:0:-1], candela])
     if vertical[0] == 0 and len(vertical) > 1:
         vertical = np.r_[-vertical[:0:-1], vertical]
         candela = np.concatenate([candela[:, :0:-1], candela], 1)
-    if min(len(level), len(vertical)) < 2:
+    if len(level) < 2:
         raise ConfigError(
-            f"{path.name} has one angle alone; expected two and more in types A and B"
+            f"{path.name} has one horizontal angle alone; expected two or more in types A and B"
         )
-    return from_level(level, vertical, candela, TYPES[photometry] == "B")
+    return from_level(path.name, level, vertical, candela, TYPES[photometry] == "B")
 
 
 def whole_turn(planes: np.ndarray, candela: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -110,6 +111,18 @@ def _check(
         raise ConfigError(
             f"{path.name} has photometric type {photometry}, and angles that"
             f" {'rise' if rising else 'do not rise'}; expected type 1, 2 or 3 and rising angles"
+        )
+    if len(vertical) < 2:
+        raise ConfigError(
+            f"{path.name} has one vertical angle alone, {vertical[0]:g} degrees; expected two or"
+            " more, since one angle is no light distribution"
+        )
+    widest = max(np.abs(v).max() for v in (vertical, level))
+    if TYPES[photometry] != "C" and widest > WIDEST_DEG:
+        raise ConfigError(
+            f"{path.name} has an angle {widest:g} degrees off the axis; expected"
+            f" {-WIDEST_DEG:g} to {WIDEST_DEG:g} degrees in types A and B; remove the angles behind"
+            " the lamp with their values"
         )
     if TYPES[photometry] == "C" and len(level) > 1 and not _is_turn(level[0], level[-1]):
         raise ConfigError(

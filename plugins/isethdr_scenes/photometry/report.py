@@ -28,7 +28,7 @@ def lamp_of(lamp: str, rules: str = "") -> LampPattern:
     ------
     ConfigError : no such lamp or file, a file that cannot be read, or no such rules.
     """
-    rule_names = tuple(r for r in rules.split(",") if r)
+    rule_names = tuple(r.strip() for r in rules.split(",") if r.strip())
     for name in rule_names:
         if name not in rule_sets():
             raise ConfigError(f"there is no set of rules {name!r}{did_you_mean(name, rule_sets())}")

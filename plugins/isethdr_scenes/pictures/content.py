@@ -12,6 +12,7 @@ from isethdr_core.errors import CatalogError, UnitError
 LUMINANCE_CHANNELS = ("Y",)
 RGB_CHANNELS = ("R", "G", "B")
 XYZ_CHANNELS = ("X", "Y", "Z")
+SAME_NM = 0.01  # largest difference of equal wavelengths, nm; files round theirs
 
 
 @dataclass(frozen=True)
@@ -52,7 +53,8 @@ class Wanted:
     ----------
     channels : names of one luminance channel, or of red, green and blue; empty: the usual names.
     wavelength_nm : centres of the bands of a cube, nm, if its file does not state them.
-    variable : name of the array, in a file with several; empty: the only array.
+    variable : name of the array, or of the part of an EXR, in a file with several; empty: the only
+        one that serves.
     """
 
     channels: tuple[str, ...] = ()
@@ -108,6 +110,35 @@ def _bands_first(values: np.ndarray, bands: tuple[float, ...], path: Path) -> np
             " wavelength)"
         )
     return values if first else np.moveaxis(values, 2, 0)
+
+
+def refuse_other_bands(content: Content, selection: Wanted, path: Path) -> None:
+    """Refuse wavelengths of the scene that contradict the file.
+
+    Parameters
+    ----------
+    content : content of the file, with its bands in the order of the file.
+    selection : wavelengths that the scene states; empty: none.
+    path : path of the file, for messages.
+
+    Raises
+    ------
+    UnitError : the file holds colours, or states other wavelengths.
+    """
+    wanted = selection.wavelength_nm
+    found = content.wavelength_nm
+    if not wanted or (
+        found is not None and len(found) == len(wanted) and np.allclose(found, wanted, 0, SAME_NM)
+    ):
+        return
+    if found is None:
+        holds = f"holds the colours {', '.join(content.channels)}"
+    else:
+        holds = f"states {len(found)} bands, {found[0]:g} to {found[-1]:g} nm"
+    raise UnitError(
+        f"{path} {holds}, and scene.wavelength_nm names {len(wanted)} bands, {wanted[0]:g} to"
+        f" {wanted[-1]:g} nm; expected none, or those of the file; type 'scene.wavelength_nm=[]'"
+    )
 
 
 def sorted_bands(content: Content, path: Path) -> Content:

@@ -11,14 +11,15 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 
-from isethdr_core.errors import UnitError
+from isethdr_core.errors import IsetHdrError, UnitError
 from isethdr_core.extras import needed
 
 from .content import Content, Wanted, unreadable
 
 DIMS = ("light_group", "wavelength", "y", "x")
 NM_PER = {"nm": 1.0, "nanometer": 1.0, "nanometre": 1.0, "um": 1e3, "micrometer": 1e3, "m": 1e9}
-HDF5 = b"\x89HDF"  # NetCDF 4 is HDF5; NetCDF 3 begins with CDF
+HDF5 = b"\x89HDF"  # NetCDF 4 is HDF5
+CLASSIC = b"CDF"  # NetCDF 3
 
 
 def read(path: Path, selection: Wanted) -> Content:
@@ -31,7 +32,12 @@ def read(path: Path, selection: Wanted) -> Content:
         unit.
     """
     with _opened(path) as data:
-        return content_of(_chosen(data, selection, path), path)
+        cube = _chosen(data, selection, path)
+        try:
+            cube = cube.load()
+        except Exception as err:  # noqa: BLE001 - damaged chunks raise errors of their codecs
+            raise unreadable(path, "zarr or NetCDF", err) from None
+        return content_of(cube, path)
 
 
 def _opened(path: Path) -> xr.Dataset:
@@ -39,13 +45,17 @@ def _opened(path: Path) -> xr.Dataset:
         if path.is_dir():
             return xr.open_dataset(path, engine="zarr", consolidated=False)
         with path.open("rb") as file:
-            is_hdf5 = file.read(4) == HDF5
-        if not is_hdf5:
+            begin = file.read(4)
+        if begin != HDF5:
+            if not begin.startswith(CLASSIC):
+                raise unreadable(path, "NetCDF", f"it begins with {begin!r}")
             return xr.open_dataset(path, engine="scipy")
         with needed("a NetCDF 4 file", extra="netcdf"):
             import h5netcdf  # noqa: F401 - HDF5 alone needs it
         return xr.open_dataset(path, engine="h5netcdf")
-    except (OSError, ValueError, TypeError, KeyError) as err:
+    except IsetHdrError:
+        raise
+    except Exception as err:  # noqa: BLE001 - damaged headers raise errors of many types
         raise unreadable(path, "zarr or NetCDF", err) from None
 
 
@@ -67,7 +77,8 @@ def content_of(cube: xr.DataArray, path: Path | str) -> Content:
 
     Raises
     ------
-    UnitError : the DataArray has other dims than `DIMS`, or wavelengths of an unknown unit.
+    UnitError : the DataArray has other dims than `DIMS`, wavelengths of an unknown unit, no pixels,
+        or values or wavelengths that are no real numbers.
     """
     if "light_group" not in cube.dims:
         cube = cube.expand_dims(light_group=["picture"])
@@ -77,6 +88,12 @@ def content_of(cube: xr.DataArray, path: Path | str) -> Content:
             " coordinate of wavelengths in nm"
         )
     cube = cube.transpose(*DIMS)
+    for what, array in (("values", cube), ("wavelengths", cube.wavelength)):
+        if array.dtype.kind not in "fiu":
+            raise UnitError(f"{path} holds {what} of type {array.dtype}; expected real numbers")
+    if cube.size == 0:
+        sizes = ", ".join(f"{name}: {count}" for name, count in cube.sizes.items())
+        raise UnitError(f"{path} is empty ({sizes}); expected at least one pixel and one band")
     spelt = str(cube.wavelength.attrs.get("units", "nm"))
     if spelt not in NM_PER:
         raise UnitError(

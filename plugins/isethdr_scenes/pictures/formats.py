@@ -14,7 +14,7 @@ from isethdr_core.errors import CatalogError, ConfigError, UnitError, did_you_me
 from isethdr_core.physics.colour.colour_spaces import srgb_decode
 
 from . import cube_dataset, exr_picture, numpy_picture, photo, radiance_hdr, tiff_picture
-from .content import Content, Wanted, sorted_bands
+from .content import Content, Wanted, refuse_other_bands, sorted_bands
 
 Coding: TypeAlias = Literal["not_stated", "linear", "srgb"]
 READERS: dict[str, Callable[[Path, Wanted], Content]] = {
@@ -95,6 +95,7 @@ def _checked(
         content = READERS[path.suffix.lower()](path, selection)
     except OSError as err:
         raise CatalogError(f"{path} cannot be read: {err.strerror}") from None
+    refuse_other_bands(content, selection, path)
     content = _linear(sorted_bands(content, path), coding, path)
     values = content.values
     wrong = ~np.isfinite(values)
@@ -138,7 +139,8 @@ def _linear(content: Content, coding: Coding, path: Path) -> Content:
                 f"{path} holds values up to {values.max():g}; expected codes from 0 to 1 for"
                 " scene.encoding=srgb; type scene.encoding=linear"
             )
-        values = srgb_decode(values)
+        # negative values stay, so that they are refused or counted
+        values = np.where(values < 0, values, srgb_decode(values))
     return replace(content, values=np.asarray(values))
 
 

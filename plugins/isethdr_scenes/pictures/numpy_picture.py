@@ -39,7 +39,7 @@ def read(path: Path, selection: Wanted) -> Content:
             f"{path} holds the arrays {', '.join(names) or 'none'}; expected one; type for example"
             f" scene.variable={names[0] if names else 'radiance'}"
         )
-    if "wavelength_nm" in arrays and not selection.wavelength_nm:
+    if "wavelength_nm" in arrays:
         if arrays["wavelength_nm"].dtype.kind not in "fiu":
             raise UnitError(
                 f"{path} holds wavelength_nm as {arrays['wavelength_nm'].dtype} values; expected"

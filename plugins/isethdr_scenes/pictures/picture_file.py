@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable
 from dataclasses import dataclass
+from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, ClassVar, Literal
 
@@ -35,6 +36,10 @@ if TYPE_CHECKING:
 # to the electrons of the channel. Measured for 24 patches of a colour checker in D65 and the
 # channels of the sensor `bayer` (tests/scenes/test_picture_file.py).
 LIFT_ERROR = 0.063
+VISIBLE_NM = np.arange(380.0, 781.0)  # grid for the luminance of an illuminant, nm
+# Smallest share of the luminance of white that the bands of colours hold. The bands get all of the
+# luminance, so a smaller share would give far too much radiance. One nm at 550 nm holds 0.01.
+LEAST_SHARE = 0.005
 PixelAngle = Annotated[float, Range(1e-6, 1000)]  # milliradians: a telescope's to a few pixels
 FieldAngle = Annotated[float, Range(0.01, 360)]  # degrees
 
@@ -122,6 +127,8 @@ class PictureFile:
         self.camera_field()
         if len(self._content().channels) == 3:
             self._reflectances()
+        elif self._content().wavelength_nm is None:
+            self._white(self.bands_nm())
 
     def light_groups(self) -> tuple[str, ...]:
         """Return the light groups: `picture` alone, unless a cube names others."""
@@ -220,6 +227,12 @@ class PictureFile:
         white = self.white_cd_m2
         if white is None and self.unit == units.NOT_STATED:
             white = content.white_cd_m2
+            if white is not None and not 0 < white < math.inf:
+                raise UnitError(
+                    f"{self.path} states whiteLuminance {white:g}; expected more than 0 cd/m2; type"
+                    " for example scene.white_cd_m2=300, the luminance of (1, 1, 1), or"
+                    " scene.unit=cd/m2"
+                )
         if content.wavelength_nm is None:
             return self._white_of_colours(content, unit, white)
         if unit in units.SPECTRAL:
@@ -293,13 +306,17 @@ class PictureFile:
             )
 
     def _white(self, bands: np.ndarray, name: str | None = None) -> np.ndarray:
-        """Return the spectrum (wavelength,), W m-2 sr-1 nm-1, of an illuminant with 1 cd/m2."""
+        """Return the spectrum (wavelength,), W m-2 sr-1 nm-1, of an illuminant whose bands hold
+        1 cd/m2.
+        """
         relative = band_means(illuminant(name or self.spectrum), bands)
         unit = float(luminance(relative, bands))
-        if not unit > 0:
+        share = unit / _luminance_of(name or self.spectrum)
+        if not share >= LEAST_SHARE:
             raise ConfigError(
-                f"bands {bands[0]:g}-{bands[-1]:g} nm hold no visible light, so no luminance; type"
-                " scene.first_nm=400 scene.last_nm=700"
+                f"bands {bands[0]:g}-{bands[-1]:g} nm hold {share:.1g} of the luminance of"
+                f" {name or self.spectrum}; expected at least {LEAST_SHARE:g}, because colours need"
+                " visible bands; type scene.first_nm=400 scene.last_nm=700"
             )
         return np.asarray(relative / unit)
 
@@ -343,7 +360,9 @@ class PictureFile:
         stated = self._stated_unit(content)
         of_band = np.full(len(bands), scale)
         if units.REFLECTANCE in (self.unit, stated):
-            of_band = scale * self._white(bands)
+            # Reflectance may have bands beyond the visible, where white has no luminance.
+            of_band = scale * band_means(illuminant(self.spectrum), bands)
+            of_band = of_band / _luminance_of(self.spectrum)
         ledger.error(2.0**-24, "relative", "bound", "the file's spectra, rounded to float32")
         return (content.values * of_band[:, None, None]).astype(np.float32)
 
@@ -362,6 +381,12 @@ class PictureFile:
         pitch = width / columns
         data.attrs.update(objects=[], lamps=[], pitch_x=pitch, pitch_y=pitch)
         return data
+
+
+@lru_cache
+def _luminance_of(spectrum: str) -> float:
+    """Return the luminance of an illuminant, on the scale of `illuminant`."""
+    return float(luminance(band_means(illuminant(spectrum), VISIBLE_NM), VISIBLE_NM))
 
 
 def _state_luminance(luminance_made: np.ndarray, luminance_in_file: np.ndarray) -> None:

@@ -20,18 +20,20 @@ FORMAT = b"32-bit_rle_rgbe"
 NEW_RUNS = (8, 0x7FFF)  # widths of scan lines that may be stored channel by channel
 # (x, y) of red, green, blue and white of a file that states none; such files are taken as sRGB
 OWN_PRIMARIES = (0.64, 0.33, 0.29, 0.6, 0.15, 0.06, 1 / 3, 1 / 3)
+SQUARE = 1e-3  # largest difference of the aspect ratio of square pixels from 1
 SAME = 2e-3  # largest difference of equal chromaticities
 EXPONENT_OFFSET = 136  # 128 of the exponent's code, 8 of the mantissa
 
 
 def read(path: Path, selection: Wanted) -> Content:
-    """Return the content of an HDR file, linear RGB divided by the file's EXPOSURE, with the
-    PRIMARIES that it states.
+    """Return the content of an HDR file, linear RGB divided by the file's EXPOSURE and COLORCORR,
+    with the PRIMARIES that it states.
 
     Raises
     ------
     CatalogError : the file cannot be read.
-    UnitError : it holds XYZE, or scan lines that do not run from the top left.
+    UnitError : it holds XYZE, pixels that are not square, or scan lines that do not run from the
+        top left.
     """
     data = path.read_bytes()
     if not data.startswith(MAGIC):
@@ -44,9 +46,13 @@ def read(path: Path, selection: Wanted) -> Content:
     chromaticities = _chromaticities(head, path)
     height, width = _size(size, path)
     try:
+        if height > len(body):  # a scan line has a byte or more
+            raise IndexError
         pixels = _scan_lines(np.frombuffer(body, np.uint8), height, width)
-    except IndexError:
-        raise unreadable(path, "Radiance HDR", "its scan lines end early") from None
+    except (IndexError, MemoryError, OverflowError, ValueError):  # or a size beyond the memory
+        raise unreadable(
+            path, "Radiance HDR", f"it has fewer scan lines than {size.decode(errors='replace')}"
+        ) from None
     mantissa = pixels[..., :3].astype(np.float32) + 0.5
     exponent = pixels[..., 3:].astype(np.int32)
     with np.errstate(over="ignore"):
@@ -55,19 +61,38 @@ def read(path: Path, selection: Wanted) -> Content:
     return Content(planes, RGB_CHANNELS, chromaticities=chromaticities)
 
 
-def _exposure(head: bytes, path: Path) -> float:
-    exposure = 1.0
+def _exposure(head: bytes, path: Path) -> np.ndarray:
+    """Return the factors (3,) by which the values of red, green and blue were multiplied: EXPOSURE
+    times COLORCORR, each the product of its lines.
+
+    Raises
+    ------
+    CatalogError : a factor is no positive number.
+    UnitError : the file holds XYZE, or pixels that are not square.
+    """
+    factors = {b"EXPOSURE": np.ones(1), b"COLORCORR": np.ones(3), b"PIXASPECT": np.ones(1)}
     for line in head.splitlines():
         key, _, value = line.partition(b"=")
+        key = key.strip()
         if key == b"FORMAT" and value.strip() != FORMAT:
             raise UnitError(f"{path} holds {value.decode(errors='replace')}; expected RGBE")
-        if key == b"EXPOSURE":
-            try:
-                exposure *= float(value)
-            except ValueError:
-                raise unreadable(path, "Radiance HDR", line.decode(errors="replace")) from None
-    if not 0 < exposure < np.inf:
-        raise unreadable(path, "Radiance HDR", f"EXPOSURE={exposure:g}")
+        if key not in factors:
+            continue
+        try:
+            numbers = np.array(value.split(), float)
+        except ValueError:
+            numbers = np.zeros(0)
+        if numbers.shape != factors[key].shape or not np.all((numbers > 0) & (numbers < np.inf)):
+            raise unreadable(path, "Radiance HDR", line.decode(errors="replace"))
+        factors[key] = factors[key] * numbers
+    if abs(factors[b"PIXASPECT"][0] - 1) > SQUARE:
+        raise UnitError(
+            f"{path} states PIXASPECT={factors[b'PIXASPECT'][0]:g}; expected square pixels;"
+            " resample it"
+        )
+    exposure = factors[b"EXPOSURE"] * factors[b"COLORCORR"]
+    if not np.all((exposure > 0) & (exposure < np.inf)):
+        raise unreadable(path, "Radiance HDR", f"EXPOSURE={factors[b'EXPOSURE'][0]:g}")
     return exposure
 
 

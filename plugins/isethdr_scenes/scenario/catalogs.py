@@ -21,8 +21,8 @@ def entry(scenario: Node, reference: Node) -> Node | None:
         for file in sorted((scenario.file.parent / folder.text("path")).glob("*.xosc")):
             found = _in_file(file, catalog, name)
             if found is not None:
-                values = declared(found.element) | assigned(reference.element)
-                put_values(found.element, values)
+                given = assigned(reference.element)
+                put_values(found.element, declared(found.element, given) | given)
                 return found
     scenario.notes.add("entities of catalogs that were not found are left out", f"{catalog} {name}")
     return None

@@ -17,12 +17,19 @@ OPERATIONS: dict[type[ast.operator], Callable[[float, float], float]] = {
 }
 
 
-def declared(element: ET.Element) -> dict[str, str]:
-    """Return the parameters that an element declares, by name."""
-    return {
-        node.get("name", ""): node.get("value", "")
-        for node in element.findall("ParameterDeclarations/ParameterDeclaration")
-    }
+def declared(element: ET.Element, given: Mapping[str, str]) -> dict[str, str]:
+    """Return the parameters that an element declares, by name, in their order.
+
+    Parameters
+    ----------
+    element : element with declarations. A value may use the parameters that are declared before it.
+    given : values that replace those of the declarations, by name.
+    """
+    values: dict[str, str] = {}
+    for node in element.findall("ParameterDeclarations/ParameterDeclaration"):
+        name = node.get("name", "")
+        values[name] = given.get(name, _worked_out(node.get("value", ""), values))
+    return values
 
 
 def assigned(element: ET.Element) -> dict[str, str]:

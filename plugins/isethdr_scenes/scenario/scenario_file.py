@@ -57,7 +57,7 @@ def read(path: Path, ego: str = "") -> Scenario:
         camera has no position.
     """
     top = opened(path, "OpenSCENARIO", KIND).named("scenario")
-    put_values(top.element, declared(top.element))
+    put_values(top.element, declared(top.element, {}))
     logic = top.first("RoadNetwork/LogicFile")
     if logic is None:
         raise top.error("it names no road file; expected <RoadNetwork> with <LogicFile>")

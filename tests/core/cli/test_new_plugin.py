@@ -83,6 +83,12 @@ def test_packages_of_every_kind_are_clean(packages):
         ("sensor", "mono_", "cannot be that of a Python package"),
         ("sensor", "lambda", "cannot be that of a Python package"),
         ("sensor", "größe", "cannot be that of a Python package"),
+        (
+            "sensor",
+            "null",
+            "cannot be chosen, because sensor=null on the command line sets a value",
+        ),
+        ("lens", "nan", "cannot be chosen, because lens=nan on the command line sets a value"),
         ("sensor", "", "cannot be that of a Python package"),
         ("sensor", "bayer", "'bayer' is offered by isethdr_sensors already; expected a new name"),
         ("sensor", "bayer_imx363", "is already the name of a preset of kind sensor; expected a"),

@@ -1,13 +1,17 @@
-"""Two metrics of a run may not give scores of the same name."""
+"""Scores of a run have fields of the right types, and names that differ."""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
+import numpy as np
 import pytest
 
 import isethdr_core as hdr
 from isethdr_core.data.scores import Score
-from isethdr_core.errors import ConfigError
-from isethdr_core.pipeline.chain.camera_scores import check_names
+from isethdr_core.errors import ConfigError, PluginError
+from isethdr_core.pipeline.chain.camera_scores import check_names, checked_scores
+from isethdr_core.uncertainty import ledger
 
 
 def test_two_metrics_with_one_score_are_refused_by_their_names():
@@ -29,4 +33,60 @@ def test_a_run_with_two_metrics_of_one_score_ends_before_it_is_stored(isethdr_ho
     second = ["+metric@metric.b=ssim", "metric.b.compression=0"]
     with pytest.raises(ConfigError, match=r"metric\.ssim and metric\.b"):
         hdr.run(hdr.compose([*chart, *camera, *small, *second]))
+    assert not list((isethdr_home / "runs").glob("*.zarr"))
+
+
+@pytest.mark.parametrize(
+    ("scores", "message"),
+    [
+        (
+            [Score("d", 1.0, None)],
+            r"metric 'dark' returned .*, whose unit is None; expected a text",
+        ),
+        (
+            [Score("", 1.0, "")],
+            "metric 'dark' returned .*, whose metric is ''; expected a text that",
+        ),
+        ([Score("d", 1.0, "", 3)], "whose object is 3; expected a text"),
+        (
+            [Score("d", "abc", "")],
+            "metric 'dark' .* score 'd', whose value is 'abc'; expected a num",
+        ),
+        ([Score("d", None, "")], "score 'd', whose value is None; expected a number"),
+        ([Score("d", 1j, "")], "score 'd', whose value is 1j; expected a number"),
+        ([Score("d", np.ones((3, 3)), "")], "score 'd', whose value is array.*; expected a number"),
+        ([Score("d", np.ones(1), "")], "score 'd', whose value is array.*; expected a number"),
+        ([Score("d", 1.0, "", low=None)], "score 'd', whose low is None; expected a number"),
+        ([Score("d", 1.0, ""), Score("d", 2.0, "")], "the score 'd' of the whole picture twice"),
+        ([Score("d", 1.0, "", "car")] * 2, "the score 'd' of the object 'car' twice"),
+        (Score("d", 1.0, ""), "expected a list of isethdr_core.Score"),
+    ],
+)
+def test_a_score_of_a_wrong_type_is_an_error_that_names_the_metric(scores, message):
+    with pytest.raises(PluginError, match=message) as told:
+        checked_scores("dark", scores)
+    assert "'dark'" in str(told.value) and "\n" not in str(told.value)
+
+
+def test_numbers_of_numpy_are_values_of_scores():
+    values = (1, 1.0, np.float32(1), np.int64(1), np.array(1.0), float("nan"))
+    scores = [Score(f"d{k}", value, "dB") for k, value in enumerate(values)]
+    given = ledger.collected(lambda: checked_scores("dark", scores)).result
+    assert given == scores
+
+
+def test_a_run_with_a_score_of_a_wrong_type_ends_before_it_is_stored(isethdr_home, offer):
+    @dataclass(frozen=True)
+    class Unitless:
+        """A metric whose score has no unit."""
+
+        def __call__(self, picture, truth, labels):
+            return [Score("d", 1.0, None)]
+
+    offer("metric", "unitless", Unitless)
+    chart = ["scene=macbeth", "scene.width=24", "scene.height=16", "~renderer", "lighting=ideal"]
+    camera = ["~flare.dirt", "sensor=bayer", "isp=linear", "draws=1", "report=false"]
+    small = ["sensor.rows=16", "sensor.columns=24", "+metric@metric.b=unitless"]
+    with pytest.raises(PluginError, match="metric 'b' returned .*, whose unit is None"):
+        hdr.run(hdr.compose([*chart, *camera, *small]))
     assert not list((isethdr_home / "runs").glob("*.zarr"))

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 import pytest
+from hydra.core.override_parser.overrides_parser import OverridesParser
 
 from isethdr_core import Component
 from isethdr_core.component import KINDS
@@ -20,7 +21,10 @@ from isethdr_core.plugins.registry import (
     components,
     package_of_component,
     plugin_manager,
+    reads_as_value,
 )
+
+from ..command_line import isethdr
 
 
 @dataclass(frozen=True)
@@ -99,6 +103,9 @@ def test_what_a_component_must_be():
         (Component("sensr", "x", Nano), "unknown kind; did you mean 'sensor'"),
         (Component("sensor", 3, Nano), "a sensor has the name 3"),
         (Component("sensor", "", Nano), "a sensor has the name ''"),
+        (Component("sensor", "p p/x", Nano), "a sensor has the name 'p p/x'; expected letters"),
+        (Component("sensor", "Null", Nano), "'Null', which the command line reads as a value"),
+        (Component("sensor", "1e5", Nano), "'1e5', which the command line reads as a value"),
         ("nano", "expected isethdr_core.Component"),
         (Component("sensor", "x", "acme.Nano"), 'expected a class or "package.module:Class"'),
         (Component("sensor", "x", None), 'expected a class or "package.module:Class"'),
@@ -186,3 +193,41 @@ def test_a_class_that_does_not_load_is_said_with_its_package(offer):
     offer("lens", "lost", "acme_lost.lenses:Lost")
     with pytest.raises(PluginError, match="lens/lost of package 'acme_lost' did not load"):
         build("lens", "lost")
+
+
+def test_names_that_the_command_line_reads_as_values_are_those_of_hydra():
+    parser = OverridesParser.create()
+    for name in ("null", "TRUE", "false", "nan", "Inf", "5", "1.5", "1e5", "1_000", "5."):
+        assert not isinstance(parser.parse_override(f"sensor={name}").value(), str), name
+        assert reads_as_value(name), name
+    for name in ("on", "none", "e5", "5a", "a-b", "a.b", "_a", "infinity", "nano"):
+        assert parser.parse_override(f"sensor={name}").value() == name
+        assert not reads_as_value(name), name
+
+
+def test_plugins_that_exit_are_left_out_and_the_others_work(tmp_path):
+    """`quits` ends the process while it is imported, `lazy` while it lists its components."""
+    (tmp_path / "acme_quits.py").write_text("raise SystemExit(5)\n")
+    (tmp_path / "acme_lazy.py").write_text(
+        "import sys\nfrom isethdr_core import hookimpl\n"
+        "@hookimpl\ndef isethdr_components():\n    sys.exit(3)\n"
+    )
+    for name in ("acme_quits", "acme_lazy"):
+        info = tmp_path / f"{name}-1.0.dist-info"
+        info.mkdir()
+        (info / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {name}\nVersion: 1.0\n")
+        (info / "entry_points.txt").write_text(f"[isethdr]\n{name} = {name}\n")
+    done = isethdr("plugins", "isp", plugins=[tmp_path])
+    assert done.returncode == 0, done.stderr
+    assert "linear" in done.stdout
+    told = " ".join((done.stdout + done.stderr).split())
+    assert "SystemExit: 5; it must not exit while it loads" in told
+    assert "SystemExit: 3; it must not exit while it loads" in told
+
+
+def test_a_class_whose_module_exits_is_said_with_its_package(offer, tmp_path, monkeypatch):
+    (tmp_path / "acme_exits.py").write_text("raise SystemExit(5)\n")
+    monkeypatch.syspath_prepend(tmp_path)
+    offer("lens", "exits", "acme_exits:Lens")
+    with pytest.raises(PluginError, match="lens/exits of package 'acme_exits' did not load .*: 5;"):
+        build("lens", "exits")

@@ -6,6 +6,7 @@ import shlex
 
 import numpy as np
 import pytest
+import yaml
 from hydra.core.override_parser.overrides_parser import OverridesParser
 from isethdr_optics.lens_files.importing import figures, imported, run
 from isethdr_optics.prescription import prescription
@@ -79,6 +80,21 @@ def zmx(path, scale=1.0, unit="MM", more="", stop=4, field=20):
 
 def seq(path, name="NBK7_SCHOTT", more=""):
     path.write_text(SINGLET.format(glass=name, more=more))
+    return path
+
+
+def edited(folder, old, new):
+    """Write the singlet of NBK7 with one command changed."""
+    path = folder / "a.seq"
+    path.write_text(SINGLET.format(glass="NBK7", more="").replace(old, new))
+    return path
+
+
+def primary(folder, number):
+    """Write the triplet with another number of the primary wavelength."""
+    path = zmx(folder / "a.zmx")
+    text = path.read_bytes().decode("utf-16")
+    path.write_bytes(text.replace("PWAV 1", f"PWAV {number}").encode("utf-16"))
     return path
 
 
@@ -260,6 +276,16 @@ BAD = [
     (lambda p: zmx(p / "a.zmx", more="  DISZ -4"), "surface 3: a thickness of -4 mm"),
     (lambda p: zmx(p / "a.zmx", stop=9), "the file names 0 stops"),
     (lambda p: zmx(p / "a.zmx", more="  CURV x"), "has 'x'; expected a number"),
+    (lambda p: edited(p, "REF 2", "REF inf"), "REF inf' has 'inf'; expected a whole number"),
+    (lambda p: edited(p, "REF 2", "REF -1"), "reference wavelength -1, .* expected 1 to 3 in its"),
+    (lambda p: edited(p, "REF 2", "REF 4"), "has 3 wavelengths; expected 1 to 3 in its line REF"),
+    (lambda p: edited(p, "DIM M", "DIM X"), "has the unit 'X'; expected one of M, C, I; save"),
+    (lambda p: edited(p, "SI 0 0", "STO S4"), "STO S4' names S4; expected one of the 3 surfaces"),
+    (lambda p: zmx(p / "a.zmx", unit="FT"), "UNIT has the unit 'FT'; expected one of MM, CM"),
+    (lambda p: zmx(p / "a.zmx", more="  PARM inf 1"), "PARM has 'inf'; expected a whole number"),
+    (lambda p: zmx(p / "a.zmx", more="SURF 0\n  GLAS ___BLANK 1 0 1.5 a"), "GLAS has 'a'"),
+    (lambda p: primary(p, "inf"), "PWAV has 'inf'; expected a whole number"),
+    (lambda p: primary(p, "9"), "primary wavelength 9, and has the wavelengths 1; expected"),
     (lambda p: p / "none.zmx", "none.zmx is not a file"),
     (lambda p: p / "lens.len", "lens.len ends in '.len'"),
 ]
@@ -310,10 +336,13 @@ def test_a_name_with_special_characters_is_typed_so_that_it_is_read(tmp_path, mo
     assert (tmp_path / "my lens (2).yaml").is_file()
 
 
-def test_the_design_field_is_the_widest_of_both_axes(tmp_path):
+def test_the_design_field_pairs_the_angles_along_x_and_y(tmp_path):
     path = tmp_path / "a.seq"
     path.write_text("EPD 5; XAN 0 10; YAN 0 -5; SO 0 1e13\nS 50 5 NBK7\nSTO\nS -50 48\nSI\n")
-    assert imported(path).lens.half_field_deg == 10.0
+    # the first and second field points lie 5 and 10 degrees off the axis in other directions
+    assert imported(path).lens.half_field_deg == pytest.approx(
+        np.degrees(np.arctan(np.hypot(np.tan(np.radians(10)), np.tan(np.radians(5)))))
+    )
 
 
 @pytest.mark.parametrize("aperture", ["EPD 0", "FNO 0"])
@@ -337,3 +366,55 @@ def test_a_file_without_field_angles_gets_a_half_field_with_a_note(tmp_path):
     found = imported(tmp_path / "a.seq", ["1.5=1.5"])
     assert found.lens.half_field_deg == 20.0
     assert "a half field of 20 degrees is assumed" in found.notes[0]
+
+
+BLOCKED = ["CIR 0.001", "K 1e9", "K inf", "A 1e6"]
+
+
+@pytest.mark.parametrize("more", BLOCKED)
+def test_a_surface_that_no_ray_passes_is_named(tmp_path, more):
+    path = tmp_path / "a.seq"
+    path.write_text(SINGLET.format(glass="NBK7", more="").replace("SI 0 0", f"{more}; SI"))
+    with pytest.raises(ConfigError, match=r"axis passes surface 3 .radius -102.5.* correct its"):
+        imported(path)
+
+
+def test_a_field_angle_without_light_is_said(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    text = SINGLET.format(glass="NBK7", more="").replace("S 0 0 !", "S 0 60 !")
+    text = text.replace("SI 0 0", "CIR 14; SI").replace("YAN 0 5", "YAN 0 60")
+    (tmp_path / "a.seq").write_text(text)
+    run("a.seq", [], "")
+    printed = capsys.readouterr().out
+    assert "no light passes at 60 degrees" in printed and "nan" not in printed
+
+
+def test_code_v_commands_act_on_the_surfaces_that_they_name(tmp_path):
+    plain = imported(edited(tmp_path, "DIM M", "DIM M")).table["surfaces"]
+    text = SINGLET.format(glass="AIR", more="").replace("STO\n", "").replace("98.3", "1")
+    addressed = "K S3 -1; CIR S2..3 14; THI S3 98.3; GLA S2 NBK7; STO S1"
+    for commands in (f"{addressed}; SI 0 0; THI SI 0.1", f"SI 0 0; THI S0 1e13; {addressed}"):
+        (tmp_path / "b.seq").write_text(text.replace("SI 0 0", commands))
+        found = imported(tmp_path / "b.seq").table["surfaces"]
+        assert found[2].pop("conic") == -1.0
+        assert [row.pop("semi_diameter_mm") for row in found[1:]] == [14.0, 14.0]
+        assert found == plain
+
+
+def test_a_damaged_catalogue_is_refused_in_one_line(tmp_path):
+    path = tmp_path / "own.agf"
+    path.write_bytes("CC own".encode("utf-16") + b"x")
+    with pytest.raises(CatalogError, match="own.agf holds no glass"):
+        imported(seq(tmp_path / "a.seq"), [str(path)])
+    path.write_text("NM OLD inf 0 1.5 60\n")
+    with pytest.raises(CatalogError, match="glass 'OLD' has a line that is no list of numbers"):
+        imported(seq(tmp_path / "a.seq"), [str(path)])
+
+
+def test_a_prescription_that_passes_no_light_is_refused(tmp_path):
+    """Otherwise relative illumination would be 0 / 0."""
+    lens = imported(seq(tmp_path / "a.seq"))
+    lens.table["surfaces"][2]["semi_diameter_mm"] = 1e-3
+    (tmp_path / "own.yaml").write_text(yaml.safe_dump(lens.table))
+    with pytest.raises(ConfigError, match="passes no light along its axis at f/8; expected"):
+        hdr.build("lens", "prescription", prescription=str(tmp_path / "own.yaml"), f_number=8)

@@ -216,6 +216,12 @@ def test_bad_tables_are_refused_in_one_line(tmp_path, airy, changed, error, mess
     assert isinstance(caught.value, IsetHdrError) and "\n" not in str(caught.value)
 
 
+def test_the_scale_of_a_point_spread_does_not_matter_even_near_the_largest_float(tmp_path, airy):
+    huge = airy["psf"] / airy["psf"].max() * 1e308
+    found = load(saved(tmp_path / "a.npz", airy, psf=huge), "", 4.0).psf
+    np.testing.assert_allclose(found, load(saved(tmp_path / "b.npz", airy), "", 4.0).psf, rtol=1e-9)
+
+
 def test_negative_light_missing_files_and_curves_are_refused(tmp_path, airy):
     for value in (-1e-3, np.nan, np.inf):
         wrong = airy["psf"].copy()
@@ -230,6 +236,7 @@ def test_negative_light_missing_files_and_curves_are_refused(tmp_path, airy):
         (("0,500.0,0.0,1.0", "0,500.0,0.0,0.9"), "MTF at frequency 0"),
         (("0,500.0,0.0,1.0", "0,500.0,0.0,1.2"), "mtf_tangential holds 1.2; expected 0"),
         (("0,500.0,0.0,1.0,1.0\n", ""), "the frequencies are"),
+        (("0,500.0,0.0", "0,0,0.0"), "wavelength_nm holds 0; expected nanometres, 100 or more"),
         (("mtf_sagittal", "sagittal"), "lacks mtf_sagittal"),
         (("0,500.0,0.0", "0,500.0,x"), "no number"),
         (("mtf_sagittal", "mtf_tangential"), "2 columns mtf_tangential; expected each name once"),

@@ -327,6 +327,20 @@ MISTAKES = {
         {"link": '<predecessor elementType="road" elementId="7" contactPoint="top"/>'},
         "contactPoint of its predecessor is 'top'; expected start or end",
     ),
+    "wide": (
+        {"right": LANE.replace('d="0"', 'd="99"')},
+        r"lane -1: its width is 6\.34e\+06 m 40\.00 m behind .*; expected 1000 m or less",
+    ),
+    "bend": (
+        {"plan": LINE.replace("<line/>", '<spiral curvStart="1e9" curvEnd="0"/>')},
+        r"geometry 1: its curvature is 1e\+09 /m over 40 m, .*; expected a smaller curvature",
+    ),
+    "long": (
+        {"plan": LINE.replace('"40"', '"1e9"')},
+        r"'length' of <geometry> is '1e9'; expected a number from -1e\+06 to 1e\+06",
+    ),
+    "far": ({"plan": LINE.replace('x="0"', 'x="1e300"')}, "'x' of <geometry> is '1e300'; expected"),
+    "steep": ({"up": '<elevation s="0" a="0" b="1e300" c="0" d="0"/>'}, "'b' of <elevation> is"),
     "unit": ({"unit": "knots"}, "the unit of its speed is 'knots'; expected one of m/s"),
 }
 
@@ -497,6 +511,36 @@ def test_a_written_kind_starts_where_the_kind_starts(tmp_path):
     again = file_road(tmp_path / "road.xodr", 2, Choices()).base
     assert again.pose() == pytest.approx(base.pose(), abs=SHAPE_M)
     assert (again.name, again.lit, again.urban) == (base.name, base.lit, base.urban)
+
+
+@pytest.mark.parametrize(
+    ("code", "value", "words"),
+    [
+        ("start", "-0.0", r"isethdr\.start is '-0\.0'; expected the id of a road, a lane and"),
+        ("start", "1 -1 nan", r"isethdr\.start is '1 -1 nan'; expected the id of a road"),
+        ("land", "abc", r"isethdr\.land is 'abc'; expected relief and depth of the ditch in m"),
+        ("land", "inf 0 3 meadow", r"isethdr\.land is 'inf 0 3 meadow'; expected relief"),
+        ("land", "1 0 3 medow", r"the material 'medow'; expected .*; did you mean 'meadow'\?"),
+        ("land", "1 0 -3 meadow", r"isethdr\.land is '1 0 -3 meadow'; expected relief"),
+    ],
+)
+def test_a_damaged_entry_of_isethdr_is_one_error_that_names_it(code, value, words, tmp_path):
+    path = tmp_path / "road.xodr"
+    write(file_of(kind("village", 2)), path)
+    text, count = re.subn(
+        f'(code="isethdr.{code}" value=)"[^"]*"', rf'\1"{value}"', path.read_text()
+    )
+    assert count == 1
+    path.write_text(text)
+    with pytest.raises(CatalogError, match=words) as told:
+        file_road(path, 1, Choices())
+    assert "road.xodr" in str(told.value) and "\n" not in str(told.value)
+
+
+def test_a_lane_of_the_camera_far_from_its_road_is_one_error(tmp_path):
+    path = written(tmp_path, right=LANE.replace("3.5", "900"))
+    with pytest.raises(CatalogError, match=r"road 7, lane -1: its middle is 450 m from the ref"):
+        file_road(path, 1, Choices())
 
 
 def test_commands_check_draw_and_write_files(tmp_path):

@@ -12,6 +12,10 @@ from pathlib import Path
 from isethdr_core.errors import CatalogError
 
 MOST_PLACES = 3  # greatest number of places that a note names
+# bounds of numbers, without sign. Beyond them a road is damaged, and its samples fill the memory.
+MOST_M = 1e6  # lengths and places along a road
+MOST_PLACE_M = 1e8  # x and y; the coordinates of map projections are below
+MOST_COEFFICIENT = 1e8  # coefficients of polynomials
 
 
 @dataclass
@@ -78,12 +82,19 @@ class Node:
             raise self.error(f"<{self.element.tag}> has no attribute {name!r}; expected one")
         return value
 
-    def number(self, name: str, default: float | None = None) -> float:
+    def number(self, name: str, default: float | None = None, *, most: float = math.inf) -> float:
         """Return an attribute as a finite number.
+
+        Parameters
+        ----------
+        name : name of the attribute.
+        default : its value where it is missing; None: it must not be missing.
+        most : greatest value without its sign.
 
         Raises
         ------
-        CatalogError : the attribute is missing without a default, or is no finite number.
+        CatalogError : the attribute is missing without a default, is no finite number, or is beyond
+            `most`.
         """
         if default is not None and name not in self.element.attrib:
             return default
@@ -96,11 +107,16 @@ class Node:
             raise self.error(
                 f"{name!r} of <{self.element.tag}> is {text!r}; expected a finite number"
             )
+        if abs(value) > most:
+            raise self.error(
+                f"{name!r} of <{self.element.tag}> is {text!r}; expected a number from"
+                f" {-most:g} to {most:g}"
+            )
         return value
 
-    def numbers(self, *names: str) -> tuple[float, ...]:
-        """Return attributes as numbers; missing ones are 0."""
-        return tuple(self.number(name, 0.0) for name in names)
+    def numbers(self, *names: str, most: float = math.inf) -> tuple[float, ...]:
+        """Return attributes as numbers, at most `most` without sign; missing ones are 0."""
+        return tuple(self.number(name, 0.0, most=most) for name in names)
 
     def integer(self, name: str) -> int:
         """Return an attribute as a whole number.

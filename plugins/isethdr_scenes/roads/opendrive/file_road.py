@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
@@ -9,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from isethdr_core.errors import ConfigError, did_you_mean
+from isethdr_core.errors import CatalogError, ConfigError, did_you_mean
 
 from ..kinds import BaseRoad, names
 from ..lane_path import LaneKey, LanePath
@@ -95,6 +96,7 @@ def file_road(path: Path, seed: int, choices: Choices, at: Start | None = None) 
     at = at or Start(*start(file, path, choices))
     lane = at.lane
     middle = lane.at(at.along_m)[:2, 3]
+    _check_near(lane, middle, path)
     shift = -np.round(middle, -2) if np.abs(middle).max() > FAR_M else np.zeros(2)
     near = moved(window(file.network, middle, WINDOW_M), shift)
     near, bridges = with_overpasses(near)
@@ -117,6 +119,17 @@ def file_road(path: Path, seed: int, choices: Choices, at: Start | None = None) 
         at.turn_rad,
     )
     return FileRoad(base, shift, file, bridges)
+
+
+def _check_near(lane: LanePath, middle: Floats, path: Path) -> None:
+    """Raise CatalogError if the line of the camera's road lies outside the window."""
+    away = abs(float(lane.road.line.beside(middle[None]).t_m[0]))
+    if not away < WINDOW_M - AHEAD_M:
+        raise CatalogError(
+            f"{path}, road {lane.road.name}, lane {lane.lane.number}: its middle is {away:.0f} m"
+            f" from the reference line of the road; expected less than {WINDOW_M - AHEAD_M:g} m;"
+            " type another lane: scene.road_id=<road> scene.lane_id=<lane>"
+        )
 
 
 def _flag(chosen: bool | None, told: str | None, usual: bool) -> bool:
@@ -148,10 +161,11 @@ def start(file: RoadFile, path: Path, choices: Choices) -> tuple[LanePath, float
     Raises
     ------
     ConfigError : no such road or lane, or no driving lane.
+    CatalogError : the place that the file states is none.
     """
     told = file.own.get("start", "").split()
     if told and not choices.road_id and choices.lane_id is None and choices.s_m is None:
-        choices = replace(choices, road_id=told[0], lane_id=int(told[1]), s_m=float(told[2]))
+        choices = _of_file(told, path, choices)
     lanes = [lane for lane in file.network.lanes() if _fits(lane)]
     if choices.road_id:
         roads = [road.name for road in file.network.roads]
@@ -180,6 +194,23 @@ def start(file: RoadFile, path: Path, choices: Choices) -> tuple[LanePath, float
     else:
         along = min(AHEAD_M, lane.length_m / 2)
     return lane, float(np.clip(along, min(LEAST_M, lane.length_m / 2), lane.length_m))
+
+
+def _of_file(told: list[str], path: Path, choices: Choices) -> Choices:
+    """Return the choices with the start that a file states: road, lane, metres along the road."""
+    try:
+        road, number, along = told
+        lane_id = int(number)
+        s_m = float(along)
+    except ValueError:
+        s_m = math.nan
+    if not math.isfinite(s_m):
+        raise CatalogError(
+            f"{path}, header: the value of the userData isethdr.start is {' '.join(told)!r};"
+            " expected the id of a road, a lane and metres along the road, for example '1 -1 40';"
+            " correct it, or remove the element"
+        )
+    return replace(choices, road_id=road, lane_id=lane_id, s_m=s_m)
 
 
 def _fits(lane: LanePath) -> bool:

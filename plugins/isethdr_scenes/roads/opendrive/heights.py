@@ -10,7 +10,7 @@ import numpy as np
 from ..lateral_shape import LateralShape, ShapeRow
 from ..profile import Cubic, Profile
 from ..road import Road
-from .elements import Node, child
+from .elements import MOST_COEFFICIENT, MOST_M, Node, child
 
 SHAPE_M = 1e-4  # largest error of a crossfall that is written as rows of shape
 STEEP_RAD = 0.15  # a tilt at which widths in plan differ by 1 % from widths along the surface
@@ -21,7 +21,10 @@ def read_profile(nodes: Iterable[Node], offset: str = "s") -> Profile:
 
     Before the first element the value at its start holds; its cubic would run away there.
     """
-    pieces = [Cubic(node.number(offset, 0.0), *node.numbers(*"abcd")) for node in nodes]
+    pieces = [
+        Cubic(node.number(offset, 0.0, most=MOST_M), *node.numbers(*"abcd", most=MOST_COEFFICIENT))
+        for node in nodes
+    ]
     pieces.sort(key=lambda piece: piece.start_m)
     if pieces and pieces[0].start_m > 0 and any(pieces[0][2:]):
         pieces.insert(0, Cubic(0.0, pieces[0].a))
@@ -68,8 +71,9 @@ def read_shape(road: Node) -> LateralShape | None:
     """Return the shape of a road across it, or None."""
     rows: dict[float, list[Cubic]] = {}
     for node in road.all("lateralProfile/shape"):
-        piece = Cubic(node.number("t"), *node.numbers(*"abcd"))
-        rows.setdefault(node.number("s"), []).append(piece)
+        start = node.number("t", most=MOST_M)
+        piece = Cubic(start, *node.numbers(*"abcd", most=MOST_COEFFICIENT))
+        rows.setdefault(node.number("s", most=MOST_M), []).append(piece)
     if road.first("lateralProfile/crossSectionSurface") is not None:
         road.note("crossSectionSurface is left out; the road is flat across there")
     if not rows:

@@ -14,10 +14,11 @@ from isethdr_core.errors import did_you_mean
 from ..profile import Cubic, Profile
 from ..road import LANE_TYPES, Lane, LaneSection, LaneType, Road
 from . import words
-from .elements import Node, child
+from .elements import MOST_M, Node, child
 from .heights import read_profile, write_profile
 from .marks import read_marks, write_marks
 
+WIDEST_M = 1000.0  # greatest width of a lane; wider ones are damaged polynomials
 NEGATIVE_M = 5e-3  # widths may be this far below 0, by rounding at the end of a taper
 LOOK_M = 0.25  # spacing of the places at which widths are checked
 LEAST_SECTION_M = 1e-3  # shorter sections are dropped
@@ -31,9 +32,9 @@ def read_sections(road: Node, length: float) -> tuple[LaneSection, ...]:
     Raises
     ------
     CatalogError : the road has no section; lanes are not numbered in order; a type is unknown; a
-        width is negative.
+        width is negative, or greater than `WIDEST_M`.
     """
-    nodes = sorted(road.all("lanes/laneSection"), key=lambda node: node.number("s"))
+    nodes = sorted(road.all("lanes/laneSection"), key=lambda node: node.number("s", most=MOST_M))
     if not nodes:
         raise road.error("it has no <laneSection>; expected one or more")
     if road.first("lateralProfile/*") is not None:
@@ -140,6 +141,12 @@ def _check_width(node: Node, width: Profile, length: float) -> None:
         raise node.error(
             f"its width is {values[worst]:.3f} m {ds[worst]:.2f} m behind the section's start;"
             " expected 0 or more"
+        )
+    widest = int(np.argmax(values))
+    if values[widest] > WIDEST_M:
+        raise node.error(
+            f"its width is {values[widest]:.3g} m {ds[widest]:.2f} m behind the section's start;"
+            f" expected {WIDEST_M:g} m or less"
         )
 
 

@@ -10,8 +10,9 @@ from scipy.optimize import brentq
 
 from ..cubic_record import Cubic4, CubicRecord
 from ..reference_line import Curve, Record, ReferenceLine
-from .elements import Node, child
+from .elements import MOST_COEFFICIENT, MOST_M, MOST_PLACE_M, Node, child
 
+MOST_RAD = 1e4  # greatest turn of one geometry; beyond it a curvature or a length is damaged
 LEAST_M = 1e-6  # shorter geometries are dropped
 ARC_LENGTH = 1e-3  # larger relative differences from the stated length are noted
 FORMS = ("line", "arc", "spiral", "poly3", "paramPoly3")
@@ -22,7 +23,8 @@ def read_line(road: Node) -> ReferenceLine:
 
     Raises
     ------
-    CatalogError : the road has no reference line; a length is negative; a form is unknown.
+    CatalogError : the road has no reference line; a length is negative; a form is unknown; a
+        number is beyond reason.
     """
     records = []
     for number, node in enumerate(road.all("planView/geometry"), 1):
@@ -39,7 +41,9 @@ def _record(node: Node) -> Curve | None:
     if form is None:
         held = ", ".join(f"<{e.tag}>" for e in node.element) or "nothing"
         raise node.error(f"it holds {held}; expected one of {', '.join(FORMS)}")
-    start, x, y, heading, length = (node.number(n) for n in ("s", "x", "y", "hdg", "length"))
+    start, length = (node.number(name, most=MOST_M) for name in ("s", "length"))
+    x, y = (node.number(name, most=MOST_PLACE_M) for name in "xy")
+    heading = node.number("hdg", most=MOST_M)
     if length < 0:
         raise node.error(f"its length is {length:g} m; expected 0 or more")
     if length < LEAST_M:
@@ -49,12 +53,18 @@ def _record(node: Node) -> Curve | None:
     if tag in ("line", "arc", "spiral"):
         names = {"line": (), "arc": ("curvature", "curvature"), "spiral": ("curvStart", "curvEnd")}
         bend = [form.number(name) for name in names[tag]] or [0.0, 0.0]
+        sharpest = max(abs(bend[0]), abs(bend[1]))
+        if sharpest * length > MOST_RAD:
+            raise node.error(
+                f"its curvature is {sharpest:g} /m over {length:g} m, a turn of more than"
+                f" {MOST_RAD:g} rad; expected a smaller curvature or length"
+            )
         return Record(start, x, y, heading, length, *bend)
     if tag == "poly3":
-        v = cast(Cubic4, tuple(form.number(name) for name in "abcd"))
+        v = _cubic(form, "")
         curve = CubicRecord(start, x, y, heading, length, (0.0, 1.0, 0.0, 0.0), v)
         return _poly3(curve)
-    u, v = (cast(Cubic4, tuple(form.number(name + axis) for name in "abcd")) for axis in ("U", "V"))
+    u, v = (_cubic(form, axis) for axis in ("U", "V"))
     last = length if form.text("pRange", "normalized") == "arcLength" else 1.0
     curve = CubicRecord(start, x, y, heading, length, u, v, last)
     speed = np.hypot(*curve._derivative(np.linspace(0.0, last, 65)))
@@ -63,6 +73,11 @@ def _record(node: Node) -> Curve | None:
     if abs(curve.arc_length_m / length - 1) > ARC_LENGTH:
         node.note("a paramPoly3 has another arc length than stated; s is scaled to the stated one")
     return curve
+
+
+def _cubic(form: Node, axis: str) -> Cubic4:
+    numbers = (form.number(name + axis, most=MOST_COEFFICIENT) for name in "abcd")
+    return cast(Cubic4, tuple(numbers))
 
 
 def _poly3(curve: CubicRecord) -> CubicRecord:

@@ -15,8 +15,9 @@ from pathlib import Path
 
 import numpy as np
 
-from isethdr_core.errors import CatalogError
+from isethdr_core.errors import CatalogError, did_you_mean
 
+from ...materials import MATERIALS
 from ..ground_height import Land
 from ..network import Network
 from ..road import Road, RoadType
@@ -46,6 +47,7 @@ from .words import KMH, ROAD_TYPES, SPEED_LIMITS_KMH, SURFACES, URBAN
 KIND = "an OpenDRIVE file (.xodr)"
 OWN = "isethdr."  # prefix of the userData codes of properties that OpenDRIVE lacks
 REVISION = (1, 7)
+HIGHEST_M = 1e4  # greatest relief, and greatest depth of a ditch
 # land of files that state none: in the country and in a town
 LAND = Land(relief_m=0.8, ditch_m=0.0)
 TOWN_LAND = Land(relief_m=0.0, ditch_m=0.0, material="concrete")
@@ -93,7 +95,7 @@ def read(path: Path) -> RoadFile:
         if node.text("code", "").startswith(OWN)
     }
     made = tuple(road for road, _ in roads.values())
-    network = Network(made, tuple(j for j, _ in junctions.values()), _land(own, made))
+    network = Network(made, tuple(j for j, _ in junctions.values()), _land(top, own, made))
     check_lanes(network, nodes)
     header = top.first("header")
     reference = header.element.findtext("geoReference") if header else None
@@ -184,13 +186,29 @@ def _surface(node: Node) -> str:
     return "asphalt"
 
 
-def _land(own: Mapping[str, str], roads: tuple[Road, ...]) -> Land:
+def _land(top: Node, own: Mapping[str, str], roads: tuple[Road, ...]) -> Land:
     """Return the land around the roads: that of the file, or else that of a town or the country."""
     if "land" not in own:
         town = np.mean([road.type in URBAN for road in roads]) > 0.5
         return TOWN_LAND if town else LAND
-    relief, ditch, seed, material = own["land"].split()
-    return Land(float(relief), float(ditch), int(seed), material)
+    try:
+        relief, ditch, number, material = own["land"].split()
+        heights = float(relief), float(ditch)
+        seed = int(number)
+    except ValueError:
+        seed = -1
+    if seed < 0 or not all(0 <= height <= HIGHEST_M for height in heights):
+        raise top.error(
+            f"the value of the userData isethdr.land is {own['land']!r}; expected relief and depth"
+            " of the ditch in m, a whole number and a material, for example '1.0 0.5 3 meadow';"
+            " correct it, or remove the element"
+        )
+    if material not in MATERIALS:
+        raise top.error(
+            f"the userData isethdr.land names the material {material!r}; expected one for the"
+            f" land{did_you_mean(material, MATERIALS)}"
+        )
+    return Land(*heights, seed, material)
 
 
 def numbered(network: Network) -> dict[tuple[str, str], int]:

@@ -44,7 +44,8 @@ def read_mesh(path: Path) -> list[FilePart]:
 
     Raises
     ------
-    ConfigError : the file cannot be read or holds no triangles, or trimesh is not installed.
+    ConfigError : the file cannot be read or holds no triangles, a triangle names a vertex that the
+        file does not have, or trimesh is not installed.
     """
     with needed("an asset pack", extra="assets"):
         trimesh = import_module("trimesh")
@@ -55,8 +56,12 @@ def read_mesh(path: Path) -> list[FilePart]:
         meshes = [
             n for n in nodes if isinstance(scene.geometry[scene.graph[n][1]], trimesh.Trimesh)
         ]
+        for node in meshes:
+            _check_faces(scene, node)
         linear = path.suffix.lower() == ".glb"
         parts = [_part(scene, node, linear) for node in meshes]
+    except ConfigError:
+        raise
     except Exception as error:  # the readers of trimesh raise errors of all kinds
         raise ConfigError(
             f"cannot be read ({type(error).__name__}: {error}); expected a GLB without Draco"
@@ -66,6 +71,20 @@ def read_mesh(path: Path) -> list[FilePart]:
     if not parts:
         raise ConfigError("holds no triangles; expected a mesh")
     return parts
+
+
+def _check_faces(scene: Any, node: str) -> None:
+    """Raise ConfigError if a triangle of a node names a missing vertex; trimesh does not look."""
+    mesh = scene.geometry[scene.graph[node][1]]
+    faces = np.asarray(mesh.faces, np.int64)
+    count = len(mesh.vertices)
+    wrong = faces[(faces < 0) | (faces >= count)]
+    if wrong.size:
+        raise ConfigError(
+            f"a triangle of the part {node!r} names the vertex {wrong[0]}, but the part has {count}"
+            f" vertices; expected a number from 0 to {count - 1}; the file is damaged: export it"
+            " again"
+        )
 
 
 def _part(scene: Any, node: str, linear: bool) -> FilePart:
