@@ -197,6 +197,21 @@ class BlursByDepth(Protocol):
 
 
 @runtime_checkable
+class ChecksField(Protocol):
+    """A flare that not every lens and field can have. It is asked before any work."""
+
+    def check_field(self, lens: LensOptics, projection: str, widest_rad: float, /) -> None:
+        """Raise ConfigError if the flare does not fit the lens or the field.
+
+        Parameters
+        ----------
+        lens : lens with the flare.
+        projection : projection of the field, `tangent` or `equidistant`.
+        widest_rad : largest angle of the field from the axis, rad.
+        """
+
+
+@runtime_checkable
 class DrawsPupil(Protocol):
     """A flare that knows its exact shapes in the pupil, so that they need no sampling."""
 

@@ -31,11 +31,12 @@ from isethdr_core import ledger, quantities
 from isethdr_core.errors import ConfigError
 from isethdr_core.plugins.ranges import Range, Seed, check_ranges
 
-from .in_front import check_grid, checked_values
+from .in_front import check_projection, checked_values
 
 if TYPE_CHECKING:
     import xarray as xr
 
+    from ..abilities import LensOptics
     from ..lenses.thin_lens import IdealLens
 
 Floats = npt.NDArray[np.float64]
@@ -178,6 +179,17 @@ class DropsFlare:
         radius = np.exp(random.uniform(*ends, count))
         return [Drop(float(x), float(y), float(r)) for (x, y), r in zip(place, radius, strict=True)]
 
+    def check_field(self, lens: LensOptics, projection: str, widest_rad: float) -> None:
+        """Raise ConfigError unless the field is in tangents.
+
+        Parameters
+        ----------
+        lens : lens with the flare.
+        projection : projection of the field.
+        widest_rad : largest angle of the field from the axis, rad.
+        """
+        check_projection(projection, "drops")
+
     def redirected(self, lens: IdealLens, mixed: xr.DataArray) -> xr.DataArray:
         """Return the mixed radiance behind the drops.
 
@@ -194,7 +206,7 @@ class DropsFlare:
         UnitError : `mixed` is not mixed radiance.
         """
         values = checked_values(mixed)
-        check_grid(mixed, "drops")
+        check_projection(mixed.attrs.get("projection", "tangent"), "drops")
         tangents = mixed.y.values.astype(float), mixed.x.values.astype(float)
         pitch = quantities.tile_pitch(mixed, "y"), quantities.tile_pitch(mixed, "x")
         pupil_mm = lens.focal_length_mm / lens.f_number

@@ -20,11 +20,12 @@ from isethdr_core.physics.convolution import convolve, prepare
 from isethdr_core.plugins.ranges import Range, check_ranges
 
 from ..lenses.limits import Direction, Scattered
-from .in_front import check_grid, checked_values
+from .in_front import check_projection, checked_values
 
 if TYPE_CHECKING:
     import xarray as xr
 
+    from ..abilities import LensOptics
     from ..lenses.thin_lens import IdealLens
 
 HalfWidth = Annotated[float, Range(1e-3, 30)]  # degrees
@@ -81,6 +82,17 @@ class FilmFlare:
             np.add.at(out, (r, c), share[within] * part)
         return out[1:-1, 1:-1]
 
+    def check_field(self, lens: LensOptics, projection: str, widest_rad: float) -> None:
+        """Raise ConfigError unless the field is in tangents.
+
+        Parameters
+        ----------
+        lens : lens with the flare.
+        projection : projection of the field.
+        widest_rad : largest angle of the field from the axis, rad.
+        """
+        check_projection(projection, "film")
+
     def redirected(self, lens: IdealLens, mixed: xr.DataArray) -> xr.DataArray:
         """Return the mixed radiance behind the film; beyond the tiles of `mixed` there is no light.
 
@@ -95,7 +107,7 @@ class FilmFlare:
         UnitError : `mixed` is not mixed radiance.
         """
         values = checked_values(mixed)
-        check_grid(mixed, "film")
+        check_projection(mixed.attrs.get("projection", "tangent"), "film")
         if not self.scattered:
             return mixed
         shape = values.shape[-2:]

@@ -33,15 +33,14 @@ def checked_values(mixed: xr.DataArray) -> npt.NDArray[np.floating]:
     return np.asarray(mixed.values)
 
 
-def check_grid(mixed: xr.DataArray, name: str) -> None:
+def check_projection(projection: str, name: str) -> None:
     """Raise ConfigError unless the tiles of a field are equidistant in tangents.
 
     Parameters
     ----------
-    mixed : mixed radiance.
+    projection : projection of the field.
     name : name of the flare, for the message.
     """
-    projection = mixed.attrs.get("projection", "tangent")
     if projection != "tangent":
         raise ConfigError(
             f"flare {name} and a field in {projection!r} projection; expected tangents; remove this"

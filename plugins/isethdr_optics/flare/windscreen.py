@@ -27,6 +27,7 @@ from isethdr_core.errors import ConfigError
 from isethdr_core.plugins.ranges import Range, check_ranges
 
 from .added_light import added_light
+from .in_front import check_projection
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -113,6 +114,22 @@ class WindscreenFlare:
             )
         return cosine
 
+    def check_field(self, lens: LensOptics, projection: str, widest_rad: float) -> None:
+        """Raise ConfigError unless the field is in tangents and the lens does not distort.
+
+        Parameters
+        ----------
+        lens : lens with the flare.
+        projection : projection of the field.
+        widest_rad : largest angle of the field from the axis, rad.
+        """
+        check_projection(projection, "windscreen")
+        if not isinstance(distortion_map(lens.distortion_to(widest_rad)), Identity):
+            raise ConfigError(
+                "flare windscreen and a lens that distorts; expected lens.distortion=none; remove"
+                " this flare"
+            )
+
     def irradiance(self, lens: LensOptics, mixed: xr.DataArray) -> xr.DataArray:
         """Return the irradiance of the second image, W m-2 nm-1, on the tiles of `mixed`, for a
         clean round stop. Plans multiply it by the share of the light that other flares leave.
@@ -127,7 +144,7 @@ class WindscreenFlare:
         y = mixed.y.values.astype(float)
         pitch = (quantities.tile_pitch(mixed, "y"), quantities.tile_pitch(mixed, "x"))
         widest_rad = float(np.arctan(np.hypot(np.abs(x).max(), np.abs(y).max())))
-        _check_grid(lens, mixed, widest_rad)
+        self.check_field(lens, mixed.attrs.get("projection", "tangent"), widest_rad)
         edges = np.append(y - pitch[0] / 2, y[-1] + pitch[0] / 2)
         turn = np.tan(self.separation_rad(self.cosine(x[None, :], edges[:, None])))
         cosine = self.cosine(x[None, :], y[:, None])
@@ -168,17 +185,3 @@ def shifted(tiles: np.ndarray, edges: np.ndarray, source: np.ndarray) -> np.ndar
     low = total[..., below, column]
     upto = low + (place - below) * (total[..., below + 1, column] - low)
     return np.diff(upto, axis=-2) / (np.diff(source, axis=0) / (edges[1] - edges[0]))
-
-
-def _check_grid(lens: LensOptics, mixed: xr.DataArray, widest_rad: float) -> None:
-    projection = mixed.attrs.get("projection", "tangent")
-    if projection != "tangent":
-        raise ConfigError(
-            f"flare windscreen and a field in {projection!r} projection; expected tangents;"
-            " remove this flare"
-        )
-    if not isinstance(distortion_map(lens.distortion_to(widest_rad)), Identity):
-        raise ConfigError(
-            "flare windscreen and a lens that distorts; expected lens.distortion=none; remove this"
-            " flare"
-        )

@@ -10,10 +10,12 @@ import numpy as np
 
 from isethdr_core import quantities
 from isethdr_core.ledger import LeftOut
+from isethdr_core.physics.optics import projection as projections
 from isethdr_core.pipeline import bands
 from isethdr_core.pipeline.imaging_plan import FieldAhead, ImagingOutline, LightBudget
 from isethdr_core.pipeline.window import SLIVER
 
+from ..abilities import ChecksField
 from ..field.omissions import known_ahead
 
 if TYPE_CHECKING:
@@ -34,12 +36,29 @@ def outline(
     flares : its flare components.
     ahead : the known facts of the field.
     budget : the light that is needed.
+
+    Raises
+    ------
+    ConfigError : a flare does not fit the lens or the field.
     """
+    if ahead.size is not None:
+        _check_flares(lens, flares, ahead.size)
     in_place = lens.keeps_light(flares)
     left_out = [*known_ahead(lens), *_bands(ahead.bands_nm, budget.sensed_nm)]
     if in_place:
         left_out += _tiles(lens, ahead.size, budget.window_m)
     return ImagingOutline(margin=not in_place, left_out=tuple(left_out))
+
+
+def _check_flares(
+    lens: LensOptics, flares: Sequence[Flare], size: tuple[float, float, str]
+) -> None:
+    """Raise ConfigError if a flare does not fit the lens or a field (width, height, projection)."""
+    width, height, projection = size
+    widest_rad = float(projections.angle_rad(width / 2, height / 2, projection))
+    for flare in flares:
+        if isinstance(flare, ChecksField):
+            flare.check_field(lens, projection, widest_rad)
 
 
 def _bands(

@@ -58,6 +58,11 @@ MODULATED = "+lighting.modulation.tail={frequency_hz: 100, duty: 0.5}"
             ["isp.demosaic=learned", "sensor.cfa=CY/YM"],
             "filter array CY/YM, .*expected one of RG/GB, RG/WB, .*type isp.demosaic=guided",
         ),
+        (
+            ["scene=macbeth", "lens=diffraction_limited", "+flare@flare.w=windscreen"]
+            + ["lens.distortion={model:brown_conrady,k1:-0.1}"],
+            "windscreen and a lens that distorts",
+        ),
         (["isp.demosaic=malvar", "sensor.cfa=RG/WB"], "'malvar' and the filter array RG/WB"),
         (["isp.demosaic=menon", "sensor=single"], "'menon' and the filter array W;"),
     ],

@@ -99,6 +99,17 @@ class GhostFlare:
         real = self.of_lens(lens)
         return Iris(self.blades, self.rotation_deg, real.surfaces[real.stop].semi_diameter_mm)
 
+    def check_field(self, lens: LensOptics, projection: str, widest_rad: float) -> None:
+        """Raise ConfigError unless the field is in tangents.
+
+        Parameters
+        ----------
+        lens : lens with the flare.
+        projection : projection of the field.
+        widest_rad : largest angle of the field from the axis, rad.
+        """
+        _check_projection(projection)
+
     def pairs(
         self, lens: LensOptics, wavelength_nm: np.ndarray, largest_tangent: float
     ) -> tuple[list[Any], ...]:
@@ -174,15 +185,19 @@ def _ranked(
     return rank(_powers(real, wavelength_nm, sensor_reflectance), largest_tangent)
 
 
+def _check_projection(projection: str) -> None:
+    if projection != "tangent":
+        raise ConfigError(
+            f"ghosts of a field in {projection!r} projection; expected tangents, which end at 75"
+            " degrees; remove this flare"
+        )
+
+
 def _irradiance(flare: GhostFlare, lens: LensOptics, mixed: xr.DataArray) -> xr.DataArray:
     from isethdr_core.cli.progress import track
 
     quantities.check_mixed(mixed)
-    if mixed.attrs.get("projection", "tangent") != "tangent":
-        raise ConfigError(
-            f"ghosts of a field in {mixed.attrs['projection']!r} projection; expected tangents,"
-            " which end at 75 degrees; remove this flare"
-        )
+    _check_projection(mixed.attrs.get("projection", "tangent"))
     wave = mixed.wavelength.values.astype(float)
     x, y = (mixed[d].values.astype(float) for d in ("x", "y"))
     pitch = [quantities.tile_pitch(mixed, d) for d in ("y", "x")]
