@@ -28,6 +28,7 @@ from isethdr_core.storage.object_home.calls import (
 TYPED = ("id", "name", "path", "derived_from", "home", "store")
 SCENE = "scene.component"  # property that names the scene of a store, as "scene/street"
 ALSO = (SCENE, "lighting")  # properties that `find` shows where no condition names a property
+MOST_ROWS = 2**31 - 2  # one more is still a number of rows for DuckDB
 UPLOADS_OLDER_H = 24.0  # longer than the upload of any file
 
 catalog = typer.Typer(
@@ -59,7 +60,7 @@ def find(
         )
     pairs: dict[str, Any] = _query().typed_conditions(conditions or ())
     order_by = pairs.pop("order_by", order_by)
-    limit = _count(pairs.pop("limit", limit))
+    limit = min(_count(pairs.pop("limit", limit)), MOST_ROWS)
     also = () if order_by or pairs.keys() - {"kind"} else ALSO
     rows = _query().find(places, order_by or None, limit + 1, also, **pairs)
     more = len(rows) > limit

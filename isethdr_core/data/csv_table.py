@@ -55,12 +55,14 @@ def columns_of(text: str, path: str | Path, first_line: str) -> dict[str, np.nda
     ]
     if not lines:
         raise ValueError(f"is empty; expected a first line {first_line} and numbers below it")
-    (_, names), *rows = lines
+    (first, names), *rows = lines
+    # names that are empty at the end of the first line: columns without a name
+    width = len(next(csv.reader([text.splitlines()[first - 1]]), names))
     _check_names(names, path)
     if not rows:
         raise ValueError("holds no numbers; expected lines of numbers below its first line")
     for number, cells in rows:
-        if len(cells) != len(names):
+        if not len(names) <= len(cells) <= width:
             raise ValueError(
                 f"holds {len(cells)} values in line {number}; expected {len(names)}, one for each"
                 " name of its first line, and points in decimal numbers"

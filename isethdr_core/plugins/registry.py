@@ -33,7 +33,7 @@ PLACE = re.compile(r"[A-Za-z_][\w.]*:[A-Za-z_]\w*")  # package.module:Class
 API_ASKED = "ISETHDR_PLUGIN_API"  # name in a plugin's module: the `PLUGIN_API` that it relies on
 # the command line reads names in these forms as texts, except `VALUE_WORDS` and numbers
 NAME = re.compile(r"[A-Za-z0-9_][A-Za-z0-9_.-]*")
-NUMBER = re.compile(r"\d[\d_]*(\.\d*)?([eE][+-]?\d+)?")
+NUMBER = re.compile(r"(0|[1-9](_?\d)*)(\.(\d(_?\d)*)?)?([eE][+-]?\d+)?")
 VALUE_WORDS = frozenset({"true", "false", "null", "nan", "inf"})  # values in upper case as well
 
 
@@ -140,6 +140,10 @@ def components() -> dict[tuple[str, str], Component]:
             )
             continue
         for comp in offered:
+            if reason := _why_not_typed(comp):
+                _broken.append(BrokenPlugin(impl.plugin_name, _package_name(impl.plugin), reason))
+                log.error("plugin %r: %s; it is left out", impl.plugin_name, reason)
+                continue
             key = (comp.kind, comp.name)
             if key in by_name:
                 raise PluginError(
@@ -245,6 +249,21 @@ def _package_name(plugin: object) -> str:
     return str(getattr(plugin, "__name__", type(plugin).__module__)).split(".")[0]
 
 
+def _why_not_typed(comp: Component) -> str:
+    """Return why the name of a component cannot be typed on the command line; "" if it can."""
+    if not NAME.fullmatch(comp.name):
+        return (
+            f"a {comp.kind} has the name {comp.name!r}; expected letters, digits, '_', '-' and '.'"
+            f" alone, for example acme_{comp.kind}"
+        )
+    if reads_as_value(comp.name):
+        return (
+            f"a {comp.kind} has the name {comp.name!r}, which the command line reads as a value;"
+            f" expected another name, for example acme_{comp.kind}"
+        )
+    return ""
+
+
 def _check(comp: object) -> None:
     if not isinstance(comp, Component):
         raise PluginError(
@@ -255,16 +274,6 @@ def _check(comp: object) -> None:
         raise PluginError(f"{comp.kind}/{comp.name}: unknown kind{did_you_mean(comp.kind, KINDS)}")
     if not (isinstance(comp.name, str) and comp.name):
         raise PluginError(f"a {comp.kind} has the name {comp.name!r}; expected a text to type")
-    if not NAME.fullmatch(comp.name):
-        raise PluginError(
-            f"a {comp.kind} has the name {comp.name!r}; expected letters, digits, '_', '-' and '.'"
-            f" alone, for example acme_{comp.kind}"
-        )
-    if reads_as_value(comp.name):
-        raise PluginError(
-            f"a {comp.kind} has the name {comp.name!r}, which the command line reads as a value;"
-            f" expected another name, for example acme_{comp.kind}"
-        )
     if isinstance(comp.target, type):
         class_of(comp)
     elif not (isinstance(comp.target, str) and PLACE.fullmatch(comp.target)):

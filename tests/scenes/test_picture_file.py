@@ -486,7 +486,9 @@ def test_radiance_hdr_of_all_three_codings(tmp_path):
 def test_the_header_of_a_radiance_hdr_states_factors_and_pixels(tmp_path):
     path = tmp_path / "a.hdr"
     flat = bytes([128, 128, 128, 129] * 3)
-    path.write_bytes(rgbe(flat, 3, 1, b"EXPOSURE =2\nCOLORCORR=1 2 4\nCOLORCORR= 1 1 2\n"))
+    of_input = b"in.hdr:\n\tEXPOSURE=8\n\tPIXASPECT=2\n"  # counts only for that picture
+    own = b"EXPOSURE =2\nCOLORCORR=1 2 4\nCOLORCORR= 1 1 2\n"
+    path.write_bytes(rgbe(flat, 3, 1, of_input + own))
     values = read_hdr(path, None).values[0, :, 0, 0]
     np.testing.assert_allclose(values, 128.5 / 128 / np.array([2, 4, 16]))
     path.write_bytes(rgbe(flat, 3, 1, b"PIXASPECT=2\n"))
@@ -539,7 +541,7 @@ BAD = [
     ({"path": "map.tif"}, UnitError, "the colours PALETTE .*; save it as grey or RGB"),
     ({"path": "ink.tif"}, UnitError, "the colours SEPARATED"),
     ({"path": "bit.tif"}, UnitError, "has integers of 1 bits; expected 8, 16 or 32"),
-    ({"path": "pair.tif"}, UnitError, r"holds 2 pictures .*\(3 x 4, 2 x 2\); expected one"),
+    ({"path": "pair.tif"}, UnitError, r"holds 2 separate pictures \(3 x 4, 2 x 2\); expected one"),
     ({"path": "words.npz"}, UnitError, "holds wavelength_nm as <U1 values; expected real numbers"),
 ]
 

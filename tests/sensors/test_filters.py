@@ -126,7 +126,8 @@ def test_clear_filter_gathers_more_than_any_colour():
 
 def test_own_curves(tmp_path, flat):
     path = tmp_path / "qe.csv"
-    path.write_text("wavelength_nm,R,G,B\n400,0,0,1\n500,0,1,0\n600,1,0,0\n601,0,0,0\n")
+    # a column without a name is left out
+    path.write_text("wavelength_nm,R,G,B,\n400,0,0,1,7\n500,0,1,0\n600,1,0,0\n601,0,0,0\n")
     sensor = IdealSensor(qe_csv=str(path), infrared_cut=False)
     # the table may end where the filter is blind
     assert_allclose(

@@ -176,13 +176,13 @@ def in_line(value: object) -> str:
 
 def is_number(value: object) -> bool:
     """Return whether a value is one real number. Arrays without dimensions are numbers as well."""
-    if isinstance(value, (str, bytes)):
+    if isinstance(value, (str, bytes)) or np.iscomplexobj(value):
         return False
     try:
         if np.ndim(value) > 0:  # type: ignore[arg-type]
             return False
         float(value)  # type: ignore[arg-type]
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         return False
     return True
 

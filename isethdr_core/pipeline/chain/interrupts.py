@@ -19,7 +19,8 @@ SIGNALS = (signal.SIGINT, signal.SIGTERM)
 
 @contextmanager
 def interrupts_kept() -> Iterator[None]:
-    """Run a block, and repeat what a signal raised in it if another exception comes out of it.
+    """Run a block, and raise again what the handler of a signal raised in it if another exception
+    comes out of the block.
 
     Signals reach the main thread only; in other threads the block runs unchanged.
 
@@ -30,22 +31,26 @@ def interrupts_kept() -> Iterator[None]:
     if threading.current_thread() is not threading.main_thread():
         yield
         return
-    arrived: list[int] = []
+    raised: list[BaseException] = []
     # a signal that is ignored, or ends the process at once, has no handler in Python
     handlers = {s: h for s in SIGNALS if callable(h := signal.getsignal(s))}
 
     def noted(number: int, frame: FrameType | None) -> Any:
-        arrived.append(number)
-        return handlers[signal.Signals(number)](number, frame)
+        try:
+            return handlers[signal.Signals(number)](number, frame)
+        except BaseException as err:
+            raised.append(err)
+            raise
 
     for number in handlers:
         signal.signal(number, noted)
     try:
         yield
-    except Exception:
-        if arrived:
-            handlers[signal.Signals(arrived[0])](arrived[0], None)
+    except Exception as err:
+        if raised:
+            raise raised[0] from err
         raise
     finally:
         for number, handler in handlers.items():
-            signal.signal(number, handler)
+            if signal.getsignal(number) is noted:  # the block may have set another one
+                signal.signal(number, handler)

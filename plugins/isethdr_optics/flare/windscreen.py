@@ -126,8 +126,8 @@ class WindscreenFlare:
         check_projection(projection, "windscreen")
         if not isinstance(distortion_map(lens.distortion_to(widest_rad)), Identity):
             raise ConfigError(
-                "flare windscreen and a lens that distorts; expected lens.distortion=none; remove"
-                " this flare"
+                "flare windscreen and a lens that distorts; expected a lens without distortion;"
+                " remove this flare, or type lens.distortion=none where the lens has this field"
             )
 
     def irradiance(self, lens: LensOptics, mixed: xr.DataArray) -> xr.DataArray:

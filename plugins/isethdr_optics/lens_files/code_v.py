@@ -122,7 +122,8 @@ class _File:
     def _command(self, key: str, arguments: list[str], where: str) -> None:
         """Apply a command of a surface to the last surface, or to those that it names."""
         named = ADDRESS.fullmatch(arguments[0]) if arguments else None
-        if named is None:
+        is_glass = key == "GLA" and len(arguments) == 1  # silicon may be called SI
+        if named is None or is_glass:
             if self.current is not None:
                 self._of_surface(self.current, key, arguments, where)
             return

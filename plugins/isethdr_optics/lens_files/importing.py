@@ -202,8 +202,8 @@ def _half_field_deg(data: LensData, notes: list[str]) -> float:
     """Return the half field of the design, degrees, and note where it is not that of the file."""
     if data.half_field_deg is None:
         notes.append(
-            f"the file states no field angles: a half field of {ASSUMED_HALF_FIELD_DEG:g} degrees"
-            " is assumed; if the design has another, change half_field_deg in the YAML file"
+            f"the file states no field angle above 0: a half field of {ASSUMED_HALF_FIELD_DEG:g}"
+            " degrees is assumed; if the design has another, change half_field_deg in the YAML file"
         )
         return ASSUMED_HALF_FIELD_DEG
     if data.half_field_deg > WIDEST_DEG:

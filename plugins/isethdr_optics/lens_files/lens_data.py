@@ -43,7 +43,7 @@ class LensData:
 
     Parameters
     ----------
-    half_field_deg : largest field angle; None if the file states no field angles.
+    half_field_deg : largest field angle; None if the file states none above 0.
     entrance_pupil_mm, f_number : the aperture, by its diameter or by the f-number. Without both,
         the semi-diameter of the stop sets the aperture.
     far_object : whether the image distance is that of a distant object.

@@ -137,7 +137,8 @@ def refuse_other_bands(content: Content, selection: Wanted, path: Path) -> None:
         holds = f"states {len(found)} bands, {found[0]:g} to {found[-1]:g} nm"
     raise UnitError(
         f"{path} {holds}, and scene.wavelength_nm names {len(wanted)} bands, {wanted[0]:g} to"
-        f" {wanted[-1]:g} nm; expected none, or those of the file; type 'scene.wavelength_nm=[]'"
+        f" {wanted[-1]:g} nm; expected none, or those of the file; type 'scene.wavelength_nm=[]' if"
+        " those of the file are right, or correct them in the file"
     )
 
 

@@ -88,6 +88,12 @@ def _part(parts: list[_Part], selection: Wanted, path: Path) -> _Part:
     if selection.variable:
         return named[selection.variable]
     able = [part for part in parts if _serves(part[0], selection)]
+    if not selection.channels and not any(_BAND.fullmatch(n) for one, _ in able for n in one):
+        for usual in USUAL:  # in the order that counts within a part
+            best = [part for part in able if set(usual) <= set(part[0])]
+            if best:
+                able = best
+                break
     if len(able) > 1:
         names = ", ".join(str(header.get("name", "")) for _, header in able)
         raise UnitError(

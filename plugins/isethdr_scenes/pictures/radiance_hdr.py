@@ -73,7 +73,7 @@ def _exposure(head: bytes, path: Path) -> np.ndarray:
     factors = {b"EXPOSURE": np.ones(1), b"COLORCORR": np.ones(3), b"PIXASPECT": np.ones(1)}
     for line in head.splitlines():
         key, _, value = line.partition(b"=")
-        key = key.strip()
+        key = key.rstrip()  # indented lines are the headers of pictures that this one was made of
         if key == b"FORMAT" and value.strip() != FORMAT:
             raise UnitError(f"{path} holds {value.decode(errors='replace')}; expected RGBE")
         if key not in factors:
@@ -101,7 +101,7 @@ def _chromaticities(head: bytes, path: Path) -> tuple[float, ...] | None:
     stated: tuple[float, ...] | None = None
     for line in head.splitlines():
         key, _, value = line.partition(b"=")
-        if key.strip() == b"PRIMARIES":
+        if key.rstrip() == b"PRIMARIES":
             try:
                 stated = tuple(map(float, value.split()))
             except ValueError:

@@ -14,6 +14,7 @@ from isethdr_core.errors import CatalogError, IsetHdrError, UnitError
 from .content import Content, Wanted, plain_array, unreadable
 
 LIGHT = (tifffile.PHOTOMETRIC.MINISBLACK, tifffile.PHOTOMETRIC.RGB)  # values rise with light
+COPY_OR_MASK = 0b101  # bits of the tag NewSubfileType: a smaller copy, or a transparency mask
 UPRIGHT = 1  # code of the tag Orientation
 # {Orientation: (whether rows are columns of the file, whether to mirror y, whether to mirror x)}
 TURNS = {
@@ -41,7 +42,9 @@ def read(path: Path, selection: Wanted) -> Content:
     """
     try:
         with tifffile.TiffFile(path) as file:
-            pictures = [s for s in file.series if not s.keyframe.is_reduced] or list(file.series)
+            pictures = [
+                one for one in file.series if not one.keyframe.subfiletype & COPY_OR_MASK
+            ] or list(file.series)
             page = pictures[0].keyframe
             _check(path, page, [tuple(picture.shape) for picture in pictures])
             values = np.asarray(pictures[0].asarray())
@@ -72,8 +75,8 @@ def _check(path: Path, page: tifffile.TiffPage, shapes: list[tuple[int, ...]]) -
     if len(shapes) > 1:
         sizes = ", ".join(" x ".join(map(str, shape)) for shape in shapes)
         raise UnitError(
-            f"{path} holds {len(shapes)} pictures of different sizes or types ({sizes}); expected"
-            " one; save the wanted one in a file of its own"
+            f"{path} holds {len(shapes)} separate pictures ({sizes}); expected one; save the wanted"
+            " one, or all bands as one array, in a file of its own"
         )
     kind = page.photometric
     dtype = page.dtype

@@ -46,3 +46,22 @@ def test_an_error_without_a_signal_stays_as_it_is(handlers):
         stage(Ledger(), "renderer", "x", None, lambda: 1 / 0)
     with pytest.raises(SystemExit):
         stage(Ledger(), "renderer", "x", None, sys.exit)
+
+
+def test_a_handler_that_returns_is_called_once(handlers):
+    calls = []
+    signal.signal(signal.SIGTERM, lambda number, _: calls.append(number))
+
+    def fails():
+        signal.raise_signal(signal.SIGTERM)
+        raise ZeroDivisionError
+
+    with pytest.raises(ZeroDivisionError):
+        stage(Ledger(), "renderer", "x", None, fails)
+    assert calls == [signal.SIGTERM]
+
+
+def test_a_handler_that_a_component_sets_stays(handlers):
+    own = lambda number, _: None
+    stage(Ledger(), "renderer", "x", None, lambda: signal.signal(signal.SIGTERM, own))
+    assert signal.getsignal(signal.SIGTERM) is own

@@ -401,6 +401,16 @@ def test_code_v_commands_act_on_the_surfaces_that_they_name(tmp_path):
         assert found == plain
 
 
+def test_a_glass_may_be_called_as_the_image_surface(tmp_path):
+    focal_mm = []
+    for name in ("SX", "SI"):
+        text = f"EPD 5; YAN 0 5; SO 0 1e13\nS 30 4; GLA {name}\nSTO\nS -30 48\nSI\n"
+        (tmp_path / f"{name}.seq").write_text(text)
+        found = imported(tmp_path / f"{name}.seq", ["SI=2.4/40", "SX=2.4/40"])
+        focal_mm.append(found.lens.focal_length_mm())
+    assert focal_mm[0] == focal_mm[1]
+
+
 def test_a_damaged_catalogue_is_refused_in_one_line(tmp_path):
     path = tmp_path / "own.agf"
     path.write_bytes("CC own".encode("utf-16") + b"x")

@@ -136,7 +136,7 @@ def test_a_scene_that_stands_still_keeps_the_exposure_of_a_single_shot_with_othe
         (["scene=macbeth", "~renderer"], "does not move"),
         ([*SCENE, "frames_per_second=1000"], "longer than a frame"),
         ([*SCENE, "exposures={}"], "a sequence determines it"),
-        ([*SCENE, "scene.frames_per_s=7"], "type frames_per_second=30 in its place"),
+        ([*SCENE, "scene.frames_per_s=7"], "type frames_per_second=7 in its place"),
     ],
 )
 def test_mistakes_are_named_before_any_work(settings, message):

@@ -103,10 +103,12 @@ def planned(request: Request) -> Plan:
         raise ConfigError(
             f"{NODE} is set, but a sequence determines it; expected null; type {NODE}=null"
         )
-    if any(one.lstrip("+").startswith(f"{RATE}=") for one in request.overrides):
+    is_typed = any(one.lstrip("+").startswith(f"{RATE}=") for one in request.overrides)
+    typed = config.scene.frames_per_s
+    if is_typed and typed is not None and typed != request.frames_per_second:
         raise ConfigError(
-            f"{RATE} is set, but a sequence determines it; type"
-            f" frames_per_second={request.frames_per_second:g} in its place"
+            f"{RATE} is {typed:g}, but a sequence determines it; type"
+            f" frames_per_second={typed:g} in its place"
         )
     _check_exposures(built, 1 / request.frames_per_second)
     plan = Plan(request, config, built)
