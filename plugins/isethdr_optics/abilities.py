@@ -5,7 +5,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, Protocol, runtime_checkable
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, runtime_checkable
 
 if TYPE_CHECKING:
     import numpy as np
@@ -196,19 +196,19 @@ class BlursByDepth(Protocol):
         ...
 
 
+class FieldAngles(NamedTuple):
+    """The projection of a field, and its largest angle from the axis."""
+
+    projection: str  # `tangent` or `equidistant`
+    widest_rad: float
+
+
 @runtime_checkable
-class ChecksField(Protocol):
+class ChecksLens(Protocol):
     """A flare that not every lens and field can have. It is asked before any work."""
 
-    def check_field(self, lens: LensOptics, projection: str, widest_rad: float, /) -> None:
-        """Raise ConfigError if the flare does not fit the lens or the field.
-
-        Parameters
-        ----------
-        lens : lens with the flare.
-        projection : projection of the field, `tangent` or `equidistant`.
-        widest_rad : largest angle of the field from the axis, rad.
-        """
+    def check_lens(self, lens: LensOptics, field: FieldAngles, /) -> None:
+        """Raise ConfigError if the flare does not fit the lens or the field."""
 
 
 @runtime_checkable

@@ -152,16 +152,16 @@ def check_score(key: str, score: Score) -> None:
     key : name of the metric in the config, for messages.
     score : score that the metric returned.
     """
-    for name in ("metric", "unit", "object"):
-        text = getattr(score, name)
+    texts = {"metric": score.metric, "unit": score.unit, "object": score.object}
+    for name, text in texts.items():
         if not isinstance(text, str) or (name == "metric" and not text):
             wanted = "a text that is not empty" if name == "metric" else 'a text, "" for none'
             raise PluginError(
                 f"metric {key!r} returned the score {in_line(score.metric)}, whose {name} is"
                 f" {in_line(text)}; expected {wanted}"
             )
-    for name in ("value", "low", "high"):
-        number = getattr(score, name)
+    numbers = {"value": score.value, "low": score.low, "high": score.high}
+    for name, number in numbers.items():
         if not is_number(number):
             raise PluginError(
                 f"metric {key!r} returned the score {score.metric!r}, whose {name} is"
@@ -176,15 +176,11 @@ def in_line(value: object) -> str:
 
 def is_number(value: object) -> bool:
     """Return whether a value is one real number. Arrays without dimensions are numbers as well."""
-    if isinstance(value, (str, bytes)) or np.iscomplexobj(value):
-        return False
     try:
-        if np.ndim(value) > 0:  # type: ignore[arg-type]
-            return False
-        float(value)  # type: ignore[arg-type]
-    except (TypeError, ValueError, OverflowError):
+        array = np.asarray(value)
+    except ValueError:  # a list of lists of different lengths
         return False
-    return True
+    return array.ndim == 0 and array.dtype.kind in "biuf"
 
 
 def scores_of_all_realisations(work: CameraAtWork, camera: Camera) -> list[list[Score]]:

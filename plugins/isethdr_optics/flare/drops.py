@@ -36,7 +36,7 @@ from .in_front import check_projection, checked_values
 if TYPE_CHECKING:
     import xarray as xr
 
-    from ..abilities import LensOptics
+    from ..abilities import FieldAngles, LensOptics
     from ..lenses.thin_lens import IdealLens
 
 Floats = npt.NDArray[np.float64]
@@ -179,16 +179,9 @@ class DropsFlare:
         radius = np.exp(random.uniform(*ends, count))
         return [Drop(float(x), float(y), float(r)) for (x, y), r in zip(place, radius, strict=True)]
 
-    def check_field(self, lens: LensOptics, projection: str, widest_rad: float) -> None:
-        """Raise ConfigError unless the field is in tangents.
-
-        Parameters
-        ----------
-        lens : lens with the flare.
-        projection : projection of the field.
-        widest_rad : largest angle of the field from the axis, rad.
-        """
-        check_projection(projection, "drops")
+    def check_lens(self, lens: LensOptics, field: FieldAngles) -> None:
+        """Raise ConfigError unless the field is in tangents."""
+        check_projection(field.projection, "drops")
 
     def redirected(self, lens: IdealLens, mixed: xr.DataArray) -> xr.DataArray:
         """Return the mixed radiance behind the drops.

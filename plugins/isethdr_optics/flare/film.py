@@ -25,7 +25,7 @@ from .in_front import check_projection, checked_values
 if TYPE_CHECKING:
     import xarray as xr
 
-    from ..abilities import LensOptics
+    from ..abilities import FieldAngles, LensOptics
     from ..lenses.thin_lens import IdealLens
 
 HalfWidth = Annotated[float, Range(1e-3, 30)]  # degrees
@@ -82,16 +82,9 @@ class FilmFlare:
             np.add.at(out, (r, c), share[within] * part)
         return out[1:-1, 1:-1]
 
-    def check_field(self, lens: LensOptics, projection: str, widest_rad: float) -> None:
-        """Raise ConfigError unless the field is in tangents.
-
-        Parameters
-        ----------
-        lens : lens with the flare.
-        projection : projection of the field.
-        widest_rad : largest angle of the field from the axis, rad.
-        """
-        check_projection(projection, "film")
+    def check_lens(self, lens: LensOptics, field: FieldAngles) -> None:
+        """Raise ConfigError unless the field is in tangents."""
+        check_projection(field.projection, "film")
 
     def redirected(self, lens: IdealLens, mixed: xr.DataArray) -> xr.DataArray:
         """Return the mixed radiance behind the film; beyond the tiles of `mixed` there is no light.

@@ -26,6 +26,7 @@ from isethdr_core.data.camera_geometry import Identity, distortion_map, relative
 from isethdr_core.errors import ConfigError
 from isethdr_core.plugins.ranges import Range, check_ranges
 
+from ..abilities import FieldAngles
 from .added_light import added_light
 from .in_front import check_projection
 
@@ -114,17 +115,10 @@ class WindscreenFlare:
             )
         return cosine
 
-    def check_field(self, lens: LensOptics, projection: str, widest_rad: float) -> None:
-        """Raise ConfigError unless the field is in tangents and the lens does not distort.
-
-        Parameters
-        ----------
-        lens : lens with the flare.
-        projection : projection of the field.
-        widest_rad : largest angle of the field from the axis, rad.
-        """
-        check_projection(projection, "windscreen")
-        if not isinstance(distortion_map(lens.distortion_to(widest_rad)), Identity):
+    def check_lens(self, lens: LensOptics, field: FieldAngles) -> None:
+        """Raise ConfigError unless the field is in tangents and the lens does not distort."""
+        check_projection(field.projection, "windscreen")
+        if not isinstance(distortion_map(lens.distortion_to(field.widest_rad)), Identity):
             raise ConfigError(
                 "flare windscreen and a lens that distorts; expected a lens without distortion;"
                 " remove this flare, or type lens.distortion=none where the lens has this field"
@@ -144,7 +138,7 @@ class WindscreenFlare:
         y = mixed.y.values.astype(float)
         pitch = (quantities.tile_pitch(mixed, "y"), quantities.tile_pitch(mixed, "x"))
         widest_rad = float(np.arctan(np.hypot(np.abs(x).max(), np.abs(y).max())))
-        self.check_field(lens, mixed.attrs.get("projection", "tangent"), widest_rad)
+        self.check_lens(lens, FieldAngles(mixed.attrs.get("projection", "tangent"), widest_rad))
         edges = np.append(y - pitch[0] / 2, y[-1] + pitch[0] / 2)
         turn = np.tan(self.separation_rad(self.cosine(x[None, :], edges[:, None])))
         cosine = self.cosine(x[None, :], y[:, None])

@@ -54,7 +54,7 @@ def read_catalogue(path: Path) -> dict[str, str]:
             elif line.startswith("LD ") and numbers:
                 low, high = (1e3 * float(w) for w in words[1:3])
                 glasses[name] = f"{numbers}@{low:g}-{high:g}"
-    except (ValueError, OverflowError):  # the last one: an infinite number of a formula
+    except (ValueError, OverflowError):  # OverflowError: the number of a formula is infinite
         raise CatalogError(
             f"{path}: glass {name!r} has a line that is no list of numbers"
         ) from None

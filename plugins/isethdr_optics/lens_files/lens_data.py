@@ -120,7 +120,7 @@ def integer(text: str, where: str) -> int:
 
 
 def unit_mm(text: str, units: Mapping[str, float], where: str) -> float:
-    """Return the length of a unit of a file, mm.
+    """Return how many millimetres the unit of length of a file has.
 
     Parameters
     ----------

@@ -15,7 +15,7 @@ from isethdr_core.pipeline import bands
 from isethdr_core.pipeline.imaging_plan import FieldAhead, ImagingOutline, LightBudget
 from isethdr_core.pipeline.window import SLIVER
 
-from ..abilities import ChecksField
+from ..abilities import ChecksLens, FieldAngles
 from ..field.omissions import known_ahead
 
 if TYPE_CHECKING:
@@ -56,9 +56,10 @@ def _check_flares(
     """Raise ConfigError if a flare does not fit the lens or a field (width, height, projection)."""
     width, height, projection = size
     widest_rad = float(projections.angle_rad(width / 2, height / 2, projection))
+    field = FieldAngles(projection, widest_rad)
     for flare in flares:
-        if isinstance(flare, ChecksField):
-            flare.check_field(lens, projection, widest_rad)
+        if isinstance(flare, ChecksLens):
+            flare.check_lens(lens, field)
 
 
 def _bands(

@@ -123,7 +123,7 @@ def _serves(pixels: Mapping[str, Any], selection: Wanted) -> bool:
 
 
 def _refuse_window(header: Mapping[str, Any], path: Path) -> None:
-    """Refuse pixels that are not square, and pictures that are a part of their field.
+    """Refuse pixels that are not square, and files that hold only a part of the picture.
 
     Raises
     ------

@@ -63,6 +63,11 @@ MODULATED = "+lighting.modulation.tail={frequency_hz: 100, duty: 0.5}"
             + ["lens.distortion={model:brown_conrady,k1:-0.1}"],
             "windscreen and a lens that distorts",
         ),
+        (
+            ["lens=ideal", "lens.falloff=none", "scene.projection=equidistant"]
+            + ["+flare@flare.d=drops"],
+            "flare drops and a field in 'equidistant' projection",
+        ),
         (["isp.demosaic=malvar", "sensor.cfa=RG/WB"], "'malvar' and the filter array RG/WB"),
         (["isp.demosaic=menon", "sensor=single"], "'menon' and the filter array W;"),
     ],

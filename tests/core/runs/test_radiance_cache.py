@@ -101,7 +101,7 @@ class TableRenderer:
 
     def __call__(self, description, demand):
         """Not called here."""
-        raise NotImplementedError
+        raise AssertionError("the name of radiance follows without rendering")
 
     def input_files(self):
         """Return the file that the renderer reads."""

@@ -30,7 +30,7 @@ from .trace import acceptance, beams, boxes, rank, split
 if TYPE_CHECKING:
     import xarray as xr
 
-    from ...abilities import LensOptics, PupilOptics
+    from ...abilities import FieldAngles, LensOptics, PupilOptics
     from ...prescription.prescription import Prescription
     from .draw import Source
     from .trace import Pair
@@ -99,16 +99,9 @@ class GhostFlare:
         real = self.of_lens(lens)
         return Iris(self.blades, self.rotation_deg, real.surfaces[real.stop].semi_diameter_mm)
 
-    def check_field(self, lens: LensOptics, projection: str, widest_rad: float) -> None:
-        """Raise ConfigError unless the field is in tangents.
-
-        Parameters
-        ----------
-        lens : lens with the flare.
-        projection : projection of the field.
-        widest_rad : largest angle of the field from the axis, rad.
-        """
-        _check_projection(projection)
+    def check_lens(self, lens: LensOptics, field: FieldAngles) -> None:
+        """Raise ConfigError unless the field is in tangents."""
+        _check_projection(field.projection)
 
     def pairs(
         self, lens: LensOptics, wavelength_nm: np.ndarray, largest_tangent: float

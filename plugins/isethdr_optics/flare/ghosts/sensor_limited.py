@@ -34,7 +34,7 @@ if TYPE_CHECKING:
     from ...abilities import LensOptics
     from ...imaging.field_optics import FieldOptics
 
-# share of the light's allowed error that faint ghosts of all flares together may use
+# share of the allowed error of the light, for the faint ghosts of all flares together
 SHARE = FAINT_GHOSTS / (1 - STORE)
 # bound on the peak of a ghost with real rays over that with paraxial rays; the largest measured is
 # 6.8 (uniform light, four prescriptions at f/4 to f/8, coatings none, mgf2, multilayer)

@@ -115,7 +115,7 @@ class Node:
         return value
 
     def numbers(self, *names: str, most: float = math.inf) -> tuple[float, ...]:
-        """Return attributes as numbers, at most `most` without sign; missing ones are 0."""
+        """Return attributes as numbers from -`most` to `most`. A missing attribute is 0."""
         return tuple(self.number(name, 0.0, most=most) for name in names)
 
     def integer(self, name: str) -> int:
