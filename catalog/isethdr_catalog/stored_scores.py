@@ -8,6 +8,7 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
+from isethdr_core.data.score_checks import check_scores
 from isethdr_core.errors import CatalogError
 from isethdr_core.plugins.protocols import Metric
 from isethdr_core.store import open_store, read_attrs
@@ -32,6 +33,7 @@ def scores_of(path: Path | str, metric: Metric) -> list[dict[str, Any]]:
     Raises
     ------
     CatalogError : the store is no run, is damaged, or lacks a picture or its reference.
+    PluginError : the metric returned something else than scores.
 
     Notes
     -----
@@ -51,5 +53,6 @@ def scores_of(path: Path | str, metric: Metric) -> list[dict[str, Any]]:
         labels = reference.drop_vars([name for name in PICTURE if name in reference])
         if "direction" in labels.dims:  # the run renamed `xyz`, which is a variable of pictures
             labels = labels.rename_dims(direction="xyz")
-        rows += [{"camera": camera, **asdict(s)} for s in metric(picture, reference, labels)]
+        scores = check_scores(type(metric).__name__, metric(picture, reference, labels))
+        rows += [{"camera": camera, **asdict(score)} for score in scores]
     return rows

@@ -12,6 +12,7 @@
 | `reference_picture`   | the picture of a camera without noise, blur and flare, and its labels  |
 | `saturation`          | which pixels of a picture are saturated in every capture               |
 | `scene_description`   | geometry, materials, lamps, camera and sky, in metres and candela      |
+| `score_checks`        | what a metric returned is a list of scores                             |
 | `sky`                 | a sky with a gradient: radiance by direction, sun and moon             |
 | `scores`              | one row per metric and object, with its confidence interval            |
 | `temporal_modulation` | light components that vary in time, each with one modulation           |

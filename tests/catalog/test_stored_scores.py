@@ -8,7 +8,7 @@ from isethdr_catalog.stored_scores import scores_of
 from typer.testing import CliRunner
 
 import isethdr_core as hdr
-from isethdr_core.errors import CatalogError, ConfigError
+from isethdr_core.errors import CatalogError, ConfigError, PluginError
 from isethdr_core.pipeline.chain import camera_scores
 
 SMALL = [
@@ -94,3 +94,12 @@ def test_only_runs_have_pictures(tmp_path):
     scene = store.write_store(tmp_path, "s", {}, {"kind": "scene"})
     with pytest.raises(CatalogError, match="holds a scene; expected a run"):
         scores_of(scene, hdr.build("metric", "ssim"))
+
+
+def test_a_metric_that_returns_no_scores_is_named(result):
+    class Bare:
+        def __call__(self, picture, truth, labels):
+            return [0.5]
+
+    with pytest.raises(PluginError, match="metric 'Bare' returned .* expected a list of"):
+        scores_of(result.path, Bare())
