@@ -19,7 +19,8 @@ ASPHERE = {letter: 4 + 2 * k for k, letter in enumerate("ABCDEFGHJ")}  # a4, a6,
 TILTED = ("ADE", "BDE", "CDE", "XDE", "YDE", "ZDE", "DAR", "BEN", "REV", "XTI", "YTI")
 OTHER_SHAPES = ("SPS", "CYL", "TOR", "AAS", "XTO", "YTO", "GRT", "HOE", "DIF", "UDS", "GRX")
 # commands of a surface
-OF_SURFACE = {"STO", "K", *ASPHERE, "CIR", "GLA", "THI", *TILTED, *OTHER_SHAPES}
+OF_SURFACE = {"STO", "K", *ASPHERE, "CIR", "GLA", "RMD", "RDY", "CUY", "THI"}
+OF_SURFACE |= {*TILTED, *OTHER_SHAPES}
 FAR_MM = 1e9  # least distance of a distant object; CODE V writes 1e13
 
 
@@ -70,6 +71,11 @@ def read(path: Path, problems: Problems) -> LensData:
 def _words(line: str) -> list[str]:
     quoted = re.findall(r"'[^']*'|\"[^\"]*\"|\S+", line)
     return [word.strip("'\"") for word in quoted]
+
+
+def _radius_mm(curvature: float) -> float:
+    """Return the radius of a curvature, in the unit of the file; infinite for a plane."""
+    return 1 / curvature if curvature else np.inf
 
 
 class _File:
@@ -154,8 +160,8 @@ class _File:
         if key == "SO":
             self.lens.far_object = not abs(distance) < FAR_MM
             return
-        radius = shape if self.radii else (1 / shape if shape else 0.0)
-        row = Row(str(len(self.lens.rows) + 1), radius or np.inf, distance)
+        radius = (shape or np.inf) if self.radii else _radius_mm(shape)
+        row = Row(str(len(self.lens.rows) + 1), radius, distance)
         if len(arguments) > 2:
             row.glass = self._glass(row, arguments[2])
         self.current = row
@@ -179,6 +185,12 @@ class _File:
             row.semi_diameter_mm = number(arguments[0], where)
         elif key == "GLA" and arguments:
             row.glass = self._glass(row, arguments[0])
+        elif key == "RMD" and arguments:
+            self._glass(row, arguments[0])
+        elif key == "RDY" and arguments:
+            row.radius_mm = number(arguments[0], where) or np.inf
+        elif key == "CUY" and arguments:
+            row.radius_mm = _radius_mm(number(arguments[0], where))
         elif key == "THI" and arguments:
             row.thickness_mm = number(arguments[0], where)
         elif key in TILTED and any(number(w, where) for w in arguments[:1]):

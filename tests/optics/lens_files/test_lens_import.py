@@ -401,6 +401,25 @@ def test_code_v_commands_act_on_the_surfaces_that_they_name(tmp_path):
         assert found == plain
 
 
+def test_code_v_radii_and_curvatures_may_follow_their_surface(tmp_path):
+    text = "EPD 5; YAN 0 5; SO 0 1e13\n{surfaces}\nSI\n"
+    (tmp_path / "a.seq").write_text(text.format(surfaces="S 32 4 NBK7\nSTO\nS -32 48"))
+    wanted = imported(tmp_path / "a.seq").table["surfaces"]
+    for surfaces in (
+        "S 1 4 NBK7; RDY 32\nSTO\nS 1 48; CUY -0.03125",
+        "S 1 4 NBK7\nSTO\nS 1 48\nCUY S1 0.03125; RDY S2 -32",
+    ):
+        (tmp_path / "b.seq").write_text(text.format(surfaces=surfaces))
+        assert imported(tmp_path / "b.seq").table["surfaces"] == wanted
+
+
+def test_a_mirror_of_code_v_is_refused(tmp_path):
+    text = "EPD 5; YAN 0 5; SO 0 1e13\nS 32 4 NBK7\nSTO\nS -32 48; RMD REFL\nSI\n"
+    (tmp_path / "a.seq").write_text(text)
+    with pytest.raises(ConfigError, match="surface 2: a mirror"):
+        imported(tmp_path / "a.seq")
+
+
 def test_a_glass_may_be_called_as_the_image_surface(tmp_path):
     focal_mm = []
     for name in ("SX", "SI"):
