@@ -63,10 +63,10 @@ def accuracy_of(stage: str) -> str:
 ACCURACY = {
     accuracy_of("transport"): (
         "![Paths](../images/accuracy_transport.png)",
-        "A night drive of 96 x 54 tiles, without the time to build the scene. The error is the"
-        " relative error of a tile below which half of the light of a group lies. The seconds of a"
-        " group are those of the passes that it was part of, together with other groups. Tiles"
-        " that show a lamp or the sky itself are left out, because they need no paths. The"
+        "A night drive of 96 x 54 tiles, without the time to build the scene. Half of the light"
+        " of a group is in tiles with a smaller relative error than the stated one. The seconds"
+        " of a group are those of the passes that it was part of, together with other groups."
+        " Tiles that show a lamp or the sky itself are left out, because they need no paths. The"
         " reference has 2048 paths with other random numbers; errors near the dotted line are"
         " those of the reference. Four times the paths halve the error, as for random errors. `to"
         " a noise of 0.1` is `renderer.error_allowed=0.1`, the default for cameras without noise;"
@@ -127,9 +127,9 @@ ACCURACY = {
     accuracy_of("basis"): (
         "![Functionals of the spectrum](../images/accuracy_basis.png)",
         "48 x 64 tiles without aberrations. The reference are long double sums at 200 tiles. The"
-        " fewest functionals are already 300 times better than the smallest error that was tried,"
-        " 0.01, and so is imaging band by band. For the seconds of full frames see [lens"
-        " speed](lens_speed.md).",
+        " fewest functionals are already 400 times better than the smallest error that was"
+        " allowed for them, 0.01. Imaging band by band is 3000 times better. For the seconds of"
+        " full frames see [lens speed](lens_speed.md).",
     ),
     accuracy_of("aberrated"): (
         "![The same through an aberrated pupil](../images/accuracy_aberrated.png)",
@@ -157,9 +157,10 @@ ACCURACY = {
     ),
     accuracy_of("merge"): (
         "![Merge rules](../images/accuracy_merge.png)",
-        "The error is that above the best rule at each level of light, whose own error is 0.35 %."
-        " Weights by the inverse variance are best, and `hard_switch` is equal within that error"
-        " at half of the seconds. The others lose 60 % and more.",
+        "The error of a rule is the excess of its rms error over that of the best rule at the"
+        " same level of light, in the mean over the levels. It is known to 0.35 %. Weights by the"
+        " inverse variance are best, and `hard_switch` is equal within that error at half of the"
+        " seconds. The others lose 60 % and more.",
     ),
     accuracy_of("metrics"): (
         "![Noise realisations](../images/accuracy_metrics.png)",
@@ -279,16 +280,18 @@ PAGES = {
     "budget": Page(
         "The allowed error: kept, and what it costs",
         "Three scenes with three allowed errors. Errors are against a reference in float64 whose"
-        " kernels have nine times the points, times against the cheapest of 24 settings by hand.",
+        " kernels are computed for a ninth of the usual error, times against the cheapest of 24"
+        " settings by hand.",
         ("python -m isethdr_measured budget",),
         "3 minutes",
         notes=(
             "- The field has 96 x 54 tiles of 10 um, 16 bands, and a lens of f/4 with dust."
             " Radiance is stored, read, mixed, sent through the lens and counted in every pixel,"
             " as in a run. `allowed`, `error_99`, `stated_99` and `truth_error`, that of the"
-            " reference itself, are in standard deviations of the sensor's noise; `_99` is the"
-            " error that 99 % of the unsaturated pixels keep; `within` is the share of the"
-            " unsaturated pixels whose error is at most `allowed`.",
+            " reference itself, are in standard deviations of the sensor's noise; 99 % of the"
+            " unsaturated pixels have an error of at most `error_99`, and `stated_99` is what the"
+            " ledger states for it; `within` is the share of the unsaturated pixels whose error"
+            " is at most `allowed`.",
             "- `cold` is the CPU time with kernels to be made, `warm` with kernels at hand; `over"
             "_best` divides it by that of the cheapest of 24 settings (mantissa bits, error of"
             " kernels, irradiance or photocurrent) that keeps 99 % of the pixels within the same"
@@ -327,23 +330,27 @@ PAGES = {
     ),
     "charge_dynamics": Page(
         "Integrators of a pixel that overflows",
-        "Error against run time of integrators of the charge equation"
-        " ([charge dynamics](../explanation/charge_dynamics.md)): an exposure of 16 ms, a knee of"
-        " 20 000 e, a thermal charge of 530 e, one thread. `flow` and `flow_varying` are the closed"
-        " form and the quadrature that sensors use. The tables of time give multiples of the"
-        " classical Runge-Kutta method with the fewest equal steps that reach the error; its first"
-        " line is in ns per pixel. `never`: not within 16 384 steps. `fails`: not finite, or off"
-        " by more than the charge.",
+        "Error against run time of integrators of the charge equation ([charge"
+        " dynamics](../explanation/charge_dynamics.md)): an exposure of 16 ms, a knee of 20 000"
+        " e, a thermal charge of 530 e, one thread. `flow` and `flow_varying` are the closed form"
+        " and the quadrature that sensors use. The tables of time give multiples of the classical"
+        " Runge-Kutta method with the fewest equal steps that reach the error; its first line is"
+        " in ns per pixel. Where 16 384 steps are not enough, at 1e4 and 1e6 x saturation, the"
+        " steps of Runge-Kutta are those of its limit of stability, current x exposure / (2.8 x"
+        " thermal charge). `never`, of the other methods: not within 16 384 steps. `fails`: not"
+        " finite, or off by more than the charge.",
         ("python benchmarks/charge_dynamics.py",),
         "14 CPU s",
         (
             "![Error against run time of six integrators and the quadrature, 0.01 to 1e6 x"
             " saturation](../images/charge_dynamics.png)",
-            "The picture shows a ripple of 100 Hz (`python benchmarks/charge_dynamics_picture.py`)."
-            " Below saturation every method works. At 100 x saturation explicit methods need a"
-            " thousand steps before they are right at all; at 1e6 x they never are. Implicit Euler"
-            " is the cheapest where the well stays full, and the worst below. `flow_varying` takes"
-            " as many panels as the brightest pixel of the frame needs.",
+            "The picture shows a ripple of 100 Hz (`python"
+            " benchmarks/charge_dynamics_picture.py`). Below saturation every method works. At"
+            " 100 x saturation explicit Euler and Runge-Kutta need a thousand steps before they"
+            " are right at all; at 1e6 x they never are. With ripple, implicit Euler is the"
+            " cheapest at 1e3 and 1e4 x saturation; below saturation neither Euler method reaches"
+            " an error of 1e-6. `flow_varying` takes as many panels as the brightest pixel of the"
+            " frame needs.",
         ),
     ),
     "convolution": Page(
@@ -355,11 +362,11 @@ PAGES = {
         ("python -m isethdr_measured convolution_methods rows=1080 columns=1920",),
         "a minute",
         (
-            "isethdr computes in float64, and sums directly at each pixel whose rounding error may"
-            " matter. Where a lamp is more than 1e6 times as bright as the"
-            " background, the wings of the kernel are brighter than the background everywhere, so"
-            " relative errors stop growing. Kernels that fall faster leave far darker pixels; these"
-            " are summed directly.",
+            "isethdr computes in float64, and sums directly at each pixel whose rounding error"
+            " may matter. Where a lamp is 1e8 times as bright as the background or more, the"
+            " wings of the kernel are brighter than the background everywhere, so relative errors"
+            " hardly grow any more. Kernels that fall faster leave far darker pixels; these are"
+            " summed directly.",
         ),
         columns={
             "lamp_to_background": Column("lamp / background"),
@@ -425,12 +432,13 @@ PAGES = {
         notes=(
             "`merge_rules`: one pixel of the sensor `split_pixel` is simulated 100 000 times at"
             " each level and merged by each rule. SNR is the level over the rms error. The"
-            " variance ratio is 1 where the merge states its own variance rightly. From 4 standard"
-            " deviations of the shot noise below the end of a capture to 3 above it, no rule can"
-            " be good. `own_noise` weights each charge by the inverse of its own noisy variance,"
-            " `hard_switch` has no ramp; neither is offered as a rule. The last four rows compare"
-            " `inverse_variance`, the default, with its limits, from 1 e to 4 standard deviations"
-            " below the end of the small photodiode.",
+            " variance ratio is 1 where the merge states its own variance rightly. Levels from 4"
+            " standard deviations of the shot noise below the end of a capture to 3 above it are"
+            " marked, because rules may fail there. `own_noise` weights each charge by the"
+            " inverse of its own noisy variance, `hard_switch` has no ramp; neither is offered as"
+            " a rule. The last four rows state how far `inverse_variance`, the default, is from"
+            " its limits, from 1 e to 4 standard deviations below the end of the small"
+            " photodiode: its bias, its stated variance, and the lead of other rules.",
             "`demosaic_methods`: charts on 120 x 160 pixels of 3 um, f/2, 16 ms, with the noise of"
             " the sensor `bayer`. Stripes reach 0.4 cycles per pixel. PSNR is that of the displayed"
             " picture in 8 bit, dE00 the mean CIEDE2000; both are against the reference picture, 8"
@@ -465,9 +473,11 @@ PAGES = {
         "5 CPU min",
         (
             "`kernel_wings`: the L1 error of a patch and the error of its sum, relative, and the"
-            " error per tile that the kernels state for that octave of distance. An exact core,"
-            " which reaches 80 tiles along either axis with three bands, states its own error"
-            " alone.",
+            " error per tile that the kernels state for that octave of distance. The exact core"
+            " reaches 60 tiles along either axis at 400 nm, and 80 at 550 and 700 nm. An octave"
+            " that lies inside it states the error of the core alone. The octave of 64 to 128"
+            " tiles also has tiles beyond the core, so its stated error is far above the errors"
+            " at 69 tiles.",
             "`kernels_beside_lamps`: one lamp of one tile on an even background of about 200"
             " electrons, 31 bands, Bayer sensor that allows 0.1 of its noise, of which kernels have"
             " 0.074. `largest_error` is that of a tile and channel below full scale, in standard"
@@ -513,19 +523,20 @@ PAGES = {
         ("python -m isethdr_measured omission",),
         "a quarter of an hour",
         (
-            "The readings of all captures are compared. `difference_e` is the difference, in"
-            " electrons, that comes nearest to its bound `bound_e`. Where only needless work was"
-            " left out, the bits are the same. Where the lens returned photocurrent, or a band was"
-            " dropped, readings may differ by twice the bound of the light plus one electron and"
-            " one code, because both are whole numbers. `plan_percent` is the time of the plan, as"
-            " percent of `everything_cpu_s`.",
+            "The readings of all captures are compared. Each reading has a bound. `difference_e`"
+            " and `bound_e`, both in electrons, are those of the reading that comes nearest to"
+            " its bound. Where only needless work was left out, the bits are the same. Where the"
+            " lens returned photocurrent, or a band was dropped, readings may differ by twice the"
+            " bound of the light plus one electron and one code, because both are whole numbers."
+            " `plan_percent` is the time of the plan, as percent of `everything_cpu_s`.",
             "Rendered cases go on until the noise of each light group is 0.1. Noon has the tiles of"
             " the main job, the other two 192 x 108. If paths follow the noise of the cameras"
             " instead, which is the default, those that one light group does not need go to the"
             " others, and the readings differ by the noise of the rendering. The tunnel and the"
             " five lights need nearly everything.",
-            "The ratios depend on the cases, and these were chosen while their ratios were known."
-            ' The cases named "mean" ask for four noise realisations that a mean does not need.',
+            "The ratios depend on the cases, and these were chosen while their ratios were"
+            ' known. The cases named "mean" and "edge, photons counted" ask for four noise'
+            " realisations, which they do not need: their sensor gives mean electrons.",
         ),
     ),
     "paper_figures": Page(
@@ -588,7 +599,8 @@ PAGES = {
     ),
     "published_figures": Page(
         "Sensors against published figures",
-        "Figures that data sheets and papers state, and the same figures of the simulated sensor.",
+        "Figures that data sheets and papers state, or that follow from them by a closed form"
+        " (column `how`), and the same figures of the simulated sensor.",
         ("isethdr study published_figures",),
         "5 CPU s",
     ),
@@ -609,15 +621,18 @@ PAGES = {
         ),
         "25 CPU min",
         (
-            "`renderer_noise`: `share` is `renderer.noise_share_allowed`. `stated_90` is the stated"
-            " noise that 90 % of the tiles are below. `over_true_90` is stated over true noise at"
-            " 90 % of the tiles. The stated noise is sampled for as many renderings as there are,"
-            " so that both have the scatter of few renderings. `error_99` is the standard error of"
-            " the ratio at 99 %, from leaving out each rendering in turn. `worst_99` is the ratio"
-            " of the one rendering that is farthest off at 99 %. `cpu_s` is that of one rendering,"
-            " without `tables_s`, the tables of the scene, which are made once. `paths` are samples"
-            " per tile. The tunnel has at most 512 of them, because its limit is out of reach. Few"
-            " renderings miss the rarest light, which makes the ratio at 99 % too large.",
+            "`renderer_noise`: `share` is `renderer.noise_share_allowed`. `stated_90` is the"
+            " stated noise that 90 % of the tiles are below. `over_true_90` is stated over true"
+            " noise at 90 % of the tiles. The stated noise is sampled for as many renderings as"
+            " there are, so that both have the scatter of few renderings. `error_99` is the"
+            " standard error of the ratio at 99 %, from leaving out each rendering in turn."
+            " `worst_99` is the ratio of the one rendering that is farthest off at 99 %. `cpu_s`"
+            " is that of one rendering, without `tables_s`, the tables of the scene, which are"
+            " made once. `paths` are samples per tile and light group, the mean over all tiles"
+            " and groups. The tunnel has at most 512 of them, because its limit is out of reach."
+            " Where few renderings miss the rarest light, the ratio at 99 % is too large, as in"
+            " the tunnel. Where it is below 1, as in the country road, the stated noise of these"
+            " tiles is too small.",
             "`renderer_light`: `need_over_even` is the light of a group where paths follow need,"
             " over that of even passes, before rare light is moved. A few glints decide this ratio."
             " `known_need_over_even` is that of the tiles in which even passes scatter by at most"
@@ -648,12 +663,13 @@ PAGES = {
         below={
             INTERVALS: (
                 "`inside` is the share of the renderings whose interval contains the true score."
-                " `off` is the distance of a score from the true one, `half` half the length of its"
-                " interval. `apart` is half the difference of the two long renderings whose mean"
-                " counts as true. In small pictures the white is the luminance of few tiles, so its"
-                " intervals contain the true white least often. A rendering that has not found"
-                " rare light has narrow intervals about too low a value: in `rural`, those of mean"
-                " luminance ([score choices](../explanation/score_choices.md#rare-light)).",
+                " `off` is the distance of a score from the true one, `half` half the length of"
+                " its interval. `apart` is half the difference of the two long renderings whose"
+                " mean counts as true. In small pictures the white is the luminance of few tiles,"
+                " so its intervals may miss the true white more often than others. A rendering"
+                " that has not found rare light has narrow intervals about too low a value: in"
+                " `rural`, those of mean luminance ([score"
+                " choices](../explanation/score_choices.md#rare-light)).",
             ),
             LARGE_INTERVALS: (
                 "Pictures of 288 pixels and more along both axes are scored in parts. Here, too,"
@@ -689,11 +705,12 @@ PAGES = {
     "stability": Page(
         "Stability: hard cases and their verdicts",
         "Each case drives one stage, or the whole chain, to an end of its range. A case is"
-        " **right** where a result was expected and its error lies within the bound that the"
-        " stage states. It is **refused** where an error was expected and one of our own errors"
-        " was raised. Anything else is **WRONG**: beyond the bound, NaN, a crash, a numerical"
-        " warning. The last column names the closed form or the exact sum that a result is"
-        " compared with, or the text of the error.",
+        " **right** where a result was expected and its error lies within the bound. The stage"
+        " states the bound; where it states none, this study requires one. A case is **refused**"
+        " where the expected error of isethdr was raised, with a text that says what to do."
+        " Anything else is **WRONG**: beyond the bound, NaN, a crash, a numerical warning. The"
+        " last column names the closed form or the exact sum that a result is compared with, or"
+        " the text of the error.",
         ("python -m isethdr_measured stability",),
         "10 CPU s",
     ),

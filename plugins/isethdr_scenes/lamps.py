@@ -1,10 +1,10 @@
 """Lamps: intensity in candela, directions and spectrum of each kind of lamp.
 
 The lamps of vehicles and bicycles are tables of candela over two angles, from the families of
-`photometry.families`, each within the limits of its UN regulation (`photometry/rules.csv`). Street
-and tunnel luminaires and traffic signals are tables of `photometry.luminaires`. Windows, panels and
-destination signs are Lambertian: their luminance is the same in all directions. Their intensities
-are typical values.
+`photometry.families`. Each is within the limits of its regulation: of the UN for vehicles, of the
+German StVZO for bicycles (`photometry/rules.csv`). Street and tunnel luminaires and traffic signals
+are tables of `photometry.luminaires`. Windows, panels and destination signs are Lambertian: their
+luminance is the same in all directions. Their intensities are typical values.
 """
 
 from __future__ import annotations

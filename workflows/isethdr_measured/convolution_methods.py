@@ -138,8 +138,9 @@ def summed(image: np.ndarray, prepared: Any) -> np.ndarray:
     return total
 
 
+DEFAULT = "float64, doubtful pixels summed directly (isethdr)"  # that of the lenses
 METHODS = {
-    "float64, doubtful pixels summed directly (isethdr)": product,
+    DEFAULT: product,
     "float64": lambda i, p: transform(i, p, np.float64),
     "float32": lambda i, p: transform(i, p, np.float32),
     "lamps float64, rest float32": split,

@@ -2,8 +2,6 @@
 
 | file         | what is varied                                                    |
 |--------------|-------------------------------------------------------------------|
-| `point`      | one setting measured, and which settings no other beats           |
-| `diagram`    | the picture of one stage: error against seconds                   |
 | `changed`    | changes an internal setting during a measurement                  |
 | `transport`  | paths per tile of the renderer, per light group                   |
 | `bands`      | width of the spectral bands                                       |
@@ -20,6 +18,8 @@
 | `demosaic`   | demosaic methods                                                  |
 | `merge`      | rules that merge captures                                         |
 | `metrics`    | number of noise realisations that a score is averaged over        |
+
+A measured setting is a `point` of `isethdr_workflows.accuracy`, and its `diagram` draws a stage.
 """
 
 from __future__ import annotations
@@ -65,8 +65,8 @@ def accuracy(stage: str = "", pictures: str = "", reference: int = 0) -> list[di
     Returns
     -------
     rows with stage, setting, error and the quantity that it is an error of, CPU seconds, peak
-    memory above the start (MB), mark (`default`, `peer`), front (no other setting is both better
-    and cheaper), the reference and the reference's own error.
+    memory above the start (MB), mark (`default`, `peer`, `view`), front (no other setting is both
+    better and cheaper), the reference and the reference's own error.
 
     Raises
     ------

@@ -11,7 +11,7 @@ from isethdr_workflows.accuracy.point import Point, Work, timed
 
 from isethdr_core.physics.convolution import convolve
 
-from ..convolution_methods import METHODS, direct, frame, prepare
+from ..convolution_methods import DEFAULT, METHODS, direct, frame, prepare
 
 SHAPE = (270, 480)
 # relative errors allowed; the last two are 0.1 and 1 standard deviation of the shot noise of
@@ -27,9 +27,7 @@ def measured() -> list[Work]:
     psf = skirt(SHAPE)
     prepared = prepare(psf, SHAPE)
     image = frame(*SHAPE, RATIO)
-    pixels, truth = direct(
-        image, psf, METHODS["float64, doubtful pixels summed directly (isethdr)"](image, prepared)
-    )
+    pixels, truth = direct(image, psf, METHODS[DEFAULT](image, prepared))
     methods = METHODS | {
         "float32, circular": circular(psf, np.float32),
         "float64, circular": circular(psf, np.float64),
@@ -43,10 +41,10 @@ def measured() -> list[Work]:
     points = []
     for name, method in methods.items():
         result, cpu_s, peak_mb = timed(lambda way=method: way(image, prepared), repeat=3)
-        mark = "default" if "product" in name else "peer" if "circular" in name else ""
+        mark = "default" if name == DEFAULT else "peer" if "circular" in name else ""
         points.append(
             Point(
-                name.removesuffix(" (product)"),
+                name,
                 float(np.max(np.abs(result[pixels] / truth - 1))),
                 cpu_s,
                 peak_mb,

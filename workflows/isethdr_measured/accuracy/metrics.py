@@ -60,7 +60,7 @@ def measured() -> list[Work]:
             Work(
                 f"metric {name}",
                 "rms difference in standard deviations of one draw",
-                f"the mean of the other {MANY} draws",
+                f"the mean of the others of {MANY} draws",
                 1 / np.sqrt(MANY),
                 points,
             )

@@ -1,5 +1,6 @@
-"""A LOFIC pixel against the figures in the title of its paper: gain by photon transfer, full well
-and largest SNR, measured on shots of the preset.
+"""A LOFIC pixel against the figures in the title of its paper: full well, and gain by photon
+transfer. The largest SNR is that which follows from the full well. All are measured on shots of the
+preset.
 """
 
 from __future__ import annotations

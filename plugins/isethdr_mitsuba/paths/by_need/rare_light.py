@@ -15,7 +15,7 @@ from .moved_light import MovedLight, Region, Stays
 from .tallies import Neighbours, path_variance
 
 # Least difference of the buffers, in standard deviations that the paths of the darker one suggest.
-# With normal noise one tile in 30,000 exceeds it.
+# With normal noise one tile in 16,000 exceeds it, in either direction.
 APART = 4.0
 # If the darker buffer has this many times the samples (counted by their weights), any difference is
 # enough: the darker buffer got its many paths because the other one found a bright path.

@@ -76,7 +76,7 @@ USUAL = Rings(
         Level(np.inf, 0.7, 2.5, 2.0),
     )
 )
-# sampling for light next to very bright lamps: 0.02 to 0.1 of the usual errors
+# sampling for light next to very bright lamps: 0.02 to 0.13 of the usual errors
 FINE = Rings(
     (
         Level(1.8, 0.2, 8.0, 3.0, 27.0),

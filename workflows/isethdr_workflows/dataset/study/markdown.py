@@ -39,9 +39,9 @@ def markdown_page(
         f" and scored by `{scored}`. In brackets:"
         " the 95 % interval of the mean for new roads of the same recipe; scenes of one road count"
         " together. Each scene has one noise realisation unless the command says otherwise. The"
-        " detection probability of an object, 0 to 1, is how likely the measured contrast between"
-        " the object and its surround is within half of the true contrast (the score"
-        " `contrast_detection`), the median over its pairs of pixels."
+        " detection probability of an object, 0 to 1, is the probability that the measured contrast"
+        " between the object and its surround differs from the true contrast by at most half of"
+        " the true one (the score `contrast_detection`), the median over its pairs of pixels."
     )
     parts = [f"# Scores of dataset {name}", textwrap.fill(about, COLUMNS)]
     for title, rows in tables.objects.items():
