@@ -54,6 +54,37 @@ def test_equal_energy_is_white_to_the_table_accuracy():
     assert x / y == pytest.approx(1, abs=4e-4) and z / y == pytest.approx(1, abs=4e-4)
 
 
+@pytest.mark.parametrize(
+    "centres_nm",
+    [
+        [300, 380, 500, 560, 620, 780, 900, 1000],
+        [400, 450, 470, 480, 500, 520, 560, 600, 680, 700],
+        [355, 365, 400, 420, 835],
+        np.arange(400, 701, 60),
+    ],
+)
+def test_wide_and_unequal_bands_have_the_integral_over_each_band(centres_nm):
+    w = np.array(centres_nm, float)
+    widths = radiometry.band_widths_nm(w)
+    step = 0.01
+    lowest = w[0] - widths[0] / 2
+    fine = lowest + step * (np.arange(round(widths.sum() / step)) + 0.5)
+    band = np.searchsorted(lowest + np.cumsum(widths), fine)
+    radiance = np.random.default_rng(3).uniform(0.1, 1, len(w))
+    want = photometry.LM_PER_W * step * photometry.xyz_bar(fine) @ radiance[band]
+    # 2e-5: the sum in steps of 0.01 nm, where the table ends inside a band
+    np.testing.assert_allclose(photometry.xyz(radiance, w), want, rtol=2e-5)
+
+
+def test_the_integral_goes_over_into_the_value_at_the_centre():
+    # the rules differ by the curvature of the function, 1.4e-4 with bands of 10.1 nm
+    for step, allowed in ((10.1, 2e-4), (15.0, 1e-3)):
+        w = np.arange(380.0, 781, step)
+        light = 1 + 0.5 * np.sin(w / 60)
+        centre = photometry.LM_PER_W * step * photometry.v_lambda(w) @ light
+        assert photometry.luminance(light, w) == pytest.approx(centre, rel=allowed)
+
+
 def test_nothing_is_seen_outside_the_visible():
     assert not photometry.xyz_bar([300.0, 359.0, 831.0, 1000.0]).any()
 
