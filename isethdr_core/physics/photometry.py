@@ -46,9 +46,9 @@ def xyz_weights(wavelength_nm: npt.ArrayLike) -> np.ndarray:
 
     For equal bands of at most `FINE_NM` they are 683 lm/W x value of the colour matching function
     at the centre x band width, the usual rule, which gives white the same Y as the integral within
-    3e-5. For wider or unequal bands, where that rule is up to 22 % off, they are 683 lm/W x integral
-    of the function over the band: light is uniform over each band, as for sensors. A single band
-    has the value at its centre, and a width of 1 nm.
+    3e-5. For wider or unequal bands, where that rule is up to 22 % off, they are 683 lm/W x
+    integral of the function over the band: light is uniform over each band, as for sensors. A
+    single band has the value at its centre, and a width of 1 nm.
 
     Raises
     ------

@@ -59,6 +59,13 @@ def standing(street):
     return {one.name: one for one in street.plan().standing if one.foot.role == "scenario"}
 
 
+@pytest.mark.parametrize("form", ["roads\\way.xodr", "file://{}/roads/way.xodr", "roads/way.xodr"])
+def test_paths_of_windows_and_urls_are_paths(tmp_path, form):
+    path = file_with(tmp_path, {"Ego": (CAR, LANE.format(-1, 50, 0, ""))})
+    path.write_text(path.read_text().replace("roads/way.xodr", form.format(tmp_path)))
+    assert read(path).road_file == tmp_path / "roads" / "way.xodr"
+
+
 def test_entities_stand_where_the_scenario_puts_them(tmp_path):
     parameter = '<ParameterDeclaration name="S" parameterType="double" value="50"/>'
     turned = '<Orientation type="relative" h="0.5"/>'

@@ -5,6 +5,7 @@ traffic from the same seed.
 from __future__ import annotations
 
 import gzip
+import os
 from dataclasses import replace
 from importlib import metadata
 from pathlib import Path
@@ -19,10 +20,18 @@ from isethdr_scenes.roads.opendrive.elements import opened
 from isethdr_scenes.roads.opendrive.file_road import file_of
 from isethdr_scenes.roads.opendrive.road_file import write
 from isethdr_scenes.street import Street
-from isethdr_scenes.traffic.sumo.choice import check_traffic
+from isethdr_scenes.traffic.sumo import own_files
+from isethdr_scenes.traffic.sumo.choice import check_traffic, from_files
 from isethdr_scenes.traffic.sumo.net import read
 from isethdr_scenes.traffic.sumo.overlaps import fewest, swept, touching
-from isethdr_scenes.traffic.sumo.own_files import _end_s, _types, check_own
+from isethdr_scenes.traffic.sumo.own_files import (
+    TRIPS,
+    _nobody,
+    _stated_s,
+    _types,
+    check_own,
+    driven,
+)
 from isethdr_scenes.traffic.sumo.program import call
 from isethdr_scenes.traffic.sumo.trace import STEP_S, Signal, seconds
 from isethdr_scenes.traffic.sumo.trace import read as read_trace
@@ -207,8 +216,14 @@ def test_a_route_file_is_driven_and_one_of_its_cars_carries_the_camera(tmp_path)
 @needs_sumo
 def test_bad_files_of_traffic_are_one_error_each(tmp_path):
     path = routes(tmp_path, "-1.0.00")
-    with pytest.raises(ConfigError, match="no vehicle of .* that second.*seen at second 26;"):
+    with pytest.raises(
+        ConfigError,
+        match="no vehicle of .* second; the first one enters at second 0 .* leaves at second 2",
+    ):
         on_a_straight_road(path, 400.0).plan()
+    packed = tmp_path / "cars.rou.xml.gz"
+    packed.write_bytes(gzip.compress(Path(path).read_bytes()))
+    assert on_a_straight_road(str(packed), 10.0).plan().standing
     with pytest.raises(ConfigError, match="traffic_ego is 'v9'.* there are 3.*traffic_ego=v0"):
         on_a_straight_road(path, traffic_ego="v9").plan()
     with pytest.raises(CatalogError, match="missing"):
@@ -244,6 +259,127 @@ def test_a_configuration_drives_on_a_shifted_net_of_the_file(tmp_path):
     assert last <= 30.0
 
 
+CONFIGURATION = (
+    '<configuration><input><net-file value="road.net.xml"/><route-files value="cars.rou.xml"/>'
+    '<additional-files value="detectors.add.xml"/></input><time><begin value="{begin}"/></time>'
+    '<output><tripinfo-output value="trips.xml"/><summary value="results/sum.xml"/></output>'
+    "</configuration>"
+)
+
+
+def configured(folder, begin: str = "0"):
+    """Write a configuration with output next to a net without edges, and return its path."""
+    (folder / "road.net.xml").write_text('<net><location netOffset="0,0"/></net>')
+    for name in ("cars.rou.xml", "detectors.add.xml"):
+        (folder / name).write_text("<routes/>")
+    path = folder / "rush.sumocfg"
+    path.write_text(CONFIGURATION.format(begin=begin))
+    return path
+
+
+def test_files_that_a_configuration_writes_lead_to_a_folder_of_ours(tmp_path, monkeypatch):
+    asked = []
+    monkeypatch.setattr(own_files, "call", lambda name, told, folder: asked.append((told, folder)))
+    path = configured(tmp_path)
+    network = kind("country_straight", 1).network
+    monkeypatch.setattr(own_files, "version", lambda: "1")
+    with pytest.raises(ConfigError, match="no vehicle of .*rush.sumocfg .* type another file, or"):
+        driven(path, network, 60.0, 1, None)
+    assert len(asked) == 2
+    for told, folder in asked:
+        prefix = next(x for x in told if x.startswith("--output-prefix=")).partition("=")[2]
+        for name in ("trips.xml", "results/sum.xml"):
+            user = tmp_path / name
+            written = os.path.normpath(f"{user.parent}/{prefix}{user.name}")
+            assert Path(written) == folder / user.name
+
+
+@needs_sumo
+def test_results_of_the_user_keep_their_content(tmp_path):
+    write(file_of(kind("country_straight", 1)), tmp_path / "road.xodr")
+    path = configured(tmp_path)
+    call("netconvert", ["--opendrive=road.xodr", "--output-file=road.net.xml"], tmp_path)
+    edge = next(iter(read((tmp_path / "road.net.xml").read_bytes()).edges))
+    routes(tmp_path, edge)
+    (tmp_path / "results").mkdir()
+    (tmp_path / "detectors.add.xml").write_text(
+        f'<additional><edgeData id="a" file="edges.xml"/><e1Detector id="b" lane="{edge}_0" pos="9"'
+        ' period="5" file="results/loop.xml"/></additional>'
+    )
+    names = ("trips.xml", "results/sum.xml", "edges.xml", "results/loop.xml")
+    for name in names:
+        (tmp_path / name).write_text("of the user")
+    street = Street(
+        road=str(tmp_path / "road.xodr"), traffic=str(path), traffic_start_s=10.0, **EMPTY
+    )
+    assert len(street._sumo.journeys) == 3
+    (tmp_path / "cars.rou.xml").write_text("<routes><vehicle/></routes>")
+    with pytest.raises(CatalogError, match="ended with 1: .* expected a configuration .* sumo -c"):
+        replace(street, seed=2).plan()
+    assert {(tmp_path / name).read_text() for name in names} == {"of the user"}
+
+
+def test_a_second_without_vehicles_names_one_with_most_of_them(tmp_path, monkeypatch):
+    trips = [("30.00", "10.00"), ("300.00", "20.00"), ("0:05:10", "30.00"), ("-1", "-1")]
+    nodes = "".join(f'<tripinfo depart="{at}" duration="{long}"/>' for at, long in trips)
+    ends = []
+
+    def call(name, told, folder):
+        ends.extend(x for x in told if x.startswith("--end="))
+        (folder / TRIPS).write_text(f"<tripinfos>{nodes}</tripinfos>")
+
+    monkeypatch.setattr(own_files, "call", call)
+    # the configuration begins after the second that is asked for
+    said = _nobody(configured(tmp_path, "0:00:20"), None, 5.0, 1, None)
+    assert "first one enters at second 30 and the last one leaves at second 340;" in said
+    assert said.endswith("type for example scene.traffic_start_s=310")
+    assert ends == ["--end=86420.0"]
+
+
+@needs_sumo
+def test_a_late_route_file_is_driven_at_the_second_that_the_error_names(tmp_path):
+    path = Path(routes(tmp_path, "-1.0.00"))
+    walker = '<person id="p" depart="21603"><walk edges="-1.0.00"/></person></routes>'
+    text = path.read_text().replace('depart="', 'depart="2160').replace("</routes>", walker)
+    path.write_text(text)
+    with pytest.raises(ConfigError, match="enters at second 21600 .*traffic_start_s=") as told:
+        on_a_straight_road(str(path), 60.0).plan()
+    second = float(str(told.value).rpartition("=")[2])
+    assert on_a_straight_road(str(path), second).plan().standing
+
+
+LANES = """<net><edge id="e"><lane id="e_0" index="0" allow="emergency authority" shape="0,0 9,0"/>
+<lane id="e_1" index="1" allow="emergency passenger" shape="0,0 9,0"/>
+<lane id="e_2" index="2" allow="bicycle" shape="0,0 9,0"/><lane id="e_3" index="3" disallow="all"
+shape="0,0 9,0"/><lane id="e_4" index="4" shape="0,0 9,0"/></edge></net>"""
+
+
+def test_lanes_that_netconvert_takes_as_too_narrow_are_closed():
+    lanes = read(LANES.encode()).edges["e"].lanes
+    assert [lane.closed for lane in lanes] == [True, False, False, True, False]
+
+
+@needs_sumo
+def test_a_lane_that_opens_from_no_width_gets_no_vehicles_at_its_start(tmp_path):
+    path = tmp_path / "road.xodr"
+    write(file_of(kind("country_straight", 1)), path)
+    lane = (
+        '<lane id="{}" type="driving"><width sOffset="0" a="0" b="0" c="0" d="0"/>'
+        '<width sOffset="50" a="0" b="0.035" c="0" d="0"/>'
+        '<width sOffset="150" a="3.5" b="0" c="0" d="0"/></lane>'
+    )
+    full = '<lane id="{}" type="driving"><width sOffset="0" a="3.5" b="0" c="0" d="0"/></lane>'
+    path.write_text(
+        '<OpenDRIVE><header/><road length="300" id="1" junction="-1"><type s="0" type="rural"/>'
+        '<planView><geometry s="0" x="0" y="0" hdg="0" length="300"><line/></geometry></planView>'
+        f'<lanes><laneSection s="0"><left>{full.format(1)}</left><center><lane id="0" type="none"/>'
+        f"</center><right>{full.format(-1)}{lane.format(-2)}</right></laneSection></lanes></road>"
+        "</OpenDRIVE>"
+    )
+    street = Street(road=str(path), traffic="sumo", **EMPTY)
+    assert len(street._sumo.journeys) > 5
+
+
 def test_clock_times_and_packed_files_of_sumo_are_read(tmp_path):
     told = ("90.5", "1:30:00", "2:00:00:10.5", "-1")
     assert [seconds(text) for text in told] == [90.5, 5400.0, 172_810.5, -1.0]
@@ -256,9 +392,10 @@ def test_clock_times_and_packed_files_of_sumo_are_read(tmp_path):
         path = tmp_path / "rush.sumocfg"
         path.write_text(f'<configuration><time><end value="{text}"/></time></configuration>')
         ends[text] = opened(path, "configuration", "a configuration")
-    assert [_end_s(ends[text]) for text in ("1:00:30", "-1")] == [3630.0, np.inf]
+    assert [_stated_s(ends[text], "end", 7.0) for text in ("1:00:30", "-1")] == [3630.0, -1.0]
     with pytest.raises(CatalogError, match="its end is 'soon'; expected seconds, or hh:mm:ss"):
-        _end_s(ends["soon"])
+        _stated_s(ends["soon"], "end", 7.0)
+    assert _stated_s(ends["-1"], "begin", 7.0) == 7.0
     packed = tmp_path / "types.add.xml.gz"
     packed.write_bytes(
         gzip.compress(b'<additional><vType id="van" vClass="delivery"/></additional>')
@@ -286,6 +423,7 @@ def test_a_shortage_names_both_numbers_the_second_and_a_density_that_fits():
 def test_a_choice_that_is_not_there_is_one_error():
     with pytest.raises(ConfigError, match="did you mean 'sumo'.*scene.traffic=sumo"):
         check_traffic("sumi", "")
+    assert all(map(from_files, ("a.sumocfg", "a.rou.xml", "a.rou.xml.gz")))
     with pytest.raises(ConfigError, match="beside scene.scenario"):
         check_traffic("sumo", "cut_in.xosc")
 

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from pathlib import Path
+from urllib.parse import urlsplit
+from urllib.request import url2pathname
 
 from ..roads.opendrive.elements import Node, opened
 from .parameters import assigned, declared, put_values
@@ -18,7 +20,7 @@ def entry(scenario: Node, reference: Node) -> Node | None:
     catalog = reference.text("catalogName")
     name = reference.text("entryName")
     for folder in scenario.all("CatalogLocations/*/Directory"):
-        for file in sorted((scenario.file.parent / folder.text("path")).glob("*.xosc")):
+        for file in sorted(path_in(scenario.file, folder.text("path")).glob("*.xosc")):
             found = _in_file(file, catalog, name)
             if found is not None:
                 given = assigned(reference.element)
@@ -26,6 +28,22 @@ def entry(scenario: Node, reference: Node) -> Node | None:
                 return found
     scenario.notes.add("entities of catalogs that were not found are left out", f"{catalog} {name}")
     return None
+
+
+def path_in(file: Path, text: str) -> Path:
+    """Return a path that a file states: a path of Unix or Windows, or a URL of the scheme `file`.
+
+    Parameters
+    ----------
+    file : file that states it; relative paths begin in its folder.
+    text : the path as stated.
+    """
+    told = text
+    if told.startswith("file:"):
+        url = urlsplit(told)
+        told = url2pathname(url.path if url.netloc in ("", "localhost") else url.netloc + url.path)
+    path = file.parent / told
+    return path if path.exists() else file.parent / told.replace("\\", "/")
 
 
 def _in_file(file: Path, catalog: str, name: str) -> Node | None:

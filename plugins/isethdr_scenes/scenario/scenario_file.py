@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Literal
 
 from ..roads.opendrive.elements import Node, opened
-from .catalogs import KIND, entry
+from .catalogs import KIND, entry, path_in
 from .parameters import declared, put_values
 
 KINDS: dict[str, Literal["vehicle", "pedestrian"]] = {
@@ -61,7 +61,7 @@ def read(path: Path, ego: str = "") -> Scenario:
     logic = top.first("RoadNetwork/LogicFile")
     if logic is None:
         raise top.error("it names no road file; expected <RoadNetwork> with <LogicFile>")
-    road_file = path.parent / logic.text("filepath")
+    road_file = path_in(path, logic.text("filepath"))
     positions = _positions(top)
     files = [path, road_file]
     found = []

@@ -4,6 +4,7 @@ mistake is one error.
 
 from __future__ import annotations
 
+import gzip
 import re
 from dataclasses import replace
 
@@ -21,6 +22,7 @@ from isethdr_scenes.roads.opendrive.overpasses import with_overpasses
 from isethdr_scenes.roads.opendrive.road_file import RoadFile, numbered, read, write
 from isethdr_scenes.roads.opendrive.window import moved, window
 from isethdr_scenes.roads.pictures.command import roads_command
+from isethdr_scenes.roads.pictures.file_plan import draw, report
 from isethdr_scenes.roads.profile import Cubic, Profile
 from isethdr_scenes.roads.reference_line import ReferenceLine
 from PIL import Image
@@ -239,6 +241,59 @@ def test_words_of_the_format_are_mapped_and_noted(tmp_path):
     told = "\n".join(file.notes)
     assert "'bus' is taken as 'driving': once (road 7, s = 0 m, lane -1)" in told
     assert "'walking' is taken as 'sidewalk'" in told and "'tree' are left out" in told
+
+
+def test_contents_without_effect_are_noted(tmp_path):
+    tag = '<object id="{}" type="{}" subtype="{}" s="20" t="-1" length="{}" width="{}">{}</object>'
+    row = '<repeat s="20" length="10" distance="5" tStart="-1" tEnd="-1"/>'
+    objects = tag.format(1, "barrier", "trafficCone", 0.3, 0.3, row)
+    objects += tag.format(2, "crosswalk", "", 3, 0, "")
+    objects += '<object id="3" type="roadMark" subtype="arrowLeft" s="20" t="-1"/>'
+    surface = '<surface><CRG file="a.crg"/></surface>'
+    path = written(tmp_path, objects=objects, length=40.5)
+    text = path.read_text().replace("</road>", surface + "</road>")
+    path.write_text(text.replace("/>", '><offset x="5" hdg="0.1"/></header>', 1))
+    file = read(path)
+    assert [item.kind for item in file.network.roads[0].objects] == ["barrier"]
+    told = "\n".join(file.notes)
+    assert "of a row of objects (<repeat>) only the first one is kept: once (road 7, obj" in told
+    assert "crosswalks without length or width are left out: once (road 7, object 2)" in told
+    assert "arrows without length or width are left out: once (road 7, object 3)" in told
+    assert "a road surface from a CRG file is left out: once (road 7)" in told
+    assert "a road of another length than its <planView>" in told
+    assert "the turn of the header's <offset> is left out" in told
+    # a small difference, and an offset without a turn, change nothing
+    assert not read(written(tmp_path, length=40.05)).notes
+    path.write_text(path.read_text().replace("/>", '><offset x="5"/></header>', 1))
+    assert not read(path).notes
+
+
+def test_a_packed_file_is_read_and_a_damaged_one_is_one_error(tmp_path):
+    packed = gzip.compress(written(tmp_path).read_bytes())
+    path = tmp_path / "packed.xodr"
+    path.write_bytes(packed)
+    assert read(path).network.roads[0].name == "7"
+    path.write_bytes(packed[:-20])
+    with pytest.raises(CatalogError, match="packed.xodr cannot be read .*; expected an OpenDRIVE"):
+        read(path)
+
+
+def test_a_file_without_a_lane_for_the_camera_is_checked_and_another_lane_is_named(tmp_path):
+    path = written(tmp_path, right=LANE.replace('"driving"', '"biking"'))
+    lines = report(path)
+    words = "no driving lane of 8 m .*; type for example scene.road_id=7 scene.lane_id=-1$"
+    assert re.match("camera: " + words, lines[-1])
+    assert draw(path, tmp_path / "plan.png").is_file()
+    with pytest.raises(ConfigError, match=words):
+        file_road(path, 1, Choices())
+    assert file_road(path, 1, Choices("7", -1)).base.start.number == -1
+    short = written(tmp_path, length=7, plan=LINE.replace('length="40"', 'length="7"'))
+    assert re.match("camera: " + words, report(short)[-1])
+    assert draw(short, tmp_path / "plan.png").is_file()
+    assert file_road(short, 1, Choices("7", -1)).base.start.number == -1
+    path = written(tmp_path, right=LANE.replace('"driving"', '"sidewalk"'))
+    with pytest.raises(ConfigError, match="no other lane for it; .* type another scene.road"):
+        file_road(path, 1, Choices())
 
 
 OBJECT = '<object id="1" type="roadMark" s="20" t="-1.75" {}/>'

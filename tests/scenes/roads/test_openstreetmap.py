@@ -8,6 +8,7 @@ import sys
 
 import pytest
 from isethdr_scenes.roads.kinds import kind
+from isethdr_scenes.roads.opendrive import openstreetmap
 from isethdr_scenes.roads.opendrive.openstreetmap import TOOL, convert
 from isethdr_scenes.roads.opendrive.road_file import RoadFile, read, write
 
@@ -25,11 +26,12 @@ def mapped(folder, text=STREET):
 
 @pytest.fixture
 def only_here(tmp_path, monkeypatch):
-    """Restrict PATH to one folder, and return the folder."""
+    """Restrict PATH to one folder, hide the wheel of SUMO, and return the folder."""
     folder = tmp_path / "bin"
     folder.mkdir()
     monkeypatch.setenv("PATH", str(folder))
     monkeypatch.setattr(sys, "executable", str(folder / "python"))
+    monkeypatch.setattr(openstreetmap, "of_wheel", lambda name: None)
     return folder
 
 
@@ -56,6 +58,16 @@ def test_a_map_without_roads_is_one_error(text, words, tmp_path):
 
 def test_a_missing_converter_names_the_extra(tmp_path, only_here):
     with pytest.raises(ConfigError, match=r"netconvert, .* pip install 'isethdr\[traffic\]'"):
+        convert(mapped(tmp_path), tmp_path / "out.xodr")
+
+
+def test_the_converter_of_a_wheel_without_scripts_is_found(tmp_path, only_here, monkeypatch):
+    folder = tmp_path / "sumo" / "bin"
+    folder.mkdir(parents=True)
+    (tmp_path / "sumo" / "data").mkdir()
+    tool(folder, "import os; sys.stderr.write('Error: ' + os.environ['SUMO_HOME']); sys.exit(1)")
+    monkeypatch.setattr(openstreetmap, "of_wheel", lambda name: folder / name)
+    with pytest.raises(CatalogError, match=f"ended with 1: Error: {folder.parent}$"):
         convert(mapped(tmp_path), tmp_path / "out.xodr")
 
 

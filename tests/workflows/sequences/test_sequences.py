@@ -133,6 +133,8 @@ def test_a_scene_that_stands_still_keeps_the_exposure_of_a_single_shot_with_othe
         (["frames_per_second=-1"], "frames_per_second is -1.0"),
         (["exposure.share_per_frame=2"], "share_per_frame is 2.0"),
         (["exposure.share=0.2"], "did you mean 'exposure.share_per_frame'"),
+        (["+exposure.share_per_frame=0.5"], "no setting '.exposure.share_per_frame'; did you mean"),
+        (["++frames=3"], "no setting '..frames'; did you mean 'frames'"),
         (["scene=macbeth", "~renderer"], "does not move"),
         ([*SCENE, "frames_per_second=1000"], "longer than a frame"),
         ([*SCENE, "exposures={}"], "a sequence determines it"),

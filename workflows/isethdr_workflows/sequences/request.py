@@ -22,6 +22,7 @@ NUMBERS: dict[str, Callable[[str], float]] = {
     f"{CONTROL}most_stops_per_frame": float,
 }
 NAME = "name"
+ADDED = "+~"  # signs of overrides that add or remove a key; no setting of a sequence has one
 
 
 @dataclass(frozen=True)
@@ -78,7 +79,7 @@ def request_of(settings: Sequence[str]) -> Request:
             name = value
         elif key in NUMBERS:
             own[key] = _number(key, value)
-        elif key.startswith(CONTROL):
+        elif key.lstrip(ADDED).startswith(CONTROL) or key.lstrip(ADDED) in NUMBERS:
             raise ConfigError(
                 f"a sequence has no setting {key!r}{did_you_mean(key, NUMBERS)}; expected one of"
                 f" {', '.join(NUMBERS)}"

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import gzip
 import math
 import xml.etree.ElementTree as ET
+import zlib
 from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass, field
@@ -11,6 +13,7 @@ from pathlib import Path
 
 from isethdr_core.errors import CatalogError
 
+GZIP = b"\x1f\x8b"  # first bytes of packed files, such as town.net.xml.gz
 MOST_PLACES = 3  # greatest number of places that a note names
 # bounds of numbers, without sign. Beyond them a road is damaged, and its samples fill the memory.
 MOST_M = 1e6  # lengths and places along a road
@@ -135,7 +138,7 @@ class Node:
 
 
 def opened(file: Path, root: str, kind: str) -> Node:
-    """Return the root element of an XML file, without namespaces.
+    """Return the root element of an XML file, which may be packed by gzip, without namespaces.
 
     Parameters
     ----------
@@ -148,9 +151,9 @@ def opened(file: Path, root: str, kind: str) -> Node:
     CatalogError : the file is missing, no XML, or another kind of file.
     """
     try:
-        top = ET.parse(file).getroot()
-    except OSError as error:
-        reason = error.strerror or str(error)
+        top = ET.fromstring(unpacked(file.read_bytes()))
+    except (OSError, EOFError, zlib.error) as error:  # the last two: a damaged packed file
+        reason = (error.strerror if isinstance(error, OSError) else None) or str(error)
         raise CatalogError(f"{file} cannot be read ({reason}); expected {kind}") from None
     except ET.ParseError as error:
         raise CatalogError(f"{file} is not well-formed XML ({error}); expected {kind}") from None
@@ -161,6 +164,16 @@ def opened(file: Path, root: str, kind: str) -> Node:
             f"{file} has the root element <{top.tag}>; expected <{root}>, that of {kind}"
         )
     return Node(top, file, "header", Notes())
+
+
+def unpacked(content: bytes) -> bytes:
+    """Return the content of a file, which may be packed by gzip.
+
+    Raises
+    ------
+    OSError, EOFError, zlib.error : the packed content is damaged.
+    """
+    return gzip.decompress(content) if content.startswith(GZIP) else content
 
 
 def child(parent: ET.Element, tag: str, /, **attributes: object) -> ET.Element:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
@@ -24,6 +25,8 @@ from .words import URBAN
 WINDOW_M = 350.0  # roads farther from the camera are left out
 AHEAD_M = 20.0  # distance from a lane's start at which the camera's car starts by default
 LEAST_M = 4.0  # least distance from a lane's ends to the middle of the camera's car
+# types of lanes that may be chosen for the camera's car
+CAMERA_LANES = ("driving", "biking", "parking", "shoulder", "border", "none")
 FAR_M = 2000.0  # larger coordinates are shifted, because meshes have single precision
 
 
@@ -166,7 +169,8 @@ def start(file: RoadFile, path: Path, choices: Choices) -> tuple[LanePath, float
     told = file.own.get("start", "").split()
     if told and not choices.road_id and choices.lane_id is None and choices.s_m is None:
         choices = _of_file(told, path, choices)
-    lanes = [lane for lane in file.network.lanes() if _fits(lane)]
+    lanes = [lane for lane in file.network.lanes() if fits(lane)]
+    every = file.network.lanes(CAMERA_LANES)
     if choices.road_id:
         roads = [road.name for road in file.network.roads]
         if choices.road_id not in roads:
@@ -174,20 +178,17 @@ def start(file: RoadFile, path: Path, choices: Choices) -> tuple[LanePath, float
                 f"scene.road_id is {choices.road_id!r}, but {path} has no such"
                 f" road{did_you_mean(choices.road_id, roads)}"
             )
-        every = file.network.lanes(("driving", "biking", "parking", "shoulder", "border", "none"))
         lanes = [lane for lane in every if lane.road.name == choices.road_id]
     if choices.s_m is not None:
         lanes = _at(lanes, path, choices)
     if choices.lane_id is not None:
         lanes = _numbered(lanes, path, choices)
     driving = [lane for lane in lanes if lane.type == "driving"]
+    others = lanes if choices.road_id else every
     lanes = driving or (lanes if choices.lane_id is not None else [])
     if not lanes:
         where = f"road {choices.road_id} of {path}" if choices.road_id else str(path)
-        raise ConfigError(
-            f"{where} has no driving lane of {2 * LEAST_M:g} m or more for the camera; expected"
-            " one; type for example scene.road_id=<road> scene.lane_id=-1"
-        )
+        raise ConfigError(f"{where} has {_no_driving_lane(others)}")
     lane = max(lanes, key=lambda item: (not item.road.junction, round(item.length_m, 3)))
     if choices.s_m is not None:
         along = float(lane.along_lane(choices.s_m))
@@ -213,7 +214,27 @@ def _of_file(told: list[str], path: Path, choices: Choices) -> Choices:
     return replace(choices, road_id=road, lane_id=lane_id, s_m=s_m)
 
 
-def _fits(lane: LanePath) -> bool:
+def no_start(network: Network) -> str:
+    """Return why the camera's car has no usual place in a network; empty if it has one."""
+    if any(map(fits, network.lanes())):
+        return ""
+    return _no_driving_lane(network.lanes(CAMERA_LANES))
+
+
+def _no_driving_lane(others: Sequence[LanePath]) -> str:
+    """Return the words for a lack of driving lanes, with another lane that may be chosen."""
+    said = f"no driving lane of {2 * LEAST_M:g} m or more for the camera"
+    if not others:
+        return f"{said}, and no other lane for it; expected one; type another scene.road"
+    lane = max(others, key=lambda item: item.length_m)
+    return (
+        f"{said}; expected one, or the choice of another lane; type for example"
+        f" scene.road_id={lane.road.name} scene.lane_id={lane.lane.number}"
+    )
+
+
+def fits(lane: LanePath) -> bool:
+    """Return whether a lane is long enough for the camera's car."""
     return lane.length_m >= 2 * LEAST_M
 
 

@@ -29,6 +29,7 @@ ARROWS = {
 SHOWN = {name: shows for shows, name in ARROWS.items()}
 LEAST_M = 1.0  # least length of a structure
 BARS = ("crosswalk", "stop_line", "parking_line")  # painted along and across the road only
+PAINTED = (*BARS, "arrow")
 SLANTED_RAD = 0.1  # a bar that is turned by more than this from both directions is noted
 
 
@@ -60,7 +61,13 @@ def read_objects(road: Node, length: float) -> tuple[RoadObject, ...]:
         if not 0 <= node.number("s") <= length:
             node.note("objects beyond their road's end are left out")
             continue
-        found.append(_object(node, kind))
+        if node.first("repeat") is not None:
+            node.note("of a row of objects (<repeat>) only the first one is kept")
+        made = _object(node, kind)
+        if kind in PAINTED and not (made.length_m > 0 and made.width_m > 0):
+            node.note(f"{kind.replace('_', ' ')}s without length or width are left out")
+            continue
+        found.append(made)
     for node in road.all("signals/signal"):
         kind_of = "dynamic" if node.text("dynamic", "no") == "yes" else "static"
         road.note(f"{kind_of} signals are left out; signs are placed by the seed")

@@ -11,6 +11,7 @@ from pathlib import Path
 
 from isethdr_core.errors import CatalogError, ConfigError
 
+from ...traffic.sumo.program import of_wheel, surroundings
 from .elements import Node, opened
 from .road_file import RoadFile, read
 
@@ -59,9 +60,14 @@ def convert(osm: Path, out: Path) -> RoadFile:
     tool = _tool()
     with tempfile.TemporaryDirectory() as folder:
         made = Path(folder) / "roads.xodr"
-        command = [tool, "--osm-files", str(osm), "--opendrive-output", str(made), *OPTIONS]
+        command = [str(tool), "--osm-files", str(osm), "--opendrive-output", str(made), *OPTIONS]
         done = subprocess.run(
-            command, capture_output=True, text=True, timeout=TIMEOUT_S, check=False
+            command,
+            env=surroundings(tool),
+            capture_output=True,
+            text=True,
+            timeout=TIMEOUT_S,
+            check=False,
         )
         if done.returncode or not made.is_file():
             lines = [x for x in done.stderr.splitlines() if x.startswith("Error")] or ["no output"]
@@ -91,15 +97,18 @@ def _check_roads(top: Node) -> None:
         )
 
 
-def _tool() -> str:
-    """Return the path of netconvert: in the folder of this Python, or on the search path."""
+def _tool() -> Path:
+    """Return the path of netconvert: in the folder of this Python, on the search path, or that of
+    SUMO's wheel, whose folder may be on the path of Python only.
+    """
     found = shutil.which(TOOL, path=str(Path(sys.executable).parent)) or shutil.which(TOOL)
-    if found is None:
+    path = Path(found) if found else of_wheel(TOOL)
+    if path is None:
         raise ConfigError(
             "the import of OpenStreetMap needs SUMO's netconvert, which is not installed; type pip"
             " install 'isethdr[traffic]'"
         )
-    return found
+    return path
 
 
 def _mend(path: Path) -> None:

@@ -22,7 +22,7 @@ from ..ground_height import Land
 from ..network import Network
 from ..road import Road, RoadType
 from .elements import Node, child, opened
-from .gaps import check_lanes, check_line
+from .gaps import GAP_M, check_lanes, check_line
 from .heights import (
     as_crossfall,
     read_crossfall,
@@ -100,12 +100,19 @@ def read(path: Path) -> RoadFile:
     header = top.first("header")
     reference = header.element.findtext("geoReference") if header else None
     title = header.text("name", "") if header else ""
+    offset = header.first("offset") if header else None
+    if offset is not None and offset.number("hdg", 0.0):  # its x, y and z change no picture
+        offset.note("the turn of the header's <offset> is left out; azimuths are those of the file")
     return RoadFile(network, title, (reference or "").strip(), own, top.notes.lines)
 
 
 def _road(node: Node, name: str) -> Road:
     line = read_line(node)
     length = line.length_m
+    if abs(node.number("length", length) - length) > GAP_M:
+        node.note("a road of another length than its <planView> has that of its <planView>")
+    if node.first("surface/CRG") is not None:
+        node.note("a road surface from a CRG file is left out")
     road_type, limit = _type(node)
     shape = read_shape(node)
     crossfall = read_crossfall(node)

@@ -13,7 +13,7 @@ from isethdr_core.errors import CatalogError
 
 from ..markings import patches
 from ..network import Network
-from ..opendrive.file_road import Choices, content, start
+from ..opendrive.file_road import Choices, content, no_start, start
 from ..opendrive.gaps import GAP_M, STEP_M
 from .from_above import CAR, PAINT, Canvas, draw_lanes, draw_structures
 
@@ -44,7 +44,7 @@ def draw(path: Path, out: Path) -> Path:
             points = road.line.points(patch.st_m[..., 0], patch.st_m[..., 1])
             canvas.polygon(np.concatenate([points[:, 0], points[::-1, 1]]), PAINT[patch.colour])
         draw_structures(canvas, road)
-    if network.lanes():
+    if not no_start(network):
         lane, along = start(file, path, Choices())
         pose = lane.at(along)
         mark = np.array([[0.0, -0.4], [0.0, 0.4], [1.0, 0.0]]) * max(CAR_M * size, 4.0)
@@ -92,7 +92,10 @@ def report(path: Path) -> list[str]:
         lines.append(f"lanes that end inside a junction: on roads {', '.join(names)}")
     if file.geo_reference:
         lines.append(f"map projection: {file.geo_reference}")
-    if network.lanes():
+    none = no_start(network)
+    if none:
+        lines.append(f"camera: {none}")
+    else:
         lane, along = start(file, path, Choices())
         s = float(lane.along_road(along))
         lines.append(

@@ -43,7 +43,7 @@ class RoadOfTraffic:
 
 def from_files(traffic: str) -> bool:
     """Return whether a choice names a file."""
-    return traffic.endswith((CONFIGURATION, ROUTES))
+    return traffic.endswith((CONFIGURATION, *ROUTES))
 
 
 def check_traffic(traffic: str, scenario: str) -> None:

@@ -20,6 +20,7 @@ from ...roads.road import Lane, Road
 from .program import call, version
 
 SIMULATED = ("driving", "biking")  # types of the lanes on which SUMO simulates traffic
+USERS = frozenset({"passenger", "bicycle"})  # one class of each of these types
 # SUMO's rules for types of lanes: motor vehicles use driving lanes, bicycles use cycle lanes. No
 # vehicle may use other lanes; if these were left out, the lanes on both sides would move together
 TYPES = """<types>
@@ -157,8 +158,20 @@ def _lanes(edge: ET.Element, ways: dict[tuple[str, int], list[str]]) -> Iterable
             float(node.get("speed", "13.89")),
             np.array(shape, float),
             tuple(ways.get((edge.get("id", ""), index), ())),
-            node.get("disallow") == "all",
+            _closed(node),
         )
+
+
+def _closed(lane: ET.Element) -> bool:
+    """Return whether no vehicle of the traffic may use a lane.
+
+    netconvert leaves lanes that are too narrow, such as the start of a turn lane, to emergency
+    vehicles and authorities.
+    """
+    if lane.get("disallow") == "all":
+        return True
+    allowed = lane.get("allow", "").split()
+    return bool(allowed) and not USERS.intersection(allowed)
 
 
 class SumoLink(NamedTuple):
@@ -190,7 +203,7 @@ def lane_types(net: SumoNet, network: Network) -> dict[tuple[str, int], str]:
             kinds = [x.type for s in road.sections for x in s.lanes if x.number == int(number)]
             # a lane may be closed on a part of its road only, as next to a ramp or at road works
             if lane.closed:
-                kinds = [x for x in kinds if x != "driving"] or ["none"]
+                kinds = [x for x in kinds if x not in SIMULATED] or ["none"]
             found[edge.name, lane.index] = "driving" if "driving" in kinds else kinds[0]
     return found
 

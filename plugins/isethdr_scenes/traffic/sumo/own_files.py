@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import gzip
 import tempfile
 import xml.etree.ElementTree as ET
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from functools import lru_cache
 from pathlib import Path
 from typing import NamedTuple
@@ -16,7 +15,7 @@ import numpy as np
 from isethdr_core.errors import CatalogError, ConfigError, did_you_mean
 
 from ...roads.network import Network
-from ...roads.opendrive.elements import Node, opened
+from ...roads.opendrive.elements import Node, opened, unpacked
 from ...roads.profile import Floats
 from ...things.stock import Stock
 from ...things.thing import Thing
@@ -29,13 +28,17 @@ from .program import call, version
 from .trace import STEP_S, Journey, read, seconds
 
 CONFIGURATION = ".sumocfg"
-ROUTES = ".xml"  # a route file
+ROUTES = (".xml", ".xml.gz")  # a route file
 DRAWS = 8  # number of things drawn from a group; the one nearest in size is taken
 ON_LANE_M = 2.5  # a vehicle farther from a lane's middle is not on the lane
 LEAST_SHARE = 0.5  # least share of vehicles on lanes of the road; else the net is another one's
-GZIP = b"\x1f\x8b"  # first bytes of packed files, such as town.net.xml.gz
-TRACE = "trace.xml"
+# names that no file of a user has: the files that a configuration writes go into the same folder
+TRACE = "isethdr.trace.xml"
+TRIPS = "isethdr.trips.xml"
 COPY = "traffic.rou.xml"  # name of the changed copy of a route file
+UP = "../" * 64  # leads from any folder to the topmost one
+DAY_S = 86_400.0  # time in which vehicles are looked for
+FAR_S = 1e9  # later than any second of a simulation
 USUAL_TYPE = "DEFAULT_VEHTYPE"  # type of vehicles that state none
 STOP_GAP = "jmStoplineGap"  # attribute of a type: metres from the junction at which drivers stop
 OPTIONS = (
@@ -83,6 +86,15 @@ class _Program(NamedTuple):
 
     content: bytes  # content of an additional file
     stop_gap_m: float  # distance from the junction at which the first driver stops
+
+
+class _Source(NamedTuple):
+    """What SUMO simulates."""
+
+    arguments: tuple[str, ...]  # arguments of its command line
+    offset_m: Floats  # (2,) offset from the coordinates of the roads to those of SUMO
+    begin_s: float = 0.0  # seconds of the simulation
+    end_s: float = np.inf
 
 
 class _Reported(NamedTuple):
@@ -141,7 +153,7 @@ def driven(path: Path, network: Network, second_s: float, seed: int, heed: Heede
         program = heed and _Program(heed.program(net), heed.stop_gap_m)
     found, states = _reported(path, net, second_s, (seed, version(), *stamps), program)
     if not any(one.present(second_s) for one in found.values()):
-        raise ConfigError(_nobody(path, net, second_s, seed))
+        raise ConfigError(_nobody(path, net, second_s, seed, program))
     below = LanesBelow(network)
     here = [one.at(second_s) for one in found.values() if one.present(second_s)]
     lanes = [below.at(state.front_m, state.heading_rad) for state in here]
@@ -163,60 +175,86 @@ def _reported(
     _made_of: tuple[object, ...],
     program: _Program | None = None,
 ) -> _Reported:
-    seed = _made_of[0]
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        trace = folder / TRACE
+        source = _source(path, net, int(str(_made_of[0])), program, folder)
         begin = max(second_s - 2 * STEP_S, 0.0)
-        told = [f"--fcd-output={trace}", f"--device.fcd.begin={begin:.1f}", *OPTIONS]
-        if net is None:
-            top = opened(path, "configuration", "a configuration of SUMO (.sumocfg)")
-            own_net = _named(top, "net")
-            if not own_net:
-                raise top.error("it names no net-file; expected one")
-            offset = read_net(_content(own_net[0])).offset_m
-            last = _end_s(top)
-            source = [f"--configuration-file={path.resolve()}"]
-            until = min(last, second_s + AFTER_S)
-        else:
-            (folder / NET).write_bytes(net.content)
-            offset = net.offset_m
-            routes = path.resolve() if program is None else COPY
-            source = [f"--net-file={folder / NET}", f"--route-files={routes}"]
-            source += [f"--seed={int(str(seed)) % 2**31}", f"--step-length={STEP_S}", "--begin=0"]
-            until = second_s + AFTER_S
-        if program is not None:
-            (folder / PROGRAM_FILE).write_bytes(program.content)
-            (folder / COPY).write_bytes(stopping_at(path, program.stop_gap_m))
-            source.append(f"--additional-files={PROGRAM_FILE}")
-        try:
-            call("sumo", [*source, f"--end={until:.1f}", *told], folder)
-        except CatalogError as error:
-            raise CatalogError(
-                f"{path}: {error}; expected routes on the net of this road: `isethdr roads net ROAD"
-                " roads.net.xml` writes it"
-            ) from None
+        told = [f"--fcd-output={TRACE}", f"--device.fcd.begin={begin:.1f}", *OPTIONS]
+        _simulate(path, source, second_s + AFTER_S, told, folder)
         states = (folder / STATES_FILE).read_bytes() if program else b""
-        return _Reported(read(trace, offset) if trace.is_file() else {}, states)
+        trace = folder / TRACE
+        return _Reported(read(trace, source.offset_m) if trace.is_file() else {}, states)
+
+
+def _source(
+    path: Path, net: SumoNet | None, seed: int, program: _Program | None, folder: Path
+) -> _Source:
+    """Return what SUMO simulates, and put files for it into a folder."""
+    if net is None:
+        top = opened(path, "configuration", "a configuration of SUMO (.sumocfg)")
+        own_net = _named(top, "net")
+        if not own_net:
+            raise top.error("it names no net-file; expected one")
+        offset = read_net(_content(own_net[0])).offset_m
+        start = max(_stated_s(top, "begin", 0.0), 0.0)
+        end = _stated_s(top, "end", -1.0)
+        arguments = [f"--configuration-file={path.resolve()}"]
+        return _Source(tuple(arguments), offset, start, end if end >= 0 else np.inf)
+    (folder / NET).write_bytes(net.content)
+    arguments = [
+        f"--net-file={NET}",
+        f"--route-files={path.resolve() if program is None else COPY}",
+    ]
+    arguments += [f"--seed={seed % 2**31}", f"--step-length={STEP_S}", "--begin=0"]
+    # the net has no pavements; people of the file walk on lanes, and drivers do not see them
+    arguments += ["--pedestrian.model=nonInteracting"]
+    if program is not None:
+        (folder / PROGRAM_FILE).write_bytes(program.content)
+        (folder / COPY).write_bytes(stopping_at(path, program.stop_gap_m))
+        arguments.append(f"--additional-files={PROGRAM_FILE}")
+    return _Source(tuple(arguments), net.offset_m)
+
+
+def _simulate(
+    path: Path, source: _Source, until_s: float, told: Sequence[str], folder: Path
+) -> None:
+    """Run SUMO up to a second; all files that it writes go into a folder."""
+    until = min(source.end_s, until_s)
+    if until <= source.begin_s:
+        return
+    # SUMO puts the prefix between the folder and the name of each file that it writes. This one
+    # leads to the given folder, so that results of the user keep their content.
+    away = f"{UP}{folder.relative_to(folder.anchor).as_posix()}/"
+    try:
+        call(
+            "sumo",
+            [*source.arguments, f"--end={until:.1f}", f"--output-prefix={away}", *told],
+            folder,
+        )
+    except CatalogError as error:
+        expected = (
+            "routes on the net of this road: `isethdr roads net ROAD roads.net.xml` writes it"
+            if path.suffix != CONFIGURATION
+            else f"a configuration that SUMO simulates without an error: type sumo -c {path}"
+        )
+        raise CatalogError(f"{path}: {error}; expected {expected}") from None
 
 
 def _content(path: Path) -> bytes:
     """Return the content of a file of SUMO, which may be packed by gzip."""
-    content = path.read_bytes()
-    return gzip.decompress(content) if content.startswith(GZIP) else content
+    return unpacked(path.read_bytes())
 
 
-def _end_s(top: Node) -> float:
-    """Return the second at which a configuration ends; infinite if it states none."""
-    end = top.element.find(".//end")
-    if end is None:
-        return np.inf
-    text = end.get("value", end.get("v", "-1"))
+def _stated_s(top: Node, name: str, usual_s: float) -> float:
+    """Return a second that a configuration states, or the usual one."""
+    stated = top.element.find(f".//{name}")
+    if stated is None:
+        return usual_s
+    text = stated.get("value", stated.get("v", "-1"))
     try:
-        last = seconds(text)
+        return seconds(text)
     except ValueError:
-        raise top.error(f"its end is {text!r}; expected seconds, or hh:mm:ss") from None
-    return last if last >= 0 else np.inf
+        raise top.error(f"its {name} is {text!r}; expected seconds, or hh:mm:ss") from None
 
 
 def stopping_at(path: Path, stop_gap_m: float) -> bytes:
@@ -241,18 +279,53 @@ def stopping_at(path: Path, stop_gap_m: float) -> bytes:
     return ET.tostring(top)
 
 
-def _nobody(path: Path, net: SumoNet | None, second_s: float, seed: int) -> str:
+def _nobody(
+    path: Path, net: SumoNet | None, second_s: float, seed: int, program: _Program | None
+) -> str:
     """Return the message for a second at which no vehicle is on the road."""
-    before, _ = _reported(path, net, max(second_s - AFTER_S, 0.0), (seed, "before"))
-    last = max((float(one.time_s[-1]) for one in before.values()), default=0.0)
-    if not last:
-        before, _ = _reported(path, net, 0.0, (seed, "first"))
-        last = max((float(one.time_s[-1]) for one in before.values()), default=0.0)
-    return (
+    said = (
         f"scene.traffic_start_s is {second_s:g}, but no vehicle of {path} is on the road at that"
-        f" second; the last one before it was seen at second {last:g}; expected less; type for"
-        f" example scene.traffic_start_s={last / 2:g}"
+        " second"
     )
+    there = _trips(path, net, second_s, seed, program)
+    if not len(there):
+        return (
+            f"{said}, and none enters it within {DAY_S / 3600:g} hours; expected a vehicle; type"
+            " another file, or scene.traffic=sumo"
+        )
+    return (
+        f"{said}; the first one enters at second {there[:, 0].min():.8g} and the last one leaves at"
+        f" second {there[:, 1].max():.8g}; expected a second with a vehicle; type for example"
+        f" scene.traffic_start_s={_busiest_s(there):.8g}"
+    )
+
+
+def _trips(
+    path: Path, net: SumoNet | None, second_s: float, seed: int, program: _Program | None
+) -> Floats:
+    """Return the seconds (n, 2) at which each vehicle enters and leaves the road."""
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        source = _source(path, net, seed, program, folder)
+        told = [f"--tripinfo-output={TRIPS}", "--tripinfo-output.write-unfinished"]
+        # the other output of the configuration would be large
+        told += ["--device.tripinfo.probability=1", f"--fcd-output={TRACE}"]
+        told += [f"--device.fcd.begin={FAR_S:.0f}", *OPTIONS]
+        _simulate(path, source, max(second_s, source.begin_s) + DAY_S, told, folder)
+        trips = folder / TRIPS
+        nodes = ET.parse(trips).iter("tripinfo") if trips.is_file() else ()
+        pairs = [(seconds(n.get("depart", "-1")), seconds(n.get("duration", "0"))) for n in nodes]
+    found = np.array(pairs).reshape(-1, 2)
+    found = found[(found[:, 0] >= 0) & (found[:, 1] > 0)]
+    return np.stack([found[:, 0], found.sum(1)], 1)
+
+
+def _busiest_s(trips: Floats) -> float:
+    """Return the second in the middle of a trip at which most vehicles are on the road."""
+    middles = trips.mean(1)
+    entered = np.searchsorted(np.sort(trips[:, 0]), middles, side="right")
+    left = np.searchsorted(np.sort(trips[:, 1]), middles, side="left")
+    return float(np.round(middles[np.argmax(entered - left)], 1))
 
 
 def bodies(

@@ -26,11 +26,8 @@ def tool(name: str) -> Path:
     ------
     ConfigError : the program is not installed.
     """
-    try:
-        installed = Path(str(metadata.distribution(DISTRIBUTION).locate_file(f"sumo/bin/{name}")))
-    except metadata.PackageNotFoundError:
-        installed = Path()
-    if installed.is_file():
+    installed = of_wheel(name)
+    if installed is not None:
         return installed
     found = shutil.which(name, path=str(Path(sys.executable).parent)) or shutil.which(name)
     if found is None:
@@ -39,6 +36,24 @@ def tool(name: str) -> Path:
             " 'isethdr[traffic]', or scene.traffic=placer"
         )
     return Path(found)
+
+
+def of_wheel(name: str) -> Path | None:
+    """Return the path of a program of SUMO's wheel, or None."""
+    try:
+        path = Path(str(metadata.distribution(DISTRIBUTION).locate_file(f"sumo/bin/{name}")))
+    except metadata.PackageNotFoundError:
+        return None
+    return path if path.is_file() else None
+
+
+def surroundings(path: Path) -> dict[str, str]:
+    """Return the environment in which a program of SUMO finds SUMO's data."""
+    found = dict(os.environ)
+    home = path.parent.parent  # the wheel holds SUMO's data next to the folder of programs
+    if (home / "data").is_dir():
+        found["SUMO_HOME"] = str(home)
+    return found
 
 
 @cache
@@ -69,14 +84,10 @@ def call(name: str, arguments: Sequence[str], folder: Path) -> tuple[str, ...]:
     CatalogError : the program fails; the message holds the first error that it names.
     """
     path = tool(name)
-    home = path.parent.parent  # the wheel holds SUMO's data next to the folder of programs
-    surroundings = dict(os.environ)
-    if (home / "data").is_dir():
-        surroundings["SUMO_HOME"] = str(home)
     done = subprocess.run(
         [str(path), *arguments],
         cwd=folder,
-        env=surroundings,
+        env=surroundings(path),
         capture_output=True,
         text=True,
         timeout=TIMEOUT_S,
