@@ -1,5 +1,5 @@
 """Promises of a metric: scores from the requested labels, finite for a good picture, the same on
-every call.
+every call and from its faster methods.
 """
 
 from __future__ import annotations
@@ -14,15 +14,20 @@ import xarray as xr
 
 from ..data.quantities import centres
 from ..data.reference_picture import labels_on, make_picture, truth
+from ..data.score_checks import check_scores, check_scores_of_parts
 from ..data.scores import Score, state_errors
 from ..errors import IsetHdrError
 from ..pipeline.demand import Demand
-from ..plugins.protocols import Metric, NarrowsDemand
+from ..plugins.protocols import Metric, NarrowsDemand, ScoresFurther, ScoresParts
+from ..uncertainty.score_intervals import key_of
 from .inputs import FOCAL_LENGTH_MM, mixed, pattern, scene
 from .lazy import same_from_store, sealed
-from .promise import holds, keeps, repeatable, safe_in_threads, same, stated
+from .promise import close, holds, keeps, repeatable, safe_in_threads, same, stated
 
 SIZE = (48, 72)
+# error allowed of `further`, as a share of the score and in its unit: it estimates a small change
+FURTHER_RELATIVE = 0.01
+FURTHER_ABSOLUTE = 1e-6
 
 
 class Pictures(NamedTuple):
@@ -81,6 +86,8 @@ def check(subject: str, metric: Metric) -> None:
     safe_in_threads(subject, metric, calls)
     pictures = Pictures(noisy, reference, labels)
     _check_depends(subject, metric, pictures, scores)
+    _check_further(subject, metric, pictures)
+    _check_parts(subject, metric, pictures, scores)
     _check_bad_input(subject, metric, pictures, scores)
     stated(subject, lambda: state_errors(metric(noisy, reference, labels)))
 
@@ -158,6 +165,63 @@ def _check_depends(subject: str, metric: Metric, pictures: Pictures, scores: lis
         depends,
         "they are the same for noisier, darker, softer and less valid pictures",
     )
+
+
+def _check_further(subject: str, metric: Metric, pictures: Pictures) -> None:
+    """Check that `further` of a second realisation returns the scores that the call returns."""
+    if not isinstance(metric, ScoresFurther):
+        return
+    noisy, reference, labels = pictures
+    # the same noise at other pixels, so that it has the same variance
+    noise = (noisy["xyz"].values - reference["xyz"].values)[::-1, ::-1]
+    second = noisy.assign(xyz=noisy["xyz"].copy(data=reference["xyz"].values + noise))
+    first = noisy.copy(deep=True)
+    with keeps(subject, "further returns a list of scores"):
+        scores = metric.further(second, noisy, reference, labels)
+        check_scores(type(metric).__name__, scores, "further")
+    same(subject, "further does not change the first picture", first, noisy)
+    wanted = metric(second, reference, labels)
+    holds(
+        subject,
+        "further returns the scores that the call returns",
+        set(map(key_of, scores)) == set(map(key_of, wanted)),
+        f"further returned {_names(scores)}, the call {_names(wanted)}",
+    )
+    value_of = {key_of(score): score.value for score in scores}
+    for score in wanted:
+        if math.isfinite(score.value):
+            close(
+                subject,
+                f"further returns the value of {score.metric!r} that the call returns",
+                value_of[key_of(score)],
+                score.value,
+                FURTHER_RELATIVE,
+                FURTHER_ABSOLUTE,
+            )
+
+
+def _check_parts(subject: str, metric: Metric, pictures: Pictures, scores: list[Score]) -> None:
+    """Check that `of_parts` returns a list of scores of the frame for each part of a picture."""
+    if not isinstance(metric, ScoresParts):
+        return
+    noisy, reference, _ = pictures
+    part = np.zeros(SIZE, np.intp)
+    part[:, SIZE[1] // 2 :] = 1
+    part[SIZE[0] // 2 :] += 2
+    with keeps(subject, "of_parts returns one list of scores for each part"):
+        of_parts = metric.of_parts(noisy, reference, part)
+        check_scores_of_parts(type(metric).__name__, of_parts, int(part.max()) + 1)
+    known = {key_of(score) for score in scores}
+    holds(
+        subject,
+        "of_parts returns scores that the call returns",
+        all(key_of(score) in known for one in of_parts for score in one),
+        f"of_parts returned {[_names(one) for one in of_parts]}, the call {_names(scores)}",
+    )
+
+
+def _names(scores: Sequence[Score]) -> list[tuple[str, str, str]]:
+    return [key_of(score) for score in scores]
 
 
 def edge_picture(reference: xr.Dataset, width_pixels: float) -> xr.Dataset:

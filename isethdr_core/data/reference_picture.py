@@ -140,6 +140,85 @@ def check_picture(picture: xr.Dataset, title: str = "picture") -> None:
         )
 
 
+def check_developed(picture: xr.Dataset, title: str) -> None:
+    """Raise UnitError unless the values of a picture can be scored.
+
+    Parameters
+    ----------
+    picture : what an isp returned.
+    title : the picture in messages, with the isp that made it.
+
+    Raises
+    ------
+    UnitError : as `check_picture` raises it; `valid` is not bool (y, x); `xyz_channel` is not X, Y,
+        Z; in a valid pixel a value is not finite, or a variance that is known is not finite or
+        below 0.
+    """
+    check_picture(picture, title)
+    valid = picture["valid"]
+    if valid.dims != PICTURE_DIMS[:2] or valid.dtype != bool:
+        raise UnitError(
+            f"{title} has valid of type {valid.dtype} and dims {valid.dims}; expected bool and"
+            f" {PICTURE_DIMS[:2]}; make the picture with isethdr_core.truth.make_picture"
+        )
+    channels = picture["xyz_channel"].values.tolist() if "xyz_channel" in picture.coords else []
+    if channels != list("XYZ"):
+        raise UnitError(
+            f"{title} has xyz_channel {channels}; expected ['X', 'Y', 'Z']; give"
+            " isethdr_core.truth.make_picture arrays in this order"
+        )
+    _check_values(
+        picture,
+        "xyz",
+        -np.inf,
+        f"{title} has xyz {{}}; expected finite values; set valid to False in a pixel without an"
+        " estimate",
+    )
+    if not variance_known(picture):
+        return
+    advice = (
+        "; where the variance is not known, set the attribute variance_known to False and all"
+        " variances to NaN"
+    )
+    _check_values(
+        picture,
+        "variance",
+        0.0,
+        f"{title} has variance {{}}; expected finite values of 0 or more{advice}",
+    )
+    if FIXED_PATTERN in picture:
+        _check_values(
+            picture,
+            FIXED_PATTERN,
+            -np.inf,
+            f"{title} has {FIXED_PATTERN} {{}}; expected finite values{advice}",
+        )
+
+
+def _check_values(picture: xr.Dataset, name: str, least: float, message: str) -> None:
+    """Raise UnitError unless a variable is finite and at least `least` in all valid pixels.
+
+    Parameters
+    ----------
+    picture : picture whose form has been checked.
+    name : variable (y, x, xyz_channel).
+    least : smallest value allowed.
+    message : text of the error; {} is replaced by the first wrong value and their number.
+    """
+    values = picture[name].values
+    with np.errstate(invalid="ignore"):
+        # NaN passes through both; two passes without a mask take little time
+        low = values.min(initial=0.0)
+        high = values.max(initial=0.0)
+        if low >= least and low > -np.inf and high < np.inf:
+            return
+        wrong = ~(np.isfinite(values) & (values >= least)) & picture["valid"].values[..., None]
+    if wrong.any():
+        count = int(wrong.any(axis=-1).sum())
+        pixels = "1 valid pixel" if count == 1 else f"{count} valid pixels"
+        raise UnitError(message.format(f"{values[wrong][0]:g} in {pixels}"))
+
+
 def truth(mixed: xr.DataArray, picture: xr.Dataset) -> xr.Dataset:
     """Return the reference picture on the grid of `picture`.
 

@@ -7,15 +7,16 @@ Captures, pictures and scores come from the cache if an earlier run has kept the
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass
-from functools import cache, cached_property
+from functools import cache, cached_property, partial
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from ..data.derived_once import shared
+from ..data.reference_picture import check_developed
 from ..data.saturation import with_saturation
 from ..data.scores import Score
 from ..runs import result_names
@@ -57,8 +58,15 @@ class Shot:
 
 
 def developed(isp: Any, captures: Any) -> Any:
-    """Return the picture that the isp makes of the captures, with its saturated pixels marked."""
-    return with_saturation(isp(captures), captures)
+    """Return the picture that the isp makes of the captures, with its saturated pixels marked.
+
+    Raises
+    ------
+    UnitError : the picture cannot be scored, as `check_developed` raises it.
+    """
+    picture = isp(captures)
+    check_developed(picture, f"the picture of isp {type(isp).__name__}")
+    return with_saturation(picture, captures)
 
 
 @dataclass(frozen=True)
@@ -133,14 +141,19 @@ class CameraShot:
         """Return where the scores of the first realisation are kept."""
         return Kept(self.shot.reuse, self._scores_name(metric))
 
-    def values_of(self, draw: int, metrics: Any, scored: Callable[[Any, Any], list[Score]]) -> list:
+    def values_of(
+        self,
+        draw: int,
+        metrics: Mapping[str, Any],
+        scored: Callable[[str, Any], list[Score]],
+    ) -> list[Score]:
         """Return the scores of all metrics in one further realisation. Only their values are used.
 
         Parameters
         ----------
         draw : number of the realisation, from 1.
-        metrics : metrics of the run.
-        scored : function(metric, picture) -> scores of that picture.
+        metrics : {name: metric} of the run.
+        scored : function(name of a metric, picture) -> its scores of that picture.
         """
         reuse = self.shot.reuse
         shot = self.shot
@@ -158,10 +171,13 @@ class CameraShot:
                 until_scored.enter_context(shared(made))
                 return made
 
+            def of_picture(key: str) -> list[Score]:
+                return scored(key, picture())
+
             scores: list[Score] = []
-            for metric in metrics:
+            for key, metric in metrics.items():
                 name = self._scores_name(metric, draw)
-                scores += reuse.value(name, lambda m=metric: scored(m, picture()))
+                scores += reuse.value(name, partial(of_picture, key))
             return scores
 
     def picture_of(self, light: Any) -> Any:

@@ -20,6 +20,7 @@ from typing import TYPE_CHECKING, NamedTuple, TypeVar
 import numpy as np
 
 from ..data.derived_once import shared, values_only
+from ..data.score_checks import check_scores_of_parts, noted
 from ..display.display_view import white_cd_m2
 from ..plugins.protocols import HasMeanOfParts, ScoresParts
 from . import ledger
@@ -339,7 +340,10 @@ def _scores_of_parts(
         for metric in metrics:
             if not isinstance(metric, ScoresParts):
                 continue
-            scores = _quietly(partial(metric.of_parts, *pair, numbers))
+            key = type(metric).__name__
+            with noted(key, "of_parts"):
+                scores = _quietly(partial(metric.of_parts, *pair, numbers))
+            check_scores_of_parts(key, scores, len(parts))
             for values, of_part in zip(out, scores, strict=True):
                 values |= _values(of_part)
     one_by_one = [metric for metric in metrics if not isinstance(metric, ScoresParts)]

@@ -9,7 +9,7 @@ from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from ...data.derived_once import values_only
-from ...data.score_checks import check_scores
+from ...data.score_checks import check_scores, noted
 from ...data.scores import Score, state_errors
 from ...errors import ConfigError
 from ...plugins.protocols import DeclaresNoise, ScoresFurther
@@ -177,27 +177,38 @@ def further_scores(work: CameraAtWork, camera: Camera, draw: int) -> list[Score]
     draw : number of the noise realisation, from 1.
     """
 
-    def scored(metric: Any, picture: Any) -> list[Score]:
-        return scores_of_other_picture(metric, picture, camera)
+    metrics = work.chain.metrics
 
-    metrics = work.chain.metrics.values()
+    def scored(key: str, picture: Any) -> list[Score]:
+        return scores_of_other_picture(key, metrics[key], picture, camera)
+
     with values_only():
-        return ledger.collected(lambda: work.shot.values_of(draw, metrics, scored)).result
+        values = ledger.collected(lambda: work.shot.values_of(draw, metrics, scored))
+    scores: list[Score] = values.result
+    return scores
 
 
-def scores_of_other_picture(metric: Any, picture: Any, camera: Camera) -> list[Score]:
+def scores_of_other_picture(key: str, metric: Any, picture: Any, camera: Camera) -> list[Score]:
     """Return the scores of another noise realisation of a camera's picture.
 
     Parameters
     ----------
+    key : name of the metric in the config.
     metric : metric of the run.
     picture : picture of the other realisation, on the grid of the first.
     camera : results of the first shot.
+
+    Raises
+    ------
+    PluginError : as `check_scores` raises it.
     """
     if isinstance(metric, ScoresFurther):
-        return metric.further(picture, camera.picture, camera.truth, camera.labels)
-    scores: list[Score] = metric(picture, camera.truth, camera.labels)
-    return scores
+        with noted(key, "further"):
+            scores = metric.further(picture, camera.picture, camera.truth, camera.labels)
+        return check_scores(key, scores, "further")
+    with noted(key, "__call__"):
+        scores = metric(picture, camera.truth, camera.labels)
+    return check_scores(key, scores)
 
 
 def renderer_errors(work: CameraAtWork, camera: Camera) -> dict[ScoreKey, RendererError]:

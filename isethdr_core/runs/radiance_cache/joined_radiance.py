@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -20,6 +21,7 @@ if TYPE_CHECKING:
     from ...pipeline.demand import Demand
 
 ROUNDING = "store rounding"  # key of the rounding of stored radiance
+LABELS_NOT_MADE = "labels not made"  # key of labels that the renderer was asked for
 NOISE = "accumulated noise"  # key of the noise of several renderings together; part: light group
 
 
@@ -57,6 +59,7 @@ def opened(
     pooled = "paths" in all_groups.attrs  # the noise of pooled stores is stated for all together
     record(*(t for t in terms if t not in stated and not (pooled and t.how == "statistical")))
     _record_pooled(all_groups, stores, earlier_ids, stated)
+    _record_labels(all_groups, demand)
     rendered_s = sum(
         row["seconds"] for s in stores for row in s["ledger"] if row["stage"].startswith("renderer")
     )
@@ -68,6 +71,25 @@ def rounding_term(largest: float) -> ErrorTerm:
     label = "radiance as stored, rounded in its mantissa"
     source = Source("radiance", key=ROUNDING)
     return ErrorTerm(source, Quantity.RADIANCE, None, largest, RELATIVE, "bound", label)
+
+
+def _record_labels(joined: xr.Dataset, demand: Demand) -> None:
+    """State which labels the run asks for and the renderer did not make.
+
+    Parameters
+    ----------
+    joined : radiance of all stores together.
+    demand : demand of the run for scene radiance.
+    """
+    not_made = sorted(demand.labels - set(map(str, joined.data_vars)))
+    if not_made:
+        left_out(
+            f"labels {', '.join(not_made)}",
+            "the renderer did not make them: results that need them are missing",
+            math.inf,
+            "labels",
+            key=LABELS_NOT_MADE,
+        )
 
 
 def _record_pooled(

@@ -106,13 +106,18 @@ def serves(attributes: dict[str, Any], demand: Demand, effort_asked: dict[str, A
     """Return whether a store has the requested labels, and was made with at least the requested
     effort.
 
+    A label that the renderer was asked for and did not make does not count as missing: it would not
+    make it in another rendering either.
+
     Parameters
     ----------
     attributes : attributes of the store.
     demand : demand whose labels the store must hold.
     effort_asked : {field of the renderer that changes only the accuracy: value requested}.
     """
-    return set(demand.labels) <= set(attributes["labels"]) and all(
+    # stores of earlier versions do not state the labels asked for
+    answered = {*attributes["labels"], *attributes.get("labels_asked", ())}
+    return set(demand.labels) <= answered and all(
         attributes["effort"].get(key, 0) >= value for key, value in effort_asked.items()
     )
 

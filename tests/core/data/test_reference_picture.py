@@ -7,6 +7,7 @@ import pytest
 import xarray as xr
 
 from isethdr_core.data import quantities as q
+from isethdr_core.data.reference_picture import FIXED_PATTERN, check_developed
 from isethdr_core.errors import UnitError
 from isethdr_core.physics.photometry import xyz
 from isethdr_core.truth import check_picture, labels_on, make_picture, objects_on, truth
@@ -195,3 +196,51 @@ def test_bad_input_is_named():
     del bare.attrs["pitch_um"]
     with pytest.raises(UnitError, match="pitch_um"):
         truth(cube(np.ones((3, 6, 8))), bare)
+
+
+def spoiled(**values):
+    """Return a picture with other values in its first pixel."""
+    picture = blank().copy(deep=True)
+    picture[FIXED_PATTERN] = picture["variance"].copy()
+    for name, value in values.items():
+        picture[name].values[0, 0] = value
+    return picture
+
+
+@pytest.mark.parametrize(
+    ("picture", "message"),
+    [
+        (spoiled(xyz=np.nan), "has xyz nan in 1 valid pixel; expected finite values; set valid to"),
+        (spoiled(xyz=-np.inf), "has xyz -inf in 1 valid pixel"),
+        (
+            spoiled(variance=-1.0),
+            "has variance -1 in 1 valid pixel; expected .* 0 or more; .*False",
+        ),
+        (spoiled(variance=np.nan), "has variance nan in 1 valid pixel"),
+        (spoiled(**{FIXED_PATTERN: np.nan}), f"has {FIXED_PATTERN} nan in 1 valid pixel"),
+        (
+            blank().isel(xyz_channel=[2, 1, 0]),
+            "has xyz_channel .'Z', 'Y', 'X'.; expected .'X', 'Y'",
+        ),
+        (blank().drop_vars("xyz_channel"), r"has xyz_channel \[\]; expected"),
+        (
+            blank().assign(valid=blank().valid.astype("f4")),
+            "has valid of type float32 .*expected bo",
+        ),
+        (blank().drop_vars("valid"), "has no variable 'valid'"),
+        (None, "has no variable 'xyz'"),
+    ],
+)
+def test_a_picture_that_cannot_be_scored_is_refused_with_its_isp(picture, message):
+    with pytest.raises(UnitError, match=f"the picture of isp Own {message}") as told:
+        check_developed(picture, "the picture of isp Own")
+    assert "\n" not in str(told.value)
+
+
+def test_values_that_no_score_uses_may_be_unknown():
+    check_developed(blank(), "picture")
+    check_developed(blank().isel(y=slice(0)), "picture")
+    check_developed(spoiled(xyz=np.nan, variance=np.nan, valid=False), "picture")
+    check_developed(spoiled(**{FIXED_PATTERN: -1.0}), "picture")
+    unknown = spoiled(variance=np.nan, **{FIXED_PATTERN: np.nan})
+    check_developed(unknown.assign_attrs(variance_known=False), "picture")

@@ -7,9 +7,16 @@ import pytest
 
 from isethdr_core.cli.commands import main
 from isethdr_core.cli.plan_summary import print_plan
-from isethdr_core.errors import ConfigError
-from isethdr_core.pipeline.early_checks import ListsCaptures, ListsGroups
+from isethdr_core.config.composition import compose
+from isethdr_core.demand import Demand
+from isethdr_core.errors import ConfigError, PluginError
+from isethdr_core.pipeline.bands import offered_nm
+from isethdr_core.pipeline.chain.narrowing import narrowed
+from isethdr_core.pipeline.early_checks import ListsCaptures, ListsGroups, check_statements
+from isethdr_core.pipeline.memory import held_bytes
 from isethdr_core.plugins.registry import build, components
+from isethdr_core.runs import run as runs
+from isethdr_core.runs.processor import kernels
 
 CHART = [
     "scene=point_lights",
@@ -162,3 +169,42 @@ def test_the_groups_a_scene_tells_are_those_it_has(name, fields):
     described = isinstance(made, ListsGroups)
     has = made.light_groups() if described else tuple(made.light_group.values.tolist())
     assert scene.light_groups() == has
+
+
+@pytest.mark.parametrize(
+    ("method", "value", "said"),
+    [
+        ("camera_field", (0.4, 0.2), r"camera_field\(\) returned \(0.4, 0.2\); expected \(width"),
+        ("camera_field", None, r"camera_field\(\) returned None"),
+        ("camera_field", (0.4, 0.2, "fisheye"), "'tangent', 'equidistant'"),
+        ("camera_field", (0.4, 0.0, "tangent"), "two numbers above 0"),
+        ("tile_counts", None, r"tile_counts\(margin=False\) returned None; expected \(rows"),
+        ("tile_counts", (0, 0), "1 or more"),
+        ("tile_counts", (3.0,), "two numbers of tiles"),
+        ("bands_nm", None, r"bands_nm\(\) returned None; expected .* ascending"),
+        ("bands_nm", (), "at least one"),
+        ("bands_nm", (460.0, 400.0), r"returned \(460.0, 400.0\)"),
+        ("narrow", None, r"narrow\(demand\) returned None; expected a Demand"),
+        ("held_bytes", 1e6, r"held_bytes\(\) returned 1000000.0; expected {description: bytes}"),
+        ("kernels", None, r"kernels\(\) returned None; expected {library"),
+    ],
+)
+def test_a_statement_in_another_form_names_component_and_method(method, value, said):
+    stating = type("Acme", (), {method: lambda self, *_, **__: value})()
+    calls = {
+        "camera_field": lambda: check_statements(stating, None),
+        "tile_counts": lambda: check_statements(None, stating),
+        "bands_nm": lambda: offered_nm(stating),
+        "narrow": lambda: narrowed(stating, Demand()),
+        "held_bytes": lambda: held_bytes(stating, (), None),
+        "kernels": lambda: kernels(stating),
+    }
+    with pytest.raises(PluginError, match=f"Acme.*{said}"):
+        calls[method]()
+
+
+def test_kernels_are_asked_for_before_radiance_is_made(isethdr_home, monkeypatch):
+    monkeypatch.setattr(components()["lens", "ideal"].cls, "kernels", lambda self: None, False)
+    monkeypatch.setattr(runs, "scene_radiance", None)  # would fail in another way
+    with pytest.raises(PluginError, match=r"kernels\(\) returned None"):
+        runs.run(compose([*CHART, "report=false"]))

@@ -298,6 +298,38 @@ def test_a_renderer_is_expected_to_take_longer_for_more_paths_groups_and_tiles()
     assert ratio_by_samples(object(), now, both, {**stored, "path_span": {}}) == pytest.approx(2.0)
 
 
+@pytest.mark.parametrize(
+    "changed",
+    [
+        {"groups": [], "all_groups": []},
+        {"groups_from": {"sky": "abc", "lamps": "abc"}},
+        {"path_span": {"sky": [8, 8], "lamps": [8, 8]}},
+    ],
+    ids=["no groups", "all groups taken over", "no paths"],
+)
+def test_a_store_without_a_group_of_its_own_is_no_measure(changed, monkeypatch):
+    parts = replace(chain(compose(FAST)), renderer=object())
+    config = plain(compose(FAST))
+    config["renderer"] = {"name": "acme", "width": 10, "height": 4}
+    stored = {
+        "scene": {"component": "scene/other"},
+        "renderer": {"width": 10, "height": 4},
+        "wavelength_nm": [500.0, 600.0],
+        "groups": ["sky", "lamps"],
+        "all_groups": ["sky", "lamps"],
+        "ledger": [{"stage": "renderer acme", "seconds": 9.0, "cpu_s": 6.0}],
+    }
+    monkeypatch.setattr(expected_times, "same_class", lambda stored, scene: True)
+
+    def expected(**changes):
+        scenes = [{**stored, **changes}]
+        monkeypatch.setattr(expected_times, "newest", lambda k: scenes if k == "scenes" else [])
+        return expected_s(parts, config, Demand())
+
+    assert "renderer acme" in expected()
+    assert "renderer acme" not in expected(**changed)
+
+
 class Guesses:
     """A renderer that expects one second per row and light group, and limits noise by cameras."""
 

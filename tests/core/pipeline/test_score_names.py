@@ -3,14 +3,21 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 import isethdr_core as hdr
+from isethdr_core.data.score_checks import check_scores_of_parts
 from isethdr_core.data.scores import Score
-from isethdr_core.errors import ConfigError, PluginError
-from isethdr_core.pipeline.chain.camera_scores import check_names, checked_scores
+from isethdr_core.errors import ConfigError, PluginError, UnitError
+from isethdr_core.pipeline.chain.camera_scores import (
+    check_names,
+    checked_scores,
+    scores_of_other_picture,
+)
+from isethdr_core.pipeline.shot import developed
 from isethdr_core.uncertainty import ledger
 
 
@@ -90,3 +97,66 @@ def test_a_run_with_a_score_of_a_wrong_type_ends_before_it_is_stored(isethdr_hom
     with pytest.raises(PluginError, match="metric 'b' returned .*, whose unit is None"):
         hdr.run(hdr.compose([*chart, *camera, *small]))
     assert not list((isethdr_home / "runs").glob("*.zarr"))
+
+
+CAMERA = SimpleNamespace(picture=None, truth=None, labels=None)
+
+
+@dataclass(frozen=True)
+class Quick:
+    """A metric with a method for further realisations that returns anything."""
+
+    result: object
+
+    def __call__(self, picture, truth, labels):
+        return [Score("d", 1.0, "")]
+
+    def further(self, picture, first, truth, labels):
+        return self.result if self.result != "error" else {}["missing"]
+
+
+@pytest.mark.parametrize(
+    ("result", "message"),
+    [
+        (None, "returned None; expected a list of isethdr_core.Score"),
+        ([Score("d", "x", "")], "returned the score 'd', whose value is 'x'; expected a number"),
+        ([Score("d", 1.0, ""), Score("d", 2.0, "")], "the score 'd' of .* twice; expected .*: 'd'"),
+    ],
+)
+def test_scores_of_further_realisations_are_checked_too(result, message):
+    with pytest.raises(PluginError, match=f"further of metric 'dark' .*{message}"):
+        scores_of_other_picture("dark", Quick(result), None, CAMERA)
+
+
+def test_an_error_in_a_further_realisation_names_the_metric():
+    with pytest.raises(KeyError) as told:
+        scores_of_other_picture("dark", Quick("error"), None, CAMERA)
+    assert told.value.__notes__ == ["in further of metric 'dark'"]
+
+
+@pytest.mark.parametrize(
+    ("scores", "message"),
+    [
+        (None, "of_parts of metric 'Own' returned None; expected a list of 2 lists"),
+        ([[]], "of_parts of metric 'Own' returned a list of 1; expected a list of 2"),
+        ([Score("d", 1.0, "")] * 2, "of_parts, part 0, of metric 'Own' returned Score.*a list of"),
+        (
+            [[], [Score("d", "x", "")]],
+            "part 1, of metric 'Own' .* whose value is 'x'; expected a n",
+        ),
+    ],
+)
+def test_scores_of_parts_are_one_list_for_each_part(scores, message):
+    with pytest.raises(PluginError, match=message):
+        check_scores_of_parts("Own", scores, 2)
+
+
+def test_the_picture_of_an_isp_is_checked_before_it_is_scored():
+    class Own:
+        """An isp without a picture."""
+
+        def __call__(self, captures):
+            return None
+
+    with pytest.raises(UnitError, match="the picture of isp Own has no variable 'xyz'"):
+        developed(Own(), None)
