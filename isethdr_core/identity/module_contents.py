@@ -164,9 +164,14 @@ class ModuleReader:
 
 
 def _below(path: str, text: str) -> str:
-    """Return a data file's name: empty where `text` names the file, else its path in the folder."""
+    """Return a data file's name: empty where `text` names the file, else its path in the folder
+    that `text` names, or its file name where `text` is a suffix.
+    """
     last = text.rpartition("/")[2]
     names = Path(path).parts
     if names[-1] == last:
         return ""
-    return "/".join(names[len(names) - names[::-1].index(last) :])
+    for folder in (last, last.rpartition(".")[2]):
+        if folder in names[:-1]:
+            return "/".join(names[len(names) - names[::-1].index(folder) :])
+    return names[-1]

@@ -25,6 +25,8 @@ PATH_LIKE = re.compile(r"[\w.*-]+(/[\w.*-]+)*")  # strings that may name a file 
 # other strings that may do so, with spaces or signs: they count only if there is such a file
 RARE_PATH = re.compile(r"[^\x00-\x1f\\:*?\"<>|]{1,200}")
 SUFFIX = re.compile(r".*(\.[A-Za-z]\w*)", re.DOTALL)
+# strings that stand for several names of files: the end of a name, a glob, or a template
+PATTERN = re.compile(r"[._*-].*|.*[*?\[%{$].*", re.DOTALL)
 # decorators that never read the annotations of the function below them
 PLAIN_DECORATORS = {
     "staticmethod",
@@ -194,6 +196,8 @@ class NormalForm:
         else:
             if isinstance(node, ast.Call):
                 self._note_hidden_import(node)
+            elif isinstance(node, ast.BinOp):
+                self._note_sum(node)
             self._generic(node)
         self._text_depth -= is_text
 
@@ -221,12 +225,32 @@ class NormalForm:
                 return
             if PATH_LIKE.fullmatch(value):
                 self._out.append(f"¶{self.strings.setdefault(value, len(self.strings))};")
-                if value.startswith((".", "*")) and (suffix := SUFFIX.fullmatch(value)):
-                    self.suffixes.add(suffix[1])
+                self._note_pattern(value)
                 return
             if RARE_PATH.fullmatch(value):
                 self.rare_strings.add(value)
+            self._note_pattern(value)
         self._out.append(f"{type(value).__name__} {value!r}")
+
+    def _note_pattern(self, text: str) -> None:
+        """Note the suffix of files that a string may name together with other parts of a name."""
+        if PATTERN.fullmatch(text):
+            self._note_suffix(text)
+
+    def _note_suffix(self, text: str) -> None:
+        if suffix := SUFFIX.fullmatch(text):
+            self.suffixes.add(suffix[1])
+
+    def _note_sum(self, node: ast.BinOp) -> None:
+        """Note the suffix of files that a sum of strings may name, as in `name + "v2.csv"`.
+
+        An end with a folder, as in `folder + "/glass.csv"`, names one file by itself.
+        """
+        end = node.right
+        if not isinstance(node.op, ast.Add) or self._text_depth:
+            return
+        if isinstance(end, ast.Constant) and isinstance(end.value, str) and "/" not in end.value:
+            self._note_suffix(end.value)
 
     def _joined(self, node: ast.JoinedStr) -> None:
         """Write an f-string, and note the suffix of files that it may name."""
@@ -234,8 +258,8 @@ class NormalForm:
             self._out.append("text")
             return
         last = node.values[-1] if node.values else None
-        if isinstance(last, ast.Constant) and (suffix := SUFFIX.fullmatch(str(last.value))):
-            self.suffixes.add(suffix[1])
+        if isinstance(last, ast.Constant):
+            self._note_suffix(str(last.value))
         self._generic(node)
 
     def _reference(self, node: ast.expr) -> str:

@@ -6,7 +6,7 @@ import importlib.machinery
 import os
 import sys
 import sysconfig
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cache
 from importlib import util
@@ -142,20 +142,18 @@ class DataFiles:
 
     folder: str = ""  # folder of the package
     by_name: dict[str, list[str]] = field(default_factory=dict)  # {file name: paths}
-    by_folder: dict[str, list[str]] = field(default_factory=dict)  # {folder without modules: paths}
+    by_folder: dict[str, list[str]] = field(default_factory=dict)  # {folder of data: paths}
     by_suffix: dict[str, list[str]] = field(default_factory=dict)  # {suffix with its dot: paths}
 
     @classmethod
     def below(cls, folder: str) -> DataFiles:
         """Return the data files in a folder and in all folders below it, without presets."""
         data = cls(folder)
-        packages = set()
-        for inner, folders, files in os.walk(folder) if folder else ():
-            folders[:] = sorted(f for f in folders if f not in (PRESETS, "__pycache__"))
-            if any(name.endswith(".py") for name in files):
-                packages.add(inner)
+        files_in = _files_below(folder)
+        packages = _packages(files_in)
+        for inner, files in files_in.items():
             above = [p for p in _folders_between(folder, inner) if p not in packages]
-            for name in sorted(files):
+            for name in files:
                 if name.endswith(NO_DATA):
                     continue
                 path = os.path.join(inner, name)
@@ -166,9 +164,46 @@ class DataFiles:
         return data
 
     def named(self, text: str) -> list[str]:
-        """Return the files that a string names: a file, or all of a folder without modules."""
+        """Return the files that a string names.
+
+        The string is the path of a file, the path of a folder of data, the dotted name of such a
+        folder (`acme.tables`), or a suffix without its dot.
+        """
         last = text.rpartition("/")[2]
-        return self.by_name.get(last) or self.by_folder.get(last) or []
+        return (
+            self.by_name.get(last)
+            or self.by_folder.get(last)
+            or self.by_folder.get(last.rpartition(".")[2])
+            or self.by_suffix.get(f".{text}")
+            or []
+        )
+
+
+def _files_below(folder: str) -> dict[str, list[str]]:
+    """Return {path of a folder: names of its files} of a folder and those below, without presets."""
+    files_in = {}
+    for inner, folders, files in os.walk(folder) if folder else ():
+        folders[:] = sorted(f for f in folders if f not in (PRESETS, "__pycache__"))
+        files_in[inner] = sorted(files)
+    return files_in
+
+
+def _packages(files_in: Mapping[str, Sequence[str]]) -> set[str]:
+    """Return the folders of modules. A folder of data is not among them, even if an `__init__.py`
+    makes it importable, as `importlib.resources` needs it.
+    """
+    with_modules = {
+        inner
+        for inner, files in files_in.items()
+        if any(name.endswith(".py") and name != "__init__.py" for name in files)
+    }
+    return {
+        inner
+        for inner, files in files_in.items()
+        if inner in with_modules
+        or "__init__.py" in files
+        and any(below.startswith(inner + os.sep) for below in with_modules)
+    }
 
 
 def _folders_between(top: str, folder: str) -> list[str]:

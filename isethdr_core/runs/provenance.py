@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import hashlib
 import os
-from collections.abc import Collection
+from collections.abc import Collection, Iterator
 from dataclasses import asdict
 from functools import cache
 from importlib import metadata
+from pathlib import Path
 from typing import Any
 
+from ..errors import PluginError
 from ..identity.code_digest import Code, code_of, frame_code, keep
 from ..plugins import registry
 from ..plugins.protocols import ReadsFiles, RunsPrograms
@@ -108,12 +110,31 @@ def _versions() -> dict[str, str]:
 def input_digests(*components: Any) -> dict[str, str]:
     """Return a digest of every file that a component names in its method `input_files()`, by path.
 
-    A missing file is skipped here: the component itself raises an error that says what it expected.
+    A folder stands for all files below it. A missing file is skipped here: the component itself
+    raises an error that says what it expected.
+
+    Raises
+    ------
+    PluginError : a component returns one path instead of several.
     """
     digests = {}
     for component in components:
-        named = component.input_files() if isinstance(component, ReadsFiles) else ()
-        for path in filter(os.path.isfile, named):
+        for path in _input_files(component):
             with open(path, "rb") as file:
                 digests[str(path)] = hashlib.file_digest(file, "sha256").hexdigest()[:16]
     return digests
+
+
+def _input_files(component: Any) -> Iterator[str | os.PathLike[str]]:
+    """Yield the files that a component names, and those below the folders that it names."""
+    named = component.input_files() if isinstance(component, ReadsFiles) else ()
+    if isinstance(named, str | bytes | os.PathLike):  # a text would be read letter by letter
+        raise PluginError(
+            f"{identity(component)}: input_files() returned the single path"
+            f" {os.fspath(named)!r}; expected several paths; type `return (path,)` with a comma"
+        )
+    for path in named:
+        if os.path.isdir(path):
+            yield from sorted(below for below in Path(path).rglob("*") if below.is_file())
+        elif os.path.isfile(path):
+            yield path

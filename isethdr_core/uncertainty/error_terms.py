@@ -85,8 +85,8 @@ class ErrorTerm:
     part : the part of that quantity, by the name under which a stage declared it: a part of the
         light (`ledger.light_part`), a light group, a capture, a score; for `Quantity.OTHER`, the
         name of the quantity. None: all of it.
-    value : size of the error, in `unit`.
-    unit : `relative` is a share of what the term acts on.
+    value : size of the error, in `unit`; 0 or more, infinite if it is not known.
+    unit : `relative` is a share of what the term acts on; `e` and `electrons` are the same.
     how : how the value is known.
     label : text for people only.
     """

@@ -1,7 +1,7 @@
 """Ledger: the seconds, the peak memory, the errors and the omissions of each stage.
 
 A stage reports from inside its `__call__`: `ledger.error(0.03, "relative", "statistical")`,
-`ledger.left_out("group streetlights", "weight 0", 0, "cd/m2")`. Outside a run both do nothing.
+`ledger.left_out("group streetlights", "weight 0", 0, "cd/m2")`. Outside a run nothing is recorded.
 A stage may call a function more than once, or discard its result. Such a function returns its terms
 with its result, and the stage records the terms that apply (`record`). `collected` does this for a
 component, which reports by itself.
@@ -17,14 +17,14 @@ from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
 from dataclasses import asdict, dataclass, field, replace
-from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
+from typing import Any, NamedTuple, TypeAlias, get_args
 
+import xarray as xr
+
+from ..errors import PluginError
 from . import error_terms
 from .earlier_terms import PARTS, ErrorNote, quantity_and_part, term_of, unit_and_part
 from .error_terms import ErrorTerm, How, LightPart, Quantity, Reading, Source
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 
 @dataclass(frozen=True)
@@ -149,22 +149,52 @@ def error(  # noqa: PLR0913 - plugins call it with these arguments
         label are alternatives.
     acts_on : quantity that is wrong; None: the quantity that a stage of this kind returns
         (`error_terms.RETURNED`).
+
+    Raises
+    ------
+    PluginError : the value is negative or NaN, or `how` is unknown.
     """
-    if row := _row.get():
-        spelt = unit
-        unit, part = unit_and_part(unit, part)
-        quantity = acts_on or error_terms.RETURNED.get(row.kind, Quantity.OTHER)
-        record(ErrorTerm(Source(key=key), quantity, part, float(value), unit, how, label))
-        if spelt != unit:
-            _declare_earlier(row, part)
+    row = _row.get()
+    spelt = unit
+    unit, part = unit_and_part(unit, part)
+    quantity = acts_on or error_terms.RETURNED.get(row.kind if row else "", Quantity.OTHER)
+    record(ErrorTerm(Source(key=key), quantity, part, float(value), unit, how, label))
+    if row and spelt != unit:
+        _declare_earlier(row, part)
 
 
 def record(*terms: ErrorTerm) -> None:
-    """Add error terms to the running stage; a source without a kind becomes this stage's."""
-    if row := _row.get():
-        for term in terms:
+    """Add error terms to the running stage; a source without a kind becomes this stage's.
+
+    Raises
+    ------
+    PluginError : the value of a term of this stage is negative or NaN, or its `how` is unknown.
+    """
+    row = _row.get()
+    for term in terms:
+        if not term.source.kind:  # restated terms of other stages were checked, or are stored
+            _check(term, row.stage if row else "")
+        if row:
             source = term.source if term.source.kind else row.source(term.source.key)
             row.errors.append(replace(term, source=source, value=float(term.value)))
+
+
+def _check(term: ErrorTerm, stage: str) -> None:
+    """Raise PluginError unless a term is a magnitude that is known in one of the ways of `How`.
+
+    A negative term would cancel other errors, and NaN would hide them.
+    """
+    name = term.label or term.source.key
+    title = f"{stage}: the error" if stage else "the error"
+    title += f" {name!r}" if name else " without a label"
+    if not term.value >= 0:
+        raise PluginError(
+            f"{title} has the value {term.value:g} {term.unit}; expected the size of the error, 0"
+            " or more; type abs(value), or math.inf if the error is not known"
+        )
+    if term.how not in get_args(How):
+        ways = ", ".join(map(repr, get_args(How)))
+        raise PluginError(f"{title} has how={term.how!r}; expected one of {ways}")
 
 
 def add_error(note: ErrorNote | ErrorTerm) -> None:
@@ -194,7 +224,22 @@ def light_part(name: str, light: xr.DataArray, within_tiles: bool = False) -> No
     light : irradiance or photocurrent on the sensor plane, on any grid of tiles.
     within_tiles : whether `light` is the standard deviation of the light within each tile. It acts
         only on pixels with borders that cut tiles.
+
+    Raises
+    ------
+    PluginError : `light` is no DataArray with the dims y and x and the attribute `units`.
     """
+    if not isinstance(light, xr.DataArray):
+        raise PluginError(
+            f"light_part {name!r}: the light is of type {type(light).__name__}; expected a DataArray"
+            " with y and x; type light.copy(data=values)"
+        )
+    if not {"y", "x"} <= set(light.dims) or "units" not in light.attrs:
+        raise PluginError(
+            f"light_part {name!r}: the light has the dims {tuple(map(str, light.dims))} and the"
+            f" units {light.attrs.get('units')!r}; expected y and x among the dims, and the units"
+            " of the lens's light; type .assign_attrs(light.attrs)"
+        )
     reading = Reading.DEVIATION if within_tiles else Reading.LIGHT
     _declare(name, LightPart(light, reading))
 

@@ -280,3 +280,21 @@ def test_mistakes_are_told_before_any_work(home, monkeypatch, settings, said):
     monkeypatch.setattr(package, "all_stages", lambda *_, **__: pytest.fail("work has started"))
     with pytest.raises(ConfigError, match=said):
         accuracy(*SMALL, **settings)
+
+
+def test_an_error_of_a_score_without_interval_is_not_zero_standard_deviations():
+    """A knob of one metric leaves the scores of the others as they are."""
+
+    def error(changed: Score, right: Score):
+        other = Score("other", 3.0, "1", low=2.0, high=4.0)
+        results = (Results(scores={"front": [other, score]}) for score in (changed, right))
+        found = difference(*results, Quantity.SCORE, Noise({}, {}, True))
+        return found.own, found.half, found.of_noise
+
+    assert error(Score("acme", 2.2, "1"), Score("acme", 2.0, "1")) == pytest.approx(
+        (0.1, 0.1, math.nan), nan_ok=True
+    )
+    known = Score("acme", 2.0, "1", low=1.6, high=2.4)
+    assert error(Score("acme", 2.2, "1"), known) == pytest.approx((0.1, 0.1, 0.5))
+    assert error(known, known) == (0.0, 0.0, 0.0)
+    assert all(map(math.isnan, error(Score("acme", math.nan, "1"), known)))

@@ -28,7 +28,10 @@ class ReadsFiles(Protocol):
     """A component whose result depends on the content of files."""
 
     def input_files(self) -> Iterable[str | PathLike[str]]:
-        """Return the paths of those files; their content is part of a run's name."""
+        """Return the paths of those files; their content is part of a run's name.
+
+        A folder stands for all files below it.
+        """
 
 
 @runtime_checkable

@@ -12,7 +12,13 @@ from .. import error_terms, ledger
 from ..error_terms import ErrorTerm, Quantity, Source
 from ..ledger import Row
 from .captured_electrons import Electrons
-from .pixel_errors import UNIT, after, terms_of_capture, terms_of_sensor
+from .pixel_errors import (
+    UNIT,
+    after,
+    sensor_terms_without_electrons,
+    terms_of_capture,
+    terms_of_sensor,
+)
 from .share_within import within
 
 if TYPE_CHECKING:
@@ -124,9 +130,10 @@ def record_figures(
             np.inf,
             UNIT,
         )
-    for term in terms[shots[-1].capture].without_electrons:
+    without_electrons = terms[shots[-1].capture].without_electrons
+    for term in [*without_electrons, *sensor_terms_without_electrons(rows)]:
         ledger.left_out(
-            term.label,
+            term.label or str(term.source),
             "it cannot be converted to an error of a pixel's electrons",
             term.value,
             term.unit,
@@ -136,7 +143,8 @@ def record_figures(
 def _record_figure(
     value: float, how: error_terms.How, label: str, key: str, capture: str | None = None
 ) -> None:
-    term = ErrorTerm(Source(key=key), Quantity.ELECTRONS, capture, value, UNIT, how, label)
+    known = np.inf if np.isnan(value) else value
+    term = ErrorTerm(Source(key=key), Quantity.ELECTRONS, capture, known, UNIT, how, label)
     ledger.record(term)
 
 

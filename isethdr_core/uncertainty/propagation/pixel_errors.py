@@ -17,7 +17,8 @@ UNIT = "standard deviations of the sensor's noise"
 # kinds of the stages after the renderer whose errors propagate to the electrons. Of `radiance` only
 # the rounding of the store counts: the errors that it restates are those of the renderer
 AFTER = ("scene", "radiance", "lighting", "lens", "flare")
-UNITS = (error_terms.RELATIVE, IRRADIANCE, "electrons", UNIT)  # units that propagate to electrons
+ELECTRONS = ("electrons", "e")  # spellings of one unit
+UNITS = (error_terms.RELATIVE, IRRADIANCE, *ELECTRONS, UNIT)  # units that propagate to electrons
 
 
 class Bounds(NamedTuple):
@@ -61,13 +62,14 @@ def _in_electrons(term: ErrorTerm, shot: Electrons) -> np.ndarray | float | None
     """
     if term.unit == error_terms.RELATIVE:
         # a part that no stage declared is at most all light
-        light = shot.parts.get(term.part, shot.total) if term.part else shot.total
+        part = shot.parts.get(term.part, shot.total) if term.part else shot.total
+        light: np.ndarray = np.abs(part)  # a part may be light that a stage takes away
         if np.isinf(term.value):  # no light has no error
             return np.where(light > 0, term.value, 0.0)
         return term.value * light
     if term.unit == IRRADIANCE:
         return term.value * shot.per_irradiance
-    if term.unit == "electrons":
+    if term.unit in ELECTRONS:
         return term.value
     return term.value * shot.sigma if term.unit == UNIT else None
 
@@ -106,15 +108,29 @@ def terms_of_sensor(rows: Sequence[Row]) -> list[ErrorTerm]:
 
     Noise and non-linearity are properties of a sensor, not errors.
     """
+    return [term for term in _light_terms_of_sensor(rows) if _counts_electrons(term)]
+
+
+def sensor_terms_without_electrons(rows: Sequence[Row]) -> list[ErrorTerm]:
+    """Return the errors of light that sensors state, and that do not propagate to electrons."""
+    return [
+        term for term in _light_terms_of_sensor(rows) if term.value and not _counts_electrons(term)
+    ]
+
+
+def _light_terms_of_sensor(rows: Sequence[Row]) -> list[ErrorTerm]:
     terms = [
         term
         for row in rows
         for term in row.errors
-        if term.source.kind == "sensor"
-        and term.acts_on == Quantity.ELECTRONS
-        and term.unit in UNITS
+        if term.source.kind == "sensor" and term.acts_on in error_terms.LIGHT
     ]
     return error_terms.largest_alternatives(terms)
+
+
+def _counts_electrons(term: ErrorTerm) -> bool:
+    """Return whether an error of a sensor is one of its electrons, in a unit that propagates."""
+    return term.acts_on == Quantity.ELECTRONS and term.unit in UNITS
 
 
 def stated_noise(rows: Sequence[Row]) -> float:

@@ -198,9 +198,18 @@ def test_a_number_in_a_table_renames_all_that_read_it_and_nothing_else(tmp_path)
         'sorted(Path(__file__).parent.rglob("*.txt"))[0]',
         'Path(__file__).parents[1] / "tables/crown.txt"',
         'str(Path(__file__).parent) + "/tables/crown.txt"',
+        'sorted(Path(__file__).parent.rglob("cr*n.txt"))[0]',
+        'sorted(Path(__file__).parent.rglob("cr[n-p]w?.txt"))[0]',
+        'Path(__file__).parents[1] / "acme" / "{}.txt".format(name)',
+        'Path(__file__).parents[1] / "acme" / ("%s.txt" % name)',
+        'Path(__file__).parents[1] / "acme" / (name + "_v2.txt")',
+        'Path(__file__).parents[1] / "acme" / (name + "wn.txt")',
+        'Path(__file__).parents[1] / "acme" / ".".join([name, "txt"])',
+        'files("acme.tables") / name',
     ],
 )
-def test_data_named_by_folder_or_pattern_counts(tmp_path, how):
+@pytest.mark.parametrize("importable", [False, True])
+def test_data_named_by_folder_or_pattern_counts(tmp_path, how, importable):
     files = {
         "acme/__init__.py": "",
         "acme/lens.py": f"from importlib.resources import files\nfrom pathlib import Path\n\n\n"
@@ -208,10 +217,25 @@ def test_data_named_by_folder_or_pattern_counts(tmp_path, how):
         "acme/tables/crown.txt": "1.5",
         "acme/conf/lens/preset.txt": "f_number: 2",
     }
+    files |= {"acme/tables/__init__.py": ""} if importable else {}
     before = digest(written(tmp_path / "before", files))
     assert digest(written(tmp_path / "data", files | {"acme/tables/crown.txt": "1.6"})) != before
     preset = files | {"acme/conf/lens/preset.txt": "f_number: 3"}
     assert digest(written(tmp_path / "preset", preset)) == before  # the config holds its values
+
+
+@pytest.mark.parametrize("code", ["acme/lenses/glass.py", "acme/lenses/thin/glass.py"])
+def test_the_name_of_a_folder_of_code_counts_no_data(tmp_path, code):
+    files = {
+        "acme/__init__.py": "",
+        "acme/lens.py": "class Lens:\n    kind = 'lenses'\n",
+        "acme/lenses/__init__.py": "",
+        "acme/lenses/crown.txt": "1.5",
+        code: "",
+    }
+    before = digest(written(tmp_path / "before", files))
+    edited = files | {"acme/lenses/crown.txt": "1.6"}
+    assert digest(written(tmp_path / "after", edited)) == before
 
 
 def test_a_data_file_counts_whatever_characters_its_name_has(tmp_path):

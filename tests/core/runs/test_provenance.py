@@ -1,6 +1,12 @@
 """Provenance: an edit changes the name of a result if and only if it can change the result."""
 
+import os
+from pathlib import Path
+
+import pytest
+
 from isethdr_core import build
+from isethdr_core.errors import PluginError
 from isethdr_core.identity.code_digest import frame_code
 from isethdr_core.runs import provenance
 from isethdr_core.runs.provenance import (
@@ -58,3 +64,32 @@ def test_input_files_are_named_by_their_content(tmp_path):
     first = input_digests(Reader(), object())
     (tmp_path / "curve.csv").write_text("2")
     assert list(first) == list(input_digests(Reader())) and first != input_digests(Reader())
+
+
+@pytest.mark.parametrize("kind", [str, Path, os.fsencode])
+def test_one_path_instead_of_several_is_refused(tmp_path, kind):
+    (tmp_path / "curve.csv").write_text("1")
+
+    class Reader:
+        def input_files(self):
+            return kind(str(tmp_path / "curve.csv"))
+
+    with pytest.raises(PluginError, match=r"Reader: .*curve.csv.*type `return \(path,\)`"):
+        input_digests(Reader())
+
+
+def test_an_input_folder_stands_for_all_files_below_it(tmp_path):
+    class Reader:
+        def input_files(self):
+            return (str(tmp_path / "curves"), tmp_path / "missing")
+
+    inner = tmp_path / "curves" / "red"
+    inner.mkdir(parents=True)
+    (inner / "a.csv").write_text("1")
+    first = input_digests(Reader())
+    assert list(first) == [str(inner / "a.csv")]
+    (inner / "a.csv").write_text("2")
+    second = input_digests(Reader())
+    assert second.keys() == first.keys() and second != first
+    (tmp_path / "curves" / "b.csv").write_text("1")
+    assert len(input_digests(Reader())) == 2

@@ -14,13 +14,14 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from isethdr_core.data import quantities
+from isethdr_core.errors import PluginError
 from isethdr_core.ledger import Ledger, Row
 from isethdr_core.pipeline.demand import Demand
 from isethdr_core.runs.radiance_cache import joined_radiance
 from isethdr_core.runs.sample_accumulation import Known
 from isethdr_core.uncertainty import error_terms, ledger, propagation
-from isethdr_core.uncertainty.earlier_terms import DIRECT, SPREAD, ErrorNote
-from isethdr_core.uncertainty.error_terms import ErrorTerm, Quantity, Source
+from isethdr_core.uncertainty.earlier_terms import DIRECT, SPREAD, ErrorNote, maps_of
+from isethdr_core.uncertainty.error_terms import ErrorMaps, ErrorTerm, Quantity, Source
 from isethdr_core.uncertainty.propagation import (
     AFTER_RENDERER,
     RENDERER,
@@ -29,6 +30,7 @@ from isethdr_core.uncertainty.propagation import (
     WHOLE,
     Electrons,
 )
+from isethdr_core.uncertainty.propagation.captured_electrons import _check_maps
 
 from ..stated_rows import row, said
 
@@ -180,6 +182,46 @@ def test_a_sensor_states_errors_of_electrons_and_keeps_those_of_its_own():
     assert propagation.terms_after([stage]) == ([], [])
 
 
+def test_both_spellings_of_the_unit_of_electrons_count():
+    shot = shot_of(4)
+
+    def bound(kind, unit):
+        [term] = row(f"{kind} s", said(50.0, unit, "bound", acts_on=Quantity.ELECTRONS)).errors
+        return propagation.figures_of(shot, [], [term]).sensor
+
+    assert bound("sensor", "e") == bound("sensor", "electrons") > 0
+    stage = row("sensor s", said(50.0, "e", "bound", acts_on=Quantity.ELECTRONS))
+    assert propagation.terms_of_sensor([stage]) == stage.errors
+    stage = row("lens l", said(50.0, "e", "bound"))
+    assert propagation.terms_after([stage]) == (stage.errors, [])
+
+
+@pytest.mark.parametrize(
+    "unknown",
+    [
+        {"unit": "percent", "acts_on": Quantity.ELECTRONS},
+        {"unit": "relative", "acts_on": Quantity.PHOTOCURRENT},
+    ],
+)
+@pytest.mark.parametrize("kind", ["sensor", "lens"])
+def test_errors_that_do_not_become_electrons_are_left_out(kind, unknown):
+    stage = row(f"{kind} s", {**said(3.0, "", "bound", "spill"), **unknown})
+    listed = kind == "sensor" or unknown["unit"] == "percent"
+    with ledger.stage(Ledger(), "picture") as picture:
+        propagation.record_figures([shot_of(4)], [stage], 0.1, propagation.Seconds(0.0, 0.0))
+    notes = [(note.what, note.bound, note.unit) for note in picture.left_out]
+    assert notes == ([("spill", 3.0, unknown["unit"])] if listed else [])
+
+
+def test_an_error_of_light_that_a_stage_takes_away_adds_to_the_others():
+    shot = shot_of(4)
+    halo = said(0.1, "relative", "bound", part="halo")
+    [term] = row("lens l", halo).errors
+    taken_away = replace(shot, parts={"halo": -shot.parts["halo"]})
+    bounds = [propagation.after(s, [term]).bound for s in (shot, taken_away)]
+    np.testing.assert_array_equal(*bounds)
+
+
 def test_a_stage_without_a_word_on_it_speaks_of_what_it_returns():
     for kind, quantity in (
         ("scene", Quantity.RADIANCE),
@@ -308,6 +350,42 @@ def test_declared_light_adds_up_and_is_not_stored():
         "light_parts" not in rows.as_records()[0] and Ledger.from_records(rows.as_records()) == rows
     )
     ledger.light_part("outside a run", light)  # is not recorded and does not fail
+
+
+@pytest.mark.parametrize(
+    ("light", "said"),
+    [
+        (np.ones((1, 2, 2)), "is of type ndarray; expected a DataArray"),
+        (xr.DataArray(np.ones((1, 2, 2)), dims=("wavelength", "y", "x")), "the units None"),
+        (
+            xr.DataArray(np.ones(2), dims="wavelength", attrs={"units": quantities.IRRADIANCE}),
+            "the dims \\('wavelength',\\)",
+        ),
+    ],
+    ids=["array", "no units", "no tiles"],
+)
+def test_a_part_that_is_no_light_is_refused_where_it_is_declared(light, said):
+    with ledger.stage(Ledger(), "lens l"), pytest.raises(PluginError, match=f"'veil'.*{said}"):
+        ledger.light_part("veil", light)
+
+
+@pytest.mark.parametrize(
+    ("maps", "said"),
+    [
+        (0.1, "light_errors of the lens returned float; expected .*ErrorMaps"),
+        ((0.1, 0.2, 0.3), "returned tuple"),
+    ],
+)
+def test_error_maps_of_another_form_are_refused(maps, said):
+    with pytest.raises(PluginError, match=said):
+        maps_of(maps)
+
+
+def test_error_maps_on_other_tiles_are_refused():
+    maps = ErrorMaps(np.zeros((4, 6)), np.zeros((4, 6)))
+    expected = r"deviation has the shape \(4, 6\); expected .*\(3, 4, 6\)"
+    with pytest.raises(PluginError, match=expected):
+        _check_maps(maps, (3, 4, 6))
 
 
 def test_stored_terms_are_restated_by_their_fields(monkeypatch, tmp_path):

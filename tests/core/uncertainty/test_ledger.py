@@ -8,8 +8,10 @@ import time
 
 import pytest
 
+from isethdr_core.errors import PluginError
 from isethdr_core.ledger import Ledger
 from isethdr_core.uncertainty import ledger
+from isethdr_core.uncertainty.error_terms import ErrorTerm, Quantity, Source
 
 
 def test_a_row_holds_what_the_stage_stated():
@@ -81,3 +83,30 @@ def test_records_survive_json():
         ledger.error(0.03, "relative", "bound", "blur")
         ledger.left_out("group sky", "weight 0", 0.0, "cd/m2")
     assert Ledger.from_records(json.loads(json.dumps(rows.as_records()))) == rows
+
+
+@pytest.mark.parametrize("value", [-0.2, float("nan")])
+def test_an_error_without_a_size_is_refused(value):
+    said = "lens acme: the error 'veil' has the value .*; type abs\\(value\\), or math.inf"
+    term = ErrorTerm(Source(key="veil"), Quantity.IRRADIANCE, None, value, "relative", "bound")
+    with ledger.stage(Ledger(), "lens acme"):
+        with pytest.raises(PluginError, match=said):
+            ledger.error(value, "relative", "bound", "veil")
+        with pytest.raises(PluginError, match=said):
+            ledger.record(term)
+    with pytest.raises(PluginError, match="^the error 'veil' has"):  # a test of a plugin sees it
+        ledger.error(value, "relative", "bound", "veil")
+
+
+def test_an_error_that_is_known_in_an_unknown_way_is_refused():
+    with pytest.raises(PluginError, match="how='maximum'; expected one of 'measured', 'bound',"):
+        ledger.error(0.1, "relative", "maximum", "veil")
+
+
+def test_errors_of_stored_ledgers_are_restated_as_they_are():
+    source = Source("lens", "acme")
+    term = ErrorTerm(source, Quantity.IRRADIANCE, None, -0.2, "relative", "bound", "veil")
+    with ledger.stage(rows := Ledger(), "radiance"):
+        ledger.record(term)
+        ledger.error(float("inf"), "relative", "bound", "not known")
+    assert [e.value for e in rows[0].errors] == [-0.2, float("inf")]

@@ -123,23 +123,37 @@ def _of_pictures(results: Results, reference: Results) -> Difference:
 
 
 def _of_scores(results: Results, reference: Results) -> Difference:
-    """Return the largest difference of a score: relative, and over half of its interval."""
+    """Return the largest difference of a score: relative, and over half of its interval.
+
+    Only scores that differ count, because a knob leaves the scores of other metrics as they are.
+    The share of the interval is NaN if one of them has no interval. All is NaN if no two numbers
+    differ, and a score has no number on one side.
+    """
     relative_errors: list[float] = []
     of_noise: list[float] = []
+    compared = unknown = False
     for name, scores in reference.scores.items():
         by_name = {(s.metric, s.object): s for s in results.scores[name]}
         for right in scores:
             score = by_name.get((right.metric, right.object))
             if score is None or not math.isfinite(right.value - score.value):
+                unknown |= score is None or math.isfinite(right.value) != math.isfinite(score.value)
                 continue
+            compared = True
             off = abs(score.value - right.value)
-            relative_errors.append(off / abs(right.value) if right.value else off)
-            if half_interval(right) > 0:
-                of_noise.append(off / half_interval(right))
-    in_intervals = max((share for share in of_noise if share >= 0), default=math.nan)
-    half = float(np.median(relative_errors)) if relative_errors else math.nan
+            if off > 0:
+                relative_errors.append(off / abs(right.value) if right.value else off)
+                half = half_interval(right)
+                of_noise.append(off / half if half > 0 else math.nan)
+    if not relative_errors:
+        none = 0.0 if compared and not unknown else math.nan
+        return Difference(none, none, RELATIVE, Quantity.SCORE, none)
     return Difference(
-        max(relative_errors, default=math.nan), half, RELATIVE, Quantity.SCORE, in_intervals
+        max(relative_errors),
+        float(np.median(relative_errors)),
+        RELATIVE,
+        Quantity.SCORE,
+        float(np.max(of_noise)),  # NaN if one is NaN
     )
 
 
