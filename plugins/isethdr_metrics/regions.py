@@ -12,6 +12,7 @@ import numpy as np
 from isethdr_core import ledger
 from isethdr_core.data.derived_once import intervals_wanted, once
 from isethdr_core.errors import UnitError
+from isethdr_core.physics.resampling.blocks import block_means
 from isethdr_core.truth import before_denoising, check_picture, total_variance, variance_known
 
 if TYPE_CHECKING:
@@ -63,6 +64,26 @@ def luminance_variance(picture: xr.Dataset) -> np.ndarray:
         return total_variance(of_luminance).values[..., 0].astype(float)
 
     return once("luminance variance", (picture,), variance)
+
+
+def noise_of_blocks(picture: xr.Dataset, truth: xr.Dataset) -> tuple[np.ndarray, np.ndarray]:
+    """Return true luminance, cd/m2, and variance of luminance, (cd/m2)^2, each (y, x) and the mean
+    over the valid pixels of a block of `block_means`. The arrays must not be changed.
+
+    After a demosaic, pixels of different filters have different variances. A median over such
+    pixels may fall anywhere between them, and says little about their mean. All blocks hold the
+    same filters. Both means are over the same pixels, so a variance that is linear in luminance
+    stays so.
+    """
+    _, true, valid = luminances(picture, truth)
+    key = "true of blocks", valid.tobytes()
+    light = once(key, (truth,), lambda: block_means(true, valid))
+    noise = once(
+        "variance of blocks",
+        (picture,),
+        lambda: block_means(luminance_variance(picture), valid),
+    )
+    return light, noise
 
 
 def variance_stated(picture: xr.Dataset, score: str, unit: str) -> bool:

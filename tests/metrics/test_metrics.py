@@ -276,15 +276,17 @@ def test_snr_at_a_level_does_not_rest_on_a_few_pixels(renderer_noise):
 
 
 def test_snr_needs_six_independent_pixels_near_the_level():
-    """One pixel in 9 is independent, and the ranks of six values enclose a median at 95 %."""
+    """One pixel in 16 is independent, and the ranks of six values enclose a median at 95 %."""
     metric = SnrCurve(luminances_cd_m2=(10.0,))
-    for pixels, given in ((54, True), (53, False)):
-        y = np.full((NY, NX), 0.1)
-        y.ravel()[:pixels] = 11.0
+    y = np.full((NY, NX), 0.1)
+    y[:8, :12] = 11.0  # 96 pixels
+    for not_valid, given in ((0, True), (1, False)):
+        valid = np.ones(y.shape, bool)
+        valid[0, :not_valid] = False
         with ledger.stage(ledger.Ledger(), "metrics") as row:
-            scores = metric(picture(y, y / 40.0), picture(y))
+            scores = metric(picture(y, y / 40.0, valid), picture(y))
         assert [score.metric for score in scores] == ["snr_at_10"] * given
-        assert any("fewer than 54 valid pixels" in note.why for note in row.left_out) != given
+        assert any("fewer than 96 valid pixels" in note.why for note in row.left_out) != given
 
 
 def test_dynamic_range_of_read_and_shot_noise_is_the_closed_form():

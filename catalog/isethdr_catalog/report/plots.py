@@ -12,6 +12,7 @@ import numpy as np
 from markupsafe import Markup
 
 from isethdr_core.extras import needed
+from isethdr_core.physics.resampling.blocks import alike, block_means
 from isethdr_core.truth import before_denoising, total_variance
 
 if TYPE_CHECKING:
@@ -163,8 +164,10 @@ def snr_curve(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return luminance, cd/m2, and signal-to-noise ratio, dB, of the median pixel of each bin.
 
-    The ratio is true luminance over the standard deviation that the picture states. Bins are of
-    true luminance: with bins of the noisy estimate, dark bins would hold mostly noise.
+    The ratio is true luminance over the standard deviation that the picture states. Luminance and
+    variance are means over blocks, as in the metric `snr_curve`, so that all filters of a mosaic
+    count equally. Bins are of true luminance: with bins of the noisy estimate, dark bins would hold
+    mostly noise.
 
     Parameters
     ----------
@@ -174,9 +177,11 @@ def snr_curve(
     least : smallest number of pixels in a bin; other bins are left out.
     """
     stated_variance = total_variance(before_denoising(picture))
-    y = truth["xyz"].values[..., 1]
-    variance = stated_variance.values[..., 1]
-    usable = picture["valid"].values & (y > 0) & (variance > 0)
+    valid = picture["valid"].values
+    true = truth["xyz"].values[..., 1]
+    y = block_means(true, valid)
+    variance = block_means(stated_variance.values[..., 1], valid)
+    usable = valid & (y > 0) & (variance > 0) & alike(true, y)
     y = y[usable]
     variance = variance[usable]
     if not y.size:

@@ -18,7 +18,14 @@ from isethdr_core.data.scores import Score
 from isethdr_core.plugins.ranges import check_ranges
 
 from ..limits import Darkest
-from ..regions import NAN, luminance_variance, luminances, undenoised, variance_stated
+from ..regions import (
+    NAN,
+    luminance_variance,
+    luminances,
+    noise_of_blocks,
+    undenoised,
+    variance_stated,
+)
 from .noise_line import NoiseLine, dark_medians, line_through
 
 if TYPE_CHECKING:
@@ -64,8 +71,9 @@ class DynamicRange:
         The variance is fitted by a + b Y (read noise and shot noise, a and b not negative), up to
         12 times the noise in the dark. The fit is a relative least-squares fit to the medians of
         groups of pixels with similar luminance, so that a few dark pixels with flare do not change
-        it. If all dark pixels have nearly one luminance, b is 0. SNR = s is where Y^2 = s^2 (a + b
-        Y).
+        it. Luminance and variance are means over blocks of 4 x 4 pixels, so that all filters of a
+        mosaic count equally. If all dark pixels have nearly one luminance, b is 0. SNR = s is where
+        Y^2 = s^2 (a + b Y).
 
         A lower end, and the range above it, is left out if it lies below a third of the luminance
         of the darkest group, or below that luminance if all dark pixels have nearly one. The noise
@@ -77,7 +85,7 @@ class DynamicRange:
         the upper end follows from this noise alone.
         """
         picture = undenoised(picture)
-        y, true, valid = luminances(picture, truth)
+        y, _, valid = luminances(picture, truth)
         if not variance_stated(picture, "dynamic_range", "dB"):
             return []
         if not valid.any():
@@ -96,7 +104,8 @@ class DynamicRange:
             )
             ledger.left_out("dynamic_range", why, NAN, "dB")
             return []
-        light, noise = dark_medians(true[valid], variance[valid], self.darkest_share)
+        light, noise = (v[valid] for v in noise_of_blocks(picture, truth))
+        light, noise = dark_medians(light, noise, self.darkest_share)
         farthest = FARTHEST
         darkest = float(light.min())
         if np.ptp(light) < 0.1 * (light.mean() or 1.0):

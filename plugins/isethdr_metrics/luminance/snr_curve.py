@@ -12,14 +12,15 @@ import numpy as np
 from isethdr_core import ledger
 from isethdr_core.data.derived_once import once
 from isethdr_core.data.scores import Score
+from isethdr_core.physics.resampling.blocks import SIDE, alike
 from isethdr_core.plugins.ranges import check_ranges
 
 from ..limits import Bins, Luminance
 from ..regions import (
     check_pair,
-    luminance_variance,
     luminances,
     median_interval,
+    noise_of_blocks,
     undenoised,
     variance_stated,
 )
@@ -27,8 +28,8 @@ from ..regions import (
 if TYPE_CHECKING:
     import xarray as xr
 
-# pixels per independent pixel; a demosaic correlates neighbours, so one pixel in 3 x 3 counts
-PIXELS_PER_INDEPENDENT = 9
+# pixels per independent value; all pixels of a block have the same mean variance
+PIXELS_PER_INDEPENDENT = SIDE**2
 # Smallest number of pixels of a bin that a score may use. A median lies outside the smallest and
 # the largest of n values with the probability 2 * 0.5**n, so an interval of 95 % needs 6 values.
 FEWEST_PIXELS = 6 * PIXELS_PER_INDEPENDENT
@@ -105,6 +106,10 @@ class SnrCurve:
     def curve(self, picture: xr.Dataset, truth: xr.Dataset) -> dict:
         """Return the table, with one row per bin of true luminance that contains a valid pixel.
 
+        True luminance and variance are means over blocks of 4 x 4 pixels, so that all filters of a
+        mosaic count equally. A pixel whose luminance differs from that of its block by more than a
+        factor of 2, such as one at the border of a lamp, does not count.
+
         Returns
         -------
         dict of arrays (bin,):
@@ -114,15 +119,16 @@ class SnrCurve:
                 not changed by a few pixels with flare.
             snr_measured_db : 20 log10 of the luminance / rms difference from the reference picture.
                 Blur, demosaic and flare count as noise here.
-            pixels : number of valid pixels.
-            snr_interval_db : (bin, 2) ends of the 95 % interval minus snr_db. One pixel in 3 x 3
-                counts as independent, because a demosaic correlates neighbours.
+            pixels : number of pixels that count.
+            snr_interval_db : (bin, 2) ends of the 95 % interval minus snr_db. One pixel in 4 x 4
+                counts as independent, because a block has one mean variance.
         """
         y, true, valid = luminances(picture, truth)
-        use = valid & (true > 0)
+        light, noise = noise_of_blocks(picture, truth)
+        use = valid & (light > 0) & alike(true, light)
 
         def bins() -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-            bin_of = np.floor(np.log10(true[use]) * self.bins_per_decade + 1e-9).astype(int)
+            bin_of = np.floor(np.log10(light[use]) * self.bins_per_decade + 1e-9).astype(int)
             lowest = bin_of.min(initial=0)
             counts = np.bincount(bin_of - lowest)
             index = (np.cumsum(counts > 0) - 1).astype(np.uint16)[bin_of - lowest]
@@ -149,13 +155,13 @@ class SnrCurve:
                 .T
             )
 
-        signal = once(("signal", *key), (truth,), lambda: medians(true)[0])
-        reported, least, most = medians(luminance_variance(picture))
+        signal = once(("signal", *key), (truth,), lambda: medians(light)[0])
+        reported, least, most = medians(noise)
         # a noise-free picture has an infinite SNR
         with np.errstate(divide="ignore", invalid="ignore"):
             snr, measured = (
-                20 * np.log10(signal / np.sqrt(noise))
-                for noise in (reported, mean((y - true) ** 2))
+                20 * np.log10(signal / np.sqrt(power))
+                for power in (reported, mean((y - true) ** 2))
             )
             interval = 10 * np.log10(reported / np.stack([most, least]))
         return {

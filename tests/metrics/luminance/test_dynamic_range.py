@@ -84,7 +84,8 @@ def test_a_dark_scene_keeps_every_end(read_e, darkest):
 @pytest.mark.parametrize("name", ENDS)
 def test_an_end_may_lie_up_to_three_times_below_the_darkest_pixels(name):
     end = ends_of(9.0)[name]
-    for ratio, given in ((2.5, True), (3.5, False)):
+    # the darkest group of blocks may have 1.22 times the luminance of the darkest column
+    for ratio, given in ((2.3, True), (3.5, False)):
         found, why = measured(ramp(ratio * end), 9.0)
         assert (f"dynamic_range{name}" in found) == given
         assert (f"dynamic_range{name}" in why) != given
