@@ -3,7 +3,8 @@ of two.
 
 The mean of all cells without lamps is assumed to be grey (Buchsbaum 1980), in the channels of the
 sensor. Of all mixtures of two known lights, the one with the most similar channel ratios of white
-is the light of the scene. White balance and colour matrix use it.
+is the light of the scene. White balance and colour matrix use it. Tungsten light (`incandescent`)
+is mixed with halogen only, and selected only if it is clearly nearer than every other mixture.
 """
 
 from __future__ import annotations
@@ -17,7 +18,7 @@ from isethdr_core import ledger
 
 from .demosaic.interpolation import array_period
 from .readout.electrons import Readout, readouts
-from .spectra import LIGHTS, Illuminant, Mixture, light
+from .spectra import LIGHTS, Illuminant, Light, Mixture, light
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -29,6 +30,10 @@ REFERENCE = "daylight"
 LAMP_PERCENTILE = 95.0
 LAMP_MULTIPLE = 2.0
 STEPS = 100  # number of steps of the share of the second light in a mixture
+# Tungsten lamps. A sensor without separate green and red sees them nearly as it sees halogen with
+# sodium, so their channel ratios must be nearer by this difference of the distances.
+TUNGSTEN: tuple[Light, Light] = ("halogen", "incandescent")
+TUNGSTEN_MARGIN = 0.003
 
 
 def illuminant(captures: xr.Dataset, balance: str) -> Illuminant:
@@ -100,16 +105,20 @@ def nearest_mixture(
     read : a readout of the captures, for response and sensitivity.
     wavelength_nm : (wavelength,) centres of the bands, nm.
     """
-    white = np.array([read.response @ light(name, wavelength_nm) for name in LIGHTS])
-    white /= read.sensitivity
+    white = {
+        name: read.response @ light(name, wavelength_nm) / read.sensitivity
+        for name in (*LIGHTS, *TUNGSTEN)
+    }
     share = np.linspace(0.0, 1.0, STEPS + 1)[:, None]
     best = Mixture(REFERENCE, REFERENCE, 0.0)
     least = np.inf
-    for a, b in combinations(range(len(LIGHTS)), 2):
-        log_ratios = np.log((1 - share) * white[a] + share * white[b]) - np.log(means)
+    for pair in (*combinations(LIGHTS, 2), TUNGSTEN):
+        first, second = pair
+        log_ratios = np.log((1 - share) * white[first] + share * white[second]) - np.log(means)
         rms = log_ratios.std(axis=1)  # a common factor of all channels does not count
         k = int(rms.argmin())
-        if rms[k] < least:
-            best = Mixture(LIGHTS[a], LIGHTS[b], float(share[k, 0]))
+        margin = TUNGSTEN_MARGIN if pair == TUNGSTEN else 0.0
+        if rms[k] < least - margin:
+            best = Mixture(first, second, float(share[k, 0]))
             least = float(rms[k])
     return best, least

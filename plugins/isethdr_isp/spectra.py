@@ -7,6 +7,9 @@ all from formulas.
 | halogen  | black body of 3200 K, a headlamp                                                |
 | led      | blue peak at 450 nm (sigma 10) and phosphor at 560 nm (sigma 55), a white headlamp |
 | sodium   | lines at 498, 569, 589, 616 nm (sigma 6) on 5 %, a high-pressure street lamp    |
+
+Automatic white balance knows one more light, `incandescent`: a black body of 2856 K (CIE illuminant
+A), a tungsten lamp.
 """
 
 from __future__ import annotations
@@ -20,8 +23,9 @@ from isethdr_core.errors import UnitError
 from isethdr_core.physics.photometry import xyz_weights
 from isethdr_core.physics.radiometry import planck_radiance
 
-Light = Literal["daylight", "halogen", "led", "sodium"]
-LIGHTS = ("daylight", "halogen", "led", "sodium")
+Light = Literal["daylight", "halogen", "led", "sodium", "incandescent"]
+LIGHTS: tuple[Light, ...] = ("daylight", "halogen", "led", "sodium")
+BLACK_BODY_K = {"daylight": 6504.0, "halogen": 3200.0, "incandescent": 2856.0}
 
 
 class Mixture(NamedTuple):
@@ -53,8 +57,8 @@ def light(name: Illuminant, wavelength_nm: np.ndarray) -> np.ndarray:
         first = light(name.first, w)
         second = light(name.second, w)
         return (1 - name.share) * first + name.share * second
-    if name in ("daylight", "halogen"):
-        shape = planck_radiance(w, 6504.0 if name == "daylight" else 3200.0)
+    if name in BLACK_BODY_K:
+        shape = planck_radiance(w, BLACK_BODY_K[name])
     elif name == "led":
         shape = _bell(w, 450, 10) + 0.55 * _bell(w, 560, 55)
     else:

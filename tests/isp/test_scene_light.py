@@ -9,6 +9,7 @@ from isethdr_isp.spectra import LIGHTS, Mixture, light, radiances
 
 from isethdr_core.errors import ConfigError
 from isethdr_core.physics.photometry import xyz, xyz_weights
+from isethdr_core.physics.radiometry import planck_radiance
 from isethdr_core.plugins.registry import build
 
 SHAPE = (12, 16)
@@ -17,6 +18,7 @@ MIXTURES = [
     Mixture("daylight", "halogen", 0.37),
     Mixture("halogen", "sodium", 0.6),
     Mixture("led", "sodium", 0.25),
+    Mixture("incandescent", "incandescent", 0.0),
 ]
 
 
@@ -78,6 +80,44 @@ def test_the_matrix_is_the_best_one_in_that_light(bench):
     assert error(found) < min(error(name) for name in LIGHTS)
 
 
+# kinds of filters by their letters; the yellow and clear ones have no green of their own
+CURVES = {"R": 0, "G": 1, "B": 2}
+
+
+def of_letters(bench, cfa):
+    """Return pattern (2, 2) and quantum efficiencies of a filter array of the letters R, G, B, Y
+    (red and green), W and C (all).
+    """
+    curves = {letter: bench.QE[i] for letter, i in CURVES.items()}
+    curves |= {"Y": bench.QE[0] + bench.QE[1], "W": bench.QE_W[3], "C": bench.QE_W[3]}
+    letters = sorted(set(cfa))
+    pattern = np.array([letters.index(letter) for letter in cfa]).reshape(2, 2)
+    return pattern, np.stack([curves[letter] for letter in letters])
+
+
+@pytest.mark.parametrize("cfa", ["RGGB", "RYYB", "RGWB"])
+def test_a_grey_in_tungsten_light_is_not_taken_for_sodium(bench, cfa):
+    """CIE illuminant A is a black body of 2856 K. The imitation by halogen and sodium has 2 to 12 %
+    too much luminance.
+    """
+    pattern, qe = of_letters(bench, cfa)
+    grey = planck_radiance(bench.WAVELENGTH, 2856.0)
+    grey *= 50 / xyz(grey, bench.WAVELENGTH)[1]
+    captures = bench.make(bench.mosaic_of(grey, SHAPE, pattern, qe), pattern=pattern, qe=qe)
+    picture = MergeIsp(balance="automatic")(captures)
+    np.testing.assert_allclose(picture.xyz.values[5, 5], xyz(grey, bench.WAVELENGTH), rtol=1e-6)
+    assert picture.attrs["scene_light"] == "incandescent"
+
+
+@pytest.mark.parametrize("cfa", ["RGGB", "RYYB", "RGWB", "RCCC"])
+@pytest.mark.parametrize("share", [0.1, 0.25, 0.5, 0.75, 0.9])
+def test_halogen_with_sodium_is_not_taken_for_tungsten(bench, cfa, share):
+    pattern, qe = of_letters(bench, cfa)
+    grey = 50 * light(Mixture("halogen", "sodium", share), bench.WAVELENGTH)
+    captures = bench.make(bench.mosaic_of(grey, SHAPE, pattern, qe), pattern=pattern, qe=qe)
+    assert "incandescent" not in str(illuminant(captures, "automatic"))
+
+
 def test_one_channel_and_darkness_are_taken_for_daylight(bench):
     one = bench.make(np.full(SHAPE, 50.0), pattern=np.array([[0]]), qe=bench.QE[1:2])
     dark = bench.make(np.zeros(SHAPE))
@@ -89,3 +129,5 @@ def test_one_channel_and_darkness_are_taken_for_daylight(bench):
 def test_an_unknown_light_is_refused():
     with pytest.raises(ConfigError, match="did you mean 'automatic'"):
         build("isp", "merge", balance="automatik")
+    with pytest.raises(ConfigError, match="balance is 'incandescent'"):  # for estimates alone
+        build("isp", "merge", balance="incandescent")

@@ -15,6 +15,7 @@ import isethdr_core as hdr
 from isethdr_core.errors import ConfigError, UnitError
 from isethdr_core.pipeline.early_checks import check_shots
 from isethdr_core.seeds import generator
+from isethdr_core.uncertainty import ledger
 
 KEY = generator(3, "A", "s1")
 SIZE = (200, 250)
@@ -133,6 +134,90 @@ def test_the_error_of_one_row_or_column_of_black_pixels_is_that_of_independent_p
     values = np.arange(6.0)
     for shape in ((1, 6), (6, 1)):
         assert standard_error(values.reshape(shape)) == pytest.approx(values.std() / np.sqrt(6))
+
+
+def measured_black(shot, black):
+    """Return the measured black level and the rows of the ledger that speak of it."""
+    book = ledger.Ledger()
+    shot = shot.drop_vars("optical_black", errors="ignore")
+    shot = shot.assign(optical_black=(("capture", "black_row", "black_x"), black))
+    with ledger.stage(book, "isp") as row:
+        level = float(with_black_level(shot, "optical")["black_dn"][0])
+    return level, [error for error in row.errors if "black" in error.label]
+
+
+OF_BLACK = {
+    "0.2 DN": {"read_noise_e": 1.3},
+    "0.5 DN": {"read_noise_e": 3.2},
+    "2 DN": {"read_noise_e": 12.7},
+    "5 DN": {"read_noise_e": 31.7},
+    "rows": {"read_noise_e": 3.2, "row_noise_e": 20.0},
+    "telegraph": {"read_noise_e": 12.7, "telegraph_percent": 3.0, "telegraph_e": 50.0},
+    "few electrons": {"read_noise_e": 0.3, "dark_e_per_s": 3.0, "bits": 0},
+    "coarse": {"read_noise_e": 40.0, "bits": 8},
+}
+
+
+@pytest.mark.parametrize("fields", OF_BLACK.values(), ids=OF_BLACK.keys())
+def test_the_rule_for_outliers_does_not_move_the_black_level(fields, flat):
+    """40 shots of 40 devices with 16 black rows each. Coarse codes shift the mean as those of the
+    image, so the mean of all pixels is the truth. One shot has a standard error of s; the mean of
+    all shots may differ by s / 10.
+    """
+    sensor = BayerSensor(**{**CLEAN, "exposure_s": 0.01, **fields})
+    shot = sensor(flat(1e-6, 8, 8), KEY)
+    dark_dn = float(shot["gain_dn_per_e"][0] * shot["dark_e"][0])
+    moved = []
+    levels = []
+    for seed in range(40):
+        key = generator(seed, f"black {seed}")
+        raw, _ = readings(sensor.model(), [np.zeros((16, 120))], key)
+        level, _ = measured_black(shot, raw)
+        levels.append(level)
+        moved.append(level - (raw[0].astype(float).mean() - dark_dn))
+    scatter = np.std(moved) / np.sqrt(len(moved))
+    assert abs(np.mean(moved)) < 0.1 * np.std(levels) + 3 * scatter
+    if "telegraph_e" not in fields:
+        np.testing.assert_allclose(moved, 0.0, atol=1e-3)  # no pixel is left out
+
+
+@pytest.mark.parametrize("share", [0.05, 0.3, 0.48, 0.52, 0.8])
+def test_a_lamp_that_blooms_into_the_black_rows_does_not_move_the_black_level(share, flat):
+    sensor = BayerSensor(**CLEAN, read_noise_e=9.0)
+    shot = sensor(flat(1e-6, 8, 8), KEY)
+    raw, _ = readings(sensor.model(), [np.zeros((16, 200))], KEY)
+    columns = int(share * 200)
+    alone, _ = measured_black(shot, raw[:, :, columns:])
+    raw[0, :, :columns] = 4095  # full wells
+    raw[0, 9:, 0] = 2000  # the charge ends in this row
+    found, rows = measured_black(shot, raw)
+    assert found == pytest.approx(alone, abs=1e-9)
+    assert f"up to {16 * columns} per capture left out" in rows[0].label
+    # the pixels that count
+    error = standard_error(raw[0, :, columns:].astype(float)) / float(shot["gain_dn_per_e"][0])
+    assert rows[0].value == pytest.approx(error, rel=1e-9)
+    assert any("isp.black=stated" in row.label for row in rows) == (share > 0.5)
+
+
+def test_black_rows_full_of_charge_are_reported(flat):
+    shot = BayerSensor()(flat(1e-6, 8, 8), KEY)
+    _, rows = measured_black(shot, np.full((1, 16, 50), 4095, np.uint16))
+    [doubt] = [row for row in rows if "isp.black=stated" in row.label]
+    assert doubt.value > 1e4  # nearly the full well
+
+
+def test_the_error_of_black_pixels_with_gaps_is_that_of_the_others():
+    rng = np.random.default_rng(0)
+    means = []
+    stated = []
+    for _ in range(200):
+        values = rng.normal(size=(12, 40)) + 2 * rng.normal(size=(12, 1)) + rng.normal(size=40)
+        values[rng.uniform(size=values.shape) < 0.2] = np.nan
+        values[:, :5] = np.nan
+        means.append(np.nanmean(values))
+        stated.append(standard_error(values) ** 2)
+    # 200 means give their standard deviation to 5 %
+    assert np.mean(stated) ** 0.5 == pytest.approx(np.std(means), rel=0.2)
 
 
 def test_a_saturated_pixel_stays_saturated_with_a_measured_black_level(flat):

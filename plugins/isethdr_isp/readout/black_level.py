@@ -5,24 +5,39 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
+from scipy.stats import norm, poisson
 
 from isethdr_core import ledger
 from isethdr_core.errors import UnitError
 
 from .electrons import linear_dn
+from .fixed_pattern import device_spread
 
 if TYPE_CHECKING:
     import xarray as xr
 
 BLACK = "optical_black"  # variable of the captures, (capture, black_row, x) DN
+# A pixel further from the others than this many standard deviations holds foreign charge, or is
+# hot. Normal noise is as far in one of two million pixels.
+OUTLIER = 5.0
+# Charge only adds. If more than this share of the pixels is too low, the others hold charge. Of
+# random telegraph noise, 0.5 % is too low at most.
+LOW_SHARE = 0.05
+# A black level higher by this share of the range is that of pixels full of charge.
+FILLED = 0.5
+ROUNDS = 20  # limit of the search for the pixels that count; it settles after a few rounds
+ROUNDING = 1e-6  # relative error of values that are equal apart from rounding to float32
+FIT_ROUNDS = 10  # rounds of the fit of rows and columns to pixels with gaps
 
 
 def with_black_level(captures: xr.Dataset, source: str) -> xr.Dataset:
     """Return captures with `black_dn` from the given source.
 
     The mean linear DN of a capture's optical black pixels is the sum of black level and mean dark
-    charge. The dark charge that the sensor states (`dark_e`) is subtracted. The ledger gets the
-    largest standard error of the captures.
+    charge. The dark charge that the sensor states (`dark_e`) is subtracted. Pixels that hold charge
+    of a lamp, and hot pixels, are left out (`counting_pixels`). The ledger gets the largest
+    standard error of the captures and the number of pixels left out. If most pixels of a capture
+    are of no use, it gets the difference to the stated black level, too.
 
     Parameters
     ----------
@@ -43,15 +58,17 @@ def with_black_level(captures: xr.Dataset, source: str) -> xr.Dataset:
     raw = captures[BLACK].values.astype(float)
     gain = captures["gain_dn_per_e"].values
     linear = np.array([linear_dn(captures, i, codes)[0] for i, codes in enumerate(raw)])
-    pixels = linear[0].size
-    error_e = np.array([standard_error(values) for values in linear]) / gain
-    ledger.error(
-        float(error_e.max()),
-        "electrons",
-        "statistical",
-        f"black level measured on {pixels} optical black pixels, standard error",
+    used = np.array(
+        [counting_pixels(v, *_allowed_dn(captures, i, raw[i])) for i, v in enumerate(linear)]
     )
-    black = linear.mean(axis=(1, 2)) - gain * captures["dark_e"].values
+    kept = np.where(used, linear, np.nan)
+    black = np.nanmean(kept, axis=(1, 2)) - gain * captures["dark_e"].values
+    moved_e = (black - captures["black_dn"].values) / gain
+    error_e = np.array([standard_error(values) for values in kept]) / gain
+    left_out = (~used).sum(axis=(1, 2))
+    range_e = (captures["top_dn"] - captures["black_dn"]).values / gain
+    doubtful = (2 * left_out > linear[0].size) | (moved_e > FILLED * range_e)
+    _state(float(error_e.max()), left_out, linear[0].size, moved_e, doubtful)
     moved = black - captures["black_dn"].values
     corrected = captures.assign(black_dn=captures["black_dn"].copy(data=black))
     if "response_dn" in captures:
@@ -60,12 +77,106 @@ def with_black_level(captures: xr.Dataset, source: str) -> xr.Dataset:
     return corrected
 
 
+def counting_pixels(values: np.ndarray, below: float, above: float) -> np.ndarray:
+    """Return which optical black pixels (black_row, x) count for the black level, bool.
+
+    A pixel counts if its distance to the median of the counting pixels is below `OUTLIER` robust
+    standard deviations of these pixels (from the median of the distances), or below the distance
+    that the stated noise allows. The rule is symmetric, so it does not move the mean of symmetric
+    noise by more than a small part of its standard error. The median holds while less than half of
+    the pixels are outliers. If the pixels far below it are too many for noise, the search continues
+    among them.
+
+    Parameters
+    ----------
+    values : (black_row, x) linear DN.
+    below, above : distances that the stated noise allows at least, linear DN.
+    """
+    use = np.ones(values.shape, bool)
+    for _ in range(ROUNDS):
+        centre = float(np.median(values[use]))
+        distance = np.abs(values[use] - centre)
+        rounding = ROUNDING * abs(centre)
+        measured = OUTLIER * float(np.median(distance)) / norm.ppf(0.75) + rounding
+        low = values < centre - max(measured, below)
+        if low.mean() > LOW_SHARE:
+            found = low
+        else:
+            found = ~low & (values <= centre + max(measured, above))
+        if np.array_equal(found, use):
+            break
+        use = found
+    return use
+
+
+def _allowed_dn(captures: xr.Dataset, i: int, raw: np.ndarray) -> tuple[float, float]:
+    """Return how far below and above the median the stated noise brings a black pixel of capture
+    `i`, linear DN.
+
+    The sum of `OUTLIER` standard deviations of noise and offsets, five code steps at least, and of
+    the dark charge with the same probability. At few electrons, dark charge is far from normal:
+    without its own limit, a pixel with one electron would be left out.
+    """
+    gain = float(captures["gain_dn_per_e"].values[i])
+    spread = device_spread(captures, i)
+    dark_e = float(captures["dark_e"].values[i])
+    noise_e = np.sqrt(
+        float(captures["read_noise_e"].values[i]) ** 2
+        + spread.dark_spread_e**2
+        + spread.dsnu_e**2
+        + spread.column_e**2
+        + spread.row_e**2
+    )
+    code = float(np.median(linear_dn(captures, i, raw)[1]))
+    step_e = code * float(captures["quantisation_e"].values[i])
+    rest_e = OUTLIER * max(float(noise_e), step_e)
+    tail = float(norm.sf(OUTLIER))
+    dark_below_e = dark_e - float(poisson.ppf(tail, dark_e)) if dark_e else 0.0
+    dark_above_e = float(poisson.isf(tail, dark_e)) - dark_e if dark_e else 0.0
+    return gain * (rest_e + max(dark_below_e, 0.0)), gain * (rest_e + max(dark_above_e, 0.0))
+
+
+def _state(
+    error_e: float, left_out: np.ndarray, pixels: int, moved_e: np.ndarray, doubtful: np.ndarray
+) -> None:
+    """State the error of the black level, how many pixels were left out, and whether most pixels
+    are of no use.
+
+    Parameters
+    ----------
+    error_e : largest standard error of the captures, electrons.
+    left_out : number of pixels left out of each capture (capture,).
+    pixels : number of optical black pixels of a capture.
+    moved_e : measured minus stated black level (capture,), electrons.
+    doubtful : captures of which most pixels hold charge of lamps or are hot (capture,), bool.
+    """
+    if left_out.any():
+        outliers = f", up to {left_out.max()} per capture left out (charge of lamps, hot pixels)"
+    else:
+        outliers = ""
+    ledger.error(
+        error_e,
+        "electrons",
+        "statistical",
+        f"black level measured on {pixels} optical black pixels{outliers}, standard error",
+    )
+    if doubtful.any():
+        ledger.error(
+            float(np.abs(moved_e[doubtful]).max()),
+            "electrons",
+            "measured",
+            "black level against the stated one: more than half of the optical black pixels hold"
+            " charge of lamps or are hot; isp.black=stated does not use them",
+            key="doubtful black level",
+        )
+
+
 def standard_error(values: np.ndarray) -> float:
     """Return the standard error of the mean of black pixels, in the unit of the values.
 
     Parameters
     ----------
-    values : (black_row, x), any unit.
+    values : (black_row, x), any unit; NaN: a pixel that does not count.
 
     Notes
     -----
@@ -73,19 +184,38 @@ def standard_error(values: np.ndarray) -> float:
     the mean therefore follows from the mean squares of rows, columns and residuals (two-way
     analysis of variance): (rows + columns - residuals) / pixels. The mean squares of rows and
     columns count at least as those of the residuals. The offset of a single row or column cannot be
-    told from the black level, and is not included.
+    told from the black level, and is not included. Pixels that do not count get the values of the
+    fit of rows and columns to the others; they add no freedom to the residuals.
     """
+    known = np.isfinite(values)
+    known = known[known.any(axis=1)][:, known.any(axis=0)]
+    values = values[np.isfinite(values).any(axis=1)][:, np.isfinite(values).any(axis=0)]
     rows, columns = values.shape
-    if min(rows, columns) < 2:
-        return float(values.std() / np.sqrt(values.size))
+    used = int(known.sum())
+    freedom = used - rows - columns + 1
+    if min(rows, columns) < 2 or freedom < 1:
+        return float(np.nanstd(values) / np.sqrt(used))
+    values = _filled(values, known)
     mean = values.mean()
     of_row = values.mean(axis=1, keepdims=True) - mean
     of_column = values.mean(axis=0, keepdims=True) - mean
-    freedom = (rows - 1) * (columns - 1)
     residual = np.sum((values - mean - of_row - of_column) ** 2) / freedom
     by_row = max(columns * np.sum(of_row**2) / (rows - 1), residual)
     by_column = max(rows * np.sum(of_column**2) / (columns - 1), residual)
-    return float(np.sqrt((by_row + by_column - residual) / values.size))
+    return float(np.sqrt((by_row + by_column - residual) / used))
+
+
+def _filled(values: np.ndarray, known: np.ndarray) -> np.ndarray:
+    """Return values (black_row, x) in which unknown pixels have the sum of the offsets of their row
+    and their column.
+    """
+    if known.all():
+        return values
+    out = np.where(known, values, np.nanmean(values))
+    for _ in range(FIT_ROUNDS):
+        fit = out.mean(axis=1, keepdims=True) + out.mean(axis=0, keepdims=True) - out.mean()
+        out = np.where(known, values, fit)
+    return out
 
 
 def _moved(dn: np.ndarray, moved_dn: np.ndarray) -> np.ndarray:
