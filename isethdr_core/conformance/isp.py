@@ -12,7 +12,7 @@ import numpy.typing as npt
 import xarray as xr
 
 from ..data.quantities import centres, names
-from ..data.reference_picture import FIXED_PATTERN, check_picture, total_variance, variance_known
+from ..data.reference_picture import FIXED_PATTERN, check_developed, total_variance, variance_known
 from ..errors import IsetHdrError
 from ..physics.photometry import luminance, xyz_bar
 from ..physics.radiometry import band_widths_nm, photon_energy_j
@@ -187,7 +187,7 @@ def _layout(subject: str, isp: Isp) -> str:
 
 def _check_picture(subject: str, picture: xr.Dataset, grey: xr.Dataset) -> None:
     with keeps(subject, "returns a picture"):
-        check_picture(picture)
+        check_developed(picture, "the picture")
     for name in ("focal_length_mm", "pitch_um"):
         holds(subject, f"the picture carries the attribute {name!r}", name in picture.attrs)
     holds(subject, "valid is bool", picture["valid"].dtype == bool)

@@ -19,7 +19,25 @@ from ..physics.detector.temporal_modulation import Modulation
 from ..physics.radiometry import photons_per_energy
 from ..pipeline import window
 from ..pipeline.demand import Demand, Response
-from ..plugins.protocols import HasPointSpread, Lens, MakesPhotocurrent, NarrowsDemand
+from ..pipeline.imaging_plan import (
+    FieldAhead,
+    ImagingOutline,
+    LightBudget,
+    TrivialPlan,
+    outlined,
+    plans_imaging,
+)
+from ..plugins.protocols import (
+    HasPointSpread,
+    ImagingPlan,
+    KeepsLight,
+    Lens,
+    MakesPhotocurrent,
+    NarrowsDemand,
+    StatesErrors,
+)
+from ..uncertainty.error_terms import ErrorMaps, ErrorTerm
+from ..uncertainty.ledger import LeftOut
 from .inputs import damaged_planes, in_components, mixed
 from .lazy import same_from_store
 from .promise import close, holds, keeps, refuses, repeatable, safe_in_threads, same, stated
@@ -53,6 +71,14 @@ def check(subject: str, lens: Lens) -> None:
         "f-number, focal length and throughput are above 0",
         min(light.attrs[k] for k in ("f_number", "focal_length_mm", "throughput_sr")) > 0,
     )
+    falloff = light.attrs.get("falloff")
+    promise = f"the attribute falloff of its light is one of {camera_geometry.FALLOFFS}"
+    holds(subject, promise, falloff in camera_geometry.FALLOFFS, repr(falloff))
+    stated_m = np.array([light.attrs["field_width"], light.attrs["field_height"]])
+    covered_m = np.array(full_field(light))
+    covers = (covered_m >= stated_m * (1 - ROUNDING)).all()
+    found = f"it covers {covered_m.tolist()} m of {stated_m.tolist()} m"
+    holds(subject, "its light covers field_width and field_height", covers, found)
     _check_linear(subject, lens, scene, light)
     _check_energy(subject, lens)
     _check_orientation(subject, lens)
@@ -70,11 +96,73 @@ def check(subject: str, lens: Lens) -> None:
             "passes no light in a band that its narrow drops",
             float(dark.max() if dark.size else 0.0) <= 1e-6 * float(light.max()),
         )
+    _check_plan(subject, lens, scene, light)
+    if isinstance(lens, KeepsLight):
+        with keeps(subject, "keeps_light returns True or False"):
+            kept = lens.keeps_light(())
+        found = isinstance(kept, bool | np.bool_)
+        holds(subject, "keeps_light returns True or False", found, repr(kept))
     if isinstance(lens, MakesPhotocurrent):
         _check_photocurrent(subject, lens, scene, light)
         _check_window(subject, lens, scene)
     for fault, damaged in damaged_planes(scene):
         refuses(subject, fault, partial(lens, damaged))
+
+
+def _check_plan(subject: str, lens: Lens, scene: xr.DataArray, light: xr.DataArray) -> None:
+    """Check that the plan of a lens, which makes the light of a run, makes the light of its call,
+    and that the stated errors lie on the tiles of this light.
+    """
+    if plans_imaging(lens):
+        with keeps(subject, "plans the imaging of a field"):
+            plan = lens.plan((), scene, None, LightBudget())
+        _check_statements(subject, plan)
+        with keeps(subject, "its plan images the field that it was made for"):
+            planned = plan.image(scene)
+            check_irradiance(planned)
+        found = f"got {dict(planned.sizes)}, expected {dict(light.sizes)}"
+        promise = "its plan makes the light of its call, where no error is allowed"
+        holds(subject, promise, dict(planned.sizes) == dict(light.sizes), found)
+        close(subject, promise, planned.values, light.values, 0.0, ROUNDING * float(light.max()))
+        for dim in ("wavelength", "y", "x"):
+            close(subject, promise, planned[dim].values, light[dim].values, ROUNDING)
+        _check_light_errors(subject, plan, scene, light)
+        promise = "outline returns an ImagingOutline"
+        with keeps(subject, promise):
+            outline = outlined(lens, (), FieldAhead(), LightBudget())
+        holds(subject, promise, isinstance(outline, ImagingOutline), repr(outline))
+    if isinstance(lens, StatesErrors):
+        _check_light_errors(subject, TrivialPlan(lens), scene, light)
+
+
+def _check_statements(subject: str, plan: ImagingPlan) -> None:
+    """Check the errors and omissions of a plan, which a run writes into its ledger."""
+    promise = "its plan has the sequences `terms` of ErrorTerm and `left_out` of LeftOut"
+    with keeps(subject, promise):
+        terms = list(plan.terms)
+        left_out = list(plan.left_out)
+    holds(subject, promise, all(isinstance(term, ErrorTerm) for term in terms), repr(terms))
+    holds(subject, promise, all(isinstance(note, LeftOut) for note in left_out), repr(left_out))
+
+
+def _check_light_errors(
+    subject: str, plan: ImagingPlan, scene: xr.DataArray, light: xr.DataArray
+) -> None:
+    """Check the errors of light tile by tile: standard deviation and bound."""
+    bands = scene.sizes["wavelength"]
+    weights = np.stack([np.ones(bands), np.linspace(0.0, 1.0, bands)])
+    promise = "light_errors returns ErrorMaps, each of shape (channel, y, x) of its light, or None"
+    with keeps(subject, promise):
+        maps = plan.light_errors(scene, weights)
+    if maps is None:
+        return
+    holds(subject, promise, isinstance(maps, ErrorMaps), f"got {type(maps).__name__}")
+    expected = (len(weights), light.sizes["y"], light.sizes["x"])
+    for name, values in (("deviation", maps.deviation), ("bound", maps.bound)):
+        values = np.asarray(values)
+        found = f"{name} has the shape {values.shape}, expected {expected}"
+        holds(subject, promise, values.shape == expected, found)
+        holds(subject, "light_errors are 0 or more, not NaN", bool((values >= 0).all()), name)
 
 
 def _check_components(subject: str, lens: Lens, scene: xr.DataArray, light: xr.DataArray) -> None:

@@ -27,6 +27,8 @@ from ..data.scene_description import (
 from ..physics.photometry import luminance
 from ..pipeline.demand import Demand
 from ..plugins.protocols import Renderer
+from ..runs.radiance_cache.rendered_radiance import checked
+from ..runs.sample_accumulation import rendered_anew
 from .promise import close, holds, keeps, refuses, same, stated
 
 SKY = 0.02  # W m-2 sr-1 nm-1
@@ -40,26 +42,30 @@ def check(subject: str, renderer: Renderer) -> None:
     _check_lamp(subject, renderer)
     everything = Demand(labels=frozenset(LABELS))
     with keeps(subject, "renders a road, a lamp and a sky"):
-        full_scene = stated(subject, lambda: renderer(world(), everything))
-        check_scene(full_scene)
+        full_scene = stated(subject, lambda: rendered_anew(renderer, world(), everything))
+        checked(full_scene, subject)
     _check_demanded(subject, renderer, full_scene)
     same(
         subject,
         "the same call twice gives the same bits",
         full_scene,
-        renderer(world(), everything),
+        rendered_anew(renderer, world(), everything),
     )
     _check_labels(subject, full_scene)
     refuses(
         subject,
         "a demand for groups the scene does not have",
-        lambda: renderer(world(), Demand(groups=("no such group",))),
+        lambda: rendered_anew(renderer, world(), Demand(groups=("no such group",))),
     )
     for fault, intensity_cd in (
         ("a lamp of NaN candela", np.nan),
         ("a lamp of negative candela", -1.0),
     ):
-        refuses(subject, fault, partial(renderer, world(intensity_cd=intensity_cd), Demand()))
+        refuses(
+            subject,
+            fault,
+            partial(rendered_anew, renderer, world(intensity_cd=intensity_cd), Demand()),
+        )
 
 
 def world(
@@ -107,7 +113,7 @@ def world(
 
 def _check_empty_world(subject: str, renderer: Renderer) -> None:
     with keeps(subject, "renders a world of nothing but sky"):
-        sky = renderer(world(road=False, lamp=False), Demand())
+        sky = rendered_anew(renderer, world(road=False, lamp=False), Demand())
         check_scene(sky)
     # 1e-3: a directly visible sky has no path noise, only the rounding of sums
     close(
@@ -121,7 +127,7 @@ def _check_empty_world(subject: str, renderer: Renderer) -> None:
 
 def _check_lamp(subject: str, renderer: Renderer) -> None:
     with keeps(subject, "renders a lamp without a sky"):
-        lamp = renderer(world(road=False, sky=False), Demand())
+        lamp = rendered_anew(renderer, world(road=False, sky=False), Demand())
         check_scene(lamp)
     lux = float(
         np.sum(
@@ -138,7 +144,9 @@ def _check_lamp(subject: str, renderer: Renderer) -> None:
         INTENSITY_CD / DISTANCE_M**2,
         0.03,
     )
-    double = renderer(world(road=False, sky=False, intensity_cd=2 * INTENSITY_CD), Demand())
+    double = rendered_anew(
+        renderer, world(road=False, sky=False, intensity_cd=2 * INTENSITY_CD), Demand()
+    )
     # 1e-3: the same paths carry twice the light
     close(
         subject,
@@ -170,7 +178,7 @@ def _check_demanded(subject: str, renderer: Renderer, full_scene: xr.Dataset) ->
         set(LABELS) <= set(full_scene.data_vars),
         str(set(LABELS) - set(full_scene.data_vars)),
     )
-    sky_only = renderer(world(), Demand(groups=("sky",)))
+    sky_only = rendered_anew(renderer, world(), Demand(groups=("sky",)))
     holds(
         subject,
         "no other light group comes than those asked for",
@@ -183,7 +191,7 @@ def _check_demanded(subject: str, renderer: Renderer, full_scene: xr.Dataset) ->
         str(set(LABELS) & set(sky_only.data_vars)),
     )
     middle = (float(full_scene.wavelength[len(full_scene.wavelength) // 2]),)
-    few = renderer(world(), replace(Demand(), wavelength_nm=middle))
+    few = rendered_anew(renderer, world(), replace(Demand(), wavelength_nm=middle))
     holds(subject, "the bands asked for come", set(middle) <= set(few.wavelength.values.tolist()))
     picked = full_scene["radiance"].sel(wavelength=middle[0])
     # 5 %: for another demand a renderer may trace other random paths

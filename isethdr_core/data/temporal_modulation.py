@@ -106,6 +106,10 @@ def wrong(modulation: Modulation) -> str:
 def time_mean(light: xr.DataArray) -> xr.DataArray:
     """Return the mean over time: the sum of all components in float64, rounded once. Constant light
     is returned unchanged.
+
+    If the scene moves during a shot, the components are its sub-frames, and this mean is the light
+    of the longest shot of all cameras. A shorter exposure integrates the components instead
+    (`physics.modulation.light_s`).
     """
     planes = [plane for _, plane in components(light)]
     if len(planes) == 1:

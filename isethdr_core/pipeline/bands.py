@@ -7,11 +7,12 @@ distance to its neighbours.
 from __future__ import annotations
 
 from collections.abc import Iterable
+from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..errors import UnitError
+from ..errors import PluginError, UnitError
 from ..physics.photometry import xyz_weights
 from ..plugins.protocols import KnowsItsBands, NarrowsDemand
 from ..plugins.ranges import LEAST_NM, MOST_NM
@@ -37,10 +38,17 @@ def offered_nm(source: Scene) -> tuple[float, ...] | None:
     Raises
     ------
     UnitError : a band lies outside the range of wavelengths, for example in micrometres or metres.
+    PluginError : the bands are not ascending numbers, or there are none.
     """
     if not isinstance(source, KnowsItsBands):
         return None
-    bands_nm = tuple(map(float, source.bands_nm()))
+    stated = source.bands_nm()
+    bands_nm = tuple(map(float, stated)) if isinstance(stated, Iterable) else ()
+    if not bands_nm or any(later <= band for band, later in pairwise(bands_nm)):
+        raise PluginError(
+            f"{type(source).__name__}.bands_nm() returned {bands_nm or stated!r}; expected the"
+            " centres of all bands, nm, ascending, at least one"
+        )
     if not all(LEAST_NM <= band <= MOST_NM for band in bands_nm):
         raise UnitError(
             f"{type(source).__name__} has bands from {min(bands_nm):g} to {max(bands_nm):g}; "

@@ -6,14 +6,21 @@ Components may declare properties of their results in advance, or check those of
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
+from numbers import Real
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from ..errors import ConfigError
+import numpy as np
+
+from ..errors import ConfigError, PluginError
+from ..physics.optics.projection import PROJECTIONS
 from ..plugins.protocols import (
     ChecksCaptures,
     ChecksFiles,
     ChecksGroups,
+    CountsTiles,
+    KnowsItsField,
     ListsCaptures,
     ListsGroups,
     RendersFog,
@@ -29,6 +36,48 @@ class ShotForm(NamedTuple):
     captures: tuple[str, ...]  # names, in their order
     filters: tuple[str, ...]  # rows of the filter array's repeated cell, one letter per pixel
     black_rows: int = 0  # optical black rows that leave the sensor
+
+
+def check_statements(scene: Any, renderer: Any) -> None:
+    """Raise PluginError if scene or renderer state their field or their tiles in another form than
+    the later stages read.
+
+    Parameters
+    ----------
+    scene : scene of the run.
+    renderer : renderer of the run; None if the scene provides its own radiance.
+    """
+    if isinstance(scene, KnowsItsField):
+        field = scene.camera_field()
+        if not _is_field(field):
+            raise PluginError(
+                f"{type(scene).__name__}.camera_field() returned {field!r}; expected (width,"
+                " height, projection): two numbers above 0 and one of"
+                f" {', '.join(map(repr, PROJECTIONS))}"
+            )
+    source = scene if renderer is None else renderer
+    if isinstance(source, CountsTiles):
+        for margin in (False, True):
+            counts = source.tile_counts(margin)
+            if not _are_positive(counts, 2):
+                raise PluginError(
+                    f"{type(source).__name__}.tile_counts(margin={margin}) returned {counts!r};"
+                    " expected (rows, columns): two numbers of tiles, 1 or more"
+                )
+
+
+def _is_field(field: Any) -> bool:
+    """Return whether a statement is (width, height, projection)."""
+    if not isinstance(field, tuple | list) or len(field) != 3:
+        return False
+    return _are_positive(field[:2], 2) and field[2] in PROJECTIONS
+
+
+def _are_positive(values: Any, count: int) -> bool:
+    """Return whether `values` are `count` finite numbers above 0."""
+    listed = list(values) if isinstance(values, tuple | list | np.ndarray) else []
+    numbers = [value for value in listed if isinstance(value, Real) and 0 < float(value) < math.inf]
+    return len(numbers) == len(listed) == count
 
 
 def check_scene(scene: Any, lighting: Any, versions: Sequence[Any]) -> None:

@@ -15,7 +15,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path, PurePosixPath
 from typing import Any, NamedTuple
 
-from ..errors import ConfigError
+from ..errors import ConfigError, PluginError
 from ..plugins.protocols import (
     CountsKernels,
     CountsMemory,
@@ -208,9 +208,19 @@ def held_bytes(lens: Any, flares: Sequence[Any], frame: Frame) -> Mapping[str, f
     lens : lens of the run.
     flares : flare models of the run.
     frame : tiles and bands of the light.
+
+    Raises
+    ------
+    PluginError : the lens returns no dictionary.
     """
     if isinstance(lens, CountsMemory):
-        return lens.held_bytes(frame, flares)
+        held = lens.held_bytes(frame, flares)
+        if not isinstance(held, Mapping):
+            raise PluginError(
+                f"{type(lens).__name__}.held_bytes() returned {held!r}; expected {{description:"
+                " bytes}; type for example `return {'ray tables': 1e6}`"
+            )
+        return held
     if isinstance(lens, CountsKernels):
         name = type(lens).__name__
         warnings.warn(

@@ -11,12 +11,14 @@ from __future__ import annotations
 import os
 import platform
 import sys
+from collections.abc import Mapping
 from functools import cache
 from pathlib import Path
 
 import numpy
 from threadpoolctl import threadpool_info
 
+from ..errors import PluginError
 from ..plugins.protocols import ChoosesKernels
 
 # lines of /proc/cpuinfo that identify the processor, on x86 and on ARM
@@ -42,11 +44,21 @@ def threads_asked() -> int:
 def kernels(*components: object) -> dict[str, str]:
     """Return the processor family, and the instructions that each library selected, by name of the
     library.
+
+    Raises
+    ------
+    PluginError : a component returns no dictionary.
     """
     names = _of_process() | _linear_algebra()
     for component in components:
         if isinstance(component, ChoosesKernels):
-            names |= component.kernels()
+            chosen = component.kernels()
+            if not isinstance(chosen, Mapping):
+                raise PluginError(
+                    f"{type(component).__name__}.kernels() returned {chosen!r}; expected {{library:"
+                    " instructions}; type `return {}` where there are none"
+                )
+            names |= chosen
     return names
 
 

@@ -278,6 +278,7 @@ def _compute(
     expected = expected_s(chain, settings, missing, frame, moving_work)
     stated = stated_parts(chain, frame, missing is not None)
     own_s = imaging_s(chain, frame)  # estimated before this run stores results of its lens
+    kernels(*chain.components())  # the record needs them; a mistake in one must not cost the work
     scene, ids = scene_radiance(chain, demand, rows, config)
     radiance = of_radiance(chain.scene, ids, demand) if reuse.is_on else None
     of_main = of_mixed(radiance, chain.lighting)

@@ -12,6 +12,15 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from ..plugins.protocols import AccumulatesSamples
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from ..data.scene_description import SceneDescription
+    from ..pipeline.demand import Demand
 
 ALL_BANDS = (None,)  # a demand without bands asks for all bands of the renderer
 
@@ -23,6 +32,23 @@ class Known:
     paths: int = 0  # number of paths per tile that can be pooled
     noise: float | None = None  # relative noise of their mean; None if they found no light
     next: int = 0  # the first path that no rendering has followed
+
+
+def rendered_anew(renderer: Any, description: SceneDescription, demand: Demand) -> xr.Dataset:
+    """Return what a renderer makes without stored samples; one that accumulates samples is told
+    that there are none.
+
+    Parameters
+    ----------
+    renderer : renderer of any class.
+    description : description of the scene.
+    demand : light groups, bands and labels that are needed.
+    """
+    if not isinstance(renderer, AccumulatesSamples):
+        scene: xr.Dataset = renderer(description, demand)
+        return scene
+    groups = description.light_groups() if demand.groups is None else demand.groups
+    return renderer(description, demand, {group: Known() for group in groups})
 
 
 def pooled(spans: Sequence[tuple[int, int] | None]) -> list[int]:

@@ -9,6 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
+from ..errors import PluginError
 from .error_terms import (
     RELATIVE,
     RETURNED,
@@ -88,8 +89,18 @@ def quantity_and_part(quantity: str, part: str | None) -> tuple[Quantity, str | 
 
 
 def maps_of(errors: ErrorMaps | tuple[Any, Any] | None) -> ErrorMaps | None:
-    """Return the error maps of a lens, also if the lens returned (deviation, bound)."""
+    """Return the error maps of a lens, also if the lens returned (deviation, bound).
+
+    Raises
+    ------
+    PluginError : the lens returned something else.
+    """
     if errors is None or isinstance(errors, ErrorMaps):
         return errors
+    if not isinstance(errors, tuple | list) or len(errors) != 2:
+        raise PluginError(
+            f"light_errors of the lens returned {type(errors).__name__}; expected"
+            " isethdr_core.error_terms.ErrorMaps, or None where the errors are not known"
+        )
     deviation, bound = errors
     return ErrorMaps(deviation, bound, replaces=KERNELS, label="kernels")

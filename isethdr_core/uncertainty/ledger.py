@@ -17,14 +17,15 @@ from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
 from dataclasses import asdict, dataclass, field, replace
-from typing import Any, NamedTuple, TypeAlias, get_args
-
-import xarray as xr
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias, get_args
 
 from ..errors import PluginError
 from . import error_terms
 from .earlier_terms import PARTS, ErrorNote, quantity_and_part, term_of, unit_and_part
 from .error_terms import ErrorTerm, How, LightPart, Quantity, Reading, Source
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 
 @dataclass(frozen=True)
@@ -229,15 +230,18 @@ def light_part(name: str, light: xr.DataArray, within_tiles: bool = False) -> No
     ------
     PluginError : `light` is no DataArray with the dims y and x and the attribute `units`.
     """
-    if not isinstance(light, xr.DataArray):
+    try:
+        dims = tuple(map(str, light.dims))
+        attrs = light.attrs
+    except AttributeError:
         raise PluginError(
-            f"light_part {name!r}: the light is of type {type(light).__name__}; expected a DataArray"
-            " with y and x; type light.copy(data=values)"
-        )
-    if not {"y", "x"} <= set(light.dims) or "units" not in light.attrs:
+            f"light_part {name!r}: the light is of type {type(light).__name__}; expected an"
+            " xarray.DataArray with y and x; type light.copy(data=values)"
+        ) from None
+    if not {"y", "x"} <= set(dims) or "units" not in attrs:
         raise PluginError(
-            f"light_part {name!r}: the light has the dims {tuple(map(str, light.dims))} and the"
-            f" units {light.attrs.get('units')!r}; expected y and x among the dims, and the units"
+            f"light_part {name!r}: the light has the dims {dims} and the units"
+            f" {attrs.get('units')!r}; expected y and x among the dims, and the units"
             " of the lens's light; type .assign_attrs(light.attrs)"
         )
     reading = Reading.DEVIATION if within_tiles else Reading.LIGHT

@@ -70,7 +70,7 @@ def render_frame(
     from .world.geometry import build_world
 
     description = in_fog(description, variant)
-    check_labels(request.demand.labels)
+    check_labels(request.demand.labels, moves=description.next_frame is not None)
     if request.demand.labels:
         category_numbers(description)  # refuses unknown categories before rendering
     groups = request.groups

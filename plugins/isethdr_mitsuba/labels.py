@@ -15,7 +15,7 @@ import numpy as np
 from isethdr_core.data.categories import CATEGORIES
 from isethdr_core.errors import ConfigError, did_you_mean
 from isethdr_core.physics.optics.projection import depth_m
-from isethdr_core.quantities import LABELS, LARGEST_HALF_FIELD_DEG
+from isethdr_core.quantities import LABELS, LARGEST_HALF_FIELD_DEG, MOTION
 from isethdr_core.runs.processor import processors
 
 from .illuminance import illuminances
@@ -87,18 +87,28 @@ def label_tiles(
     if "instance" in label_names:
         lit = illuminances(world, view, description, labels, normalise)
         objects = object_table(description, view, labels, lit)
-    asked_labels = {name: labels[name] for name in label_names}
+    asked_labels = {name: labels[name] for name in label_names if name != MOTION}
     return asked_labels | motion_label(description, view, labels), objects
 
 
-def check_labels(label_names: frozenset[str]) -> None:
-    """Raise ConfigError if a label is unknown. `motion` is not demanded: it is added to the other
-    labels if the scene states its next frame.
+def check_labels(label_names: frozenset[str], moves: bool) -> None:
+    """Raise ConfigError if a label is unknown, or if `motion` is demanded of a scene that does not
+    state its next frame. Of other scenes it is added to all demanded labels.
+
+    Parameters
+    ----------
+    label_names : labels that are demanded.
+    moves : whether the scene states its next frame.
     """
-    for name in sorted(set(label_names) - set(LABELS)):
+    if MOTION in label_names and not moves:
+        raise ConfigError(
+            "the label 'motion' is demanded, but the scene does not state its next frame; expected"
+            " a scene with frames per second; type for example scene.frames_per_s=30"
+        )
+    for name in sorted(set(label_names) - {*LABELS, MOTION}):
         raise ConfigError(
             f"the label {name!r} is demanded, which this renderer does not know"
-            + did_you_mean(name, LABELS)
+            + did_you_mean(name, (*LABELS, MOTION))
         )
 
 

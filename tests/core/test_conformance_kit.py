@@ -7,21 +7,25 @@ from __future__ import annotations
 import itertools
 import time
 from dataclasses import dataclass, field, fields, replace
+from types import SimpleNamespace
 from typing import Annotated, Literal
 
 import numpy as np
 import pytest
 
+from isethdr_core import quantities
 from isethdr_core.component import KINDS
 from isethdr_core.conformance.inputs import THROUGHPUT_SR
 from isethdr_core.conformance.lens import _check_psf
 from isethdr_core.conformance.ranges import outside
+from isethdr_core.data.scores import Score
 from isethdr_core.errors import ConfigError, IsetHdrError, UnitError
 from isethdr_core.plugins.protocols import HasPointSpread
 from isethdr_core.plugins.ranges import Range
 from isethdr_core.plugins.registry import build, components
 from isethdr_core.testing import check
 from isethdr_core.uncertainty import ledger
+from isethdr_core.uncertainty.error_terms import ErrorMaps
 
 COUNTER = itertools.count()  # hidden state, as a careless component has it
 
@@ -102,6 +106,18 @@ LENS_FAULTS = {
         lambda out, *_: (out.attrs.pop("throughput_sr"), out)[1],
         "returns irradiance",
     ),
+    "the border missing": (
+        lambda out, *_: out.isel(x=slice(2, -2)),
+        "its light covers field_width and field_height.: it covers",
+    ),
+    "falloff missing": (
+        lambda out, *_: (out.attrs.pop("falloff"), out)[1],
+        "falloff of its light is one of .*: None",
+    ),
+    "falloff unknown": (
+        lambda out, *_: out.assign_attrs(falloff="cos3"),
+        "falloff of its light is one of .*: 'cos3'",
+    ),
 }
 
 
@@ -118,6 +134,84 @@ def test_a_lens_whose_photocurrent_is_not_its_irradiance(offer):
         base.photocurrent(self, mixed, flares, response) * np.float32(1.1)
     )
     caught(offer, "lens", faulty, "photocurrent makes the electrons that its irradiance makes")
+
+
+def planned_with(**faults):
+    """Return the class of a lens without a fault, whose plan has the given attributes instead of
+    those of the ideal lens.
+    """
+    ideal = build("lens", "ideal")
+
+    @dataclass(frozen=True)
+    class Faulty:
+        """A lens with one fault in its plan."""
+
+        def __call__(self, mixed, flares=()):
+            return ideal(mixed, flares=flares)
+
+        def plan(self, flares, field, response, budget):
+            own = ideal.plan(flares, field, response, budget)
+            names = ("terms", "left_out", "image", "light_errors")
+            return SimpleNamespace(**({name: getattr(own, name) for name in names} | faults))
+
+    return Faulty
+
+
+def light_of_plan(change):
+    """Return the method `image` of a plan, whose light goes through `change`."""
+    return lambda mixed: change(build("lens", "ideal")(mixed))
+
+
+PLAN_FAULTS = {
+    "half the light": (
+        {"image": light_of_plan(lambda light: light.copy(data=0.5 * light.values))},
+        "its plan makes the light of its call",
+    ),
+    "no light": ({"image": light_of_plan(lambda light: None)}, "its plan images the field"),
+    "fewer bands": (
+        {"image": light_of_plan(lambda light: light.isel(wavelength=slice(1, 3)))},
+        "its plan makes the light of its call",
+    ),
+    "a part of the field": (
+        {"image": light_of_plan(lambda light: light.isel(x=slice(5, -5)))},
+        "its plan makes the light of its call",
+    ),
+    "no terms": ({"terms": None}, "the sequences `terms`"),
+    "terms that are no terms": ({"terms": (0.1,)}, "the sequences `terms`"),
+    "errors without channels": (
+        {"light_errors": lambda mixed, weights: ErrorMaps(*2 * [np.zeros(mixed.shape[1:])])},
+        "light_errors returns ErrorMaps",
+    ),
+    "errors below 0": (
+        {
+            "light_errors": lambda mixed, weights: ErrorMaps(
+                *2 * [np.full((len(weights), *mixed.shape[1:]), -1.0)]
+            )
+        },
+        "light_errors are 0 or more",
+    ),
+}
+
+
+@pytest.mark.parametrize("fault", PLAN_FAULTS)
+def test_a_lens_with_a_plan_of_other_light(fault, offer):
+    attributes, promise = PLAN_FAULTS[fault]
+    caught(offer, "lens", planned_with(**attributes), promise)
+
+
+def test_a_lens_with_an_outline_of_another_form(offer):
+    faulty = planned_with()
+    faulty.outline = lambda self, flares, ahead, budget: None
+    caught(offer, "lens", faulty, "outline returns an ImagingOutline")
+
+
+def test_a_lens_with_errors_of_another_shape(offer):
+    faulty = wrapped("lens", "ideal", lambda out, *_: out)
+    faulty.light_errors = lambda self, mixed, flares, weights, response: (
+        np.zeros(mixed.shape[1:]),
+        np.zeros(mixed.shape[1:]),
+    )
+    caught(offer, "lens", faulty, "light_errors returns ErrorMaps")
 
 
 def test_a_lens_may_be_brighter_off_the_axis_where_it_says_so():
@@ -301,6 +395,10 @@ ISP_FAULTS = {
         lambda p, *_: p.assign(xyz=p["xyz"].copy(data=p["xyz"].values[:, ::-1])),
         "light up and to the right",
     ),
+    "channels without names": (
+        lambda p, *_: p.drop_vars("xyz_channel"),
+        "returns a picture.*expected .'X', 'Y', 'Z'.",
+    ),
     "no variance": (lambda p, *_: p.assign(variance=p["variance"] * 0), "variance above 0"),
 }
 
@@ -373,6 +471,50 @@ def test_metric_faults(fault, offer):
     caught(offer, "metric", wrapped("metric", "ideal", change), promise)
 
 
+def with_method(name, method):
+    """Return the metric `ideal` with one method more."""
+    faulty = wrapped("metric", "ideal", lambda scores, *_: scores)
+    setattr(faulty, name, method)
+    return faulty
+
+
+FURTHER_FAULTS = {
+    "none": (lambda self, *_: None, "further returns a list of scores"),
+    "twice": (lambda self, picture, _, *rest: self(picture, *rest) * 2, "further returns a list"),
+    "an error": (lambda self, *_: {}["missing"], "further returns a list of scores': KeyError"),
+    "the first again": (
+        lambda self, picture, first, *rest: self(first.assign(xyz=1.1 * first["xyz"]), *rest),
+        "further returns the value of .* that the call returns",
+    ),
+    "another score": (
+        lambda self, picture, _, *rest: [replace(s, metric="b") for s in self(picture, *rest)],
+        "further returns the scores that the call returns",
+    ),
+}
+
+
+@pytest.mark.parametrize("fault", FURTHER_FAULTS)
+def test_a_metric_with_other_scores_of_further_realisations(fault, offer):
+    method, promise = FURTHER_FAULTS[fault]
+    caught(offer, "metric", with_method("further", method), promise)
+
+
+PARTS_FAULTS = {
+    "none": (lambda self, *_: None, "one list of scores for each part"),
+    "one too few": (lambda self, p, t, part: [[]] * int(part.max()), "one list of scores for each"),
+    "another score": (
+        lambda self, p, t, part: [[Score("b", 1.0, "")]] * (int(part.max()) + 1),
+        "of_parts returns scores that the call returns",
+    ),
+}
+
+
+@pytest.mark.parametrize("fault", PARTS_FAULTS)
+def test_a_metric_with_wrong_scores_of_parts(fault, offer):
+    method, promise = PARTS_FAULTS[fault]
+    caught(offer, "metric", with_method("of_parts", method), promise)
+
+
 def test_a_metric_that_reads_labels_it_never_asked_for(offer):
     def greedy(scores, picture, truth, labels, *_):
         labels["instance"]
@@ -419,6 +561,23 @@ def test_a_scene_with_hidden_state(offer):
         ),
         "valid|seed",
     )
+
+
+def test_a_renderer_that_accumulates_samples_is_called_as_its_protocol_says(offer):
+    @dataclass(frozen=True)
+    class Dark:
+        """A renderer of no light that continues from stored samples."""
+
+        def enough(self, paths, noise):
+            return True
+
+        def __call__(self, description, demand, known):
+            x = quantities.centres(6, 0.6)
+            y = quantities.centres(4, 0.4)
+            dark = np.zeros((len(known), 2, 4, 6))
+            return quantities.scene_radiance(dark, tuple(known), [450.0, 550.0], x, y)
+
+    caught(offer, "renderer", Dark, "a uniform sky has the stated radiance everywhere")
 
 
 def test_flares_that_amplify(offer):

@@ -14,6 +14,7 @@ from isethdr_core.data.categories import CATEGORIES
 from isethdr_core.demand import Demand
 from isethdr_core.errors import ConfigError
 from isethdr_core.quantities import LABELS
+from isethdr_core.scene import NextFrame
 
 ALL = Demand(labels=frozenset(LABELS))
 
@@ -50,6 +51,19 @@ def test_an_unknown_label_is_refused_before_rendering(make, monkeypatch):
     scene = make.describe([], sky=make.flat(1e-3))
     with pytest.raises(ConfigError, match="label 'dept'.*did you mean 'depth'"):
         MitsubaRenderer(width=4, height=4, samples=1)(scene, Demand(labels=frozenset({"dept"})))
+
+
+def test_motion_may_be_demanded_where_the_scene_states_its_next_frame(make):
+    scene = make.describe([], sky=make.flat(1e-3))
+    renderer = MitsubaRenderer(width=4, height=4, samples=1)
+    demand = Demand().with_labels("motion")
+    with pytest.raises(ConfigError, match="does not state its next frame.*frames_per_s=30"):
+        renderer(scene, demand)
+    moving = replace(scene, next_frame=NextFrame(0.1, scene.camera, ()))
+    made = renderer(moving, demand)
+    assert made["motion"].dims == ("y", "x", "uv") and "instance" not in made
+    # float64: 1e-16 of a coordinate below 1
+    assert np.abs(made["motion"].values).max() < 1e-15
 
 
 def test_an_unknown_model_is_refused(make):

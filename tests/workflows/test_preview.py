@@ -7,6 +7,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from isethdr_workflows import preview as module
+from omegaconf import OmegaConf
 
 from isethdr_core import build
 from isethdr_core.data import quantities
@@ -39,9 +40,13 @@ def chain(monkeypatch):
         renderer=lambda description, demand: rendering(demand.labels),
         lighting=build("lighting", "weights", weights={"sky": 1e-3, "lamps": 2.0}),
     )
-    monkeypatch.setattr(
-        "isethdr_workflows.preview.compose", lambda overrides: asked.extend(overrides)
-    )
+    fields = {"name": "fast", "samples": 1, "width": 1, "height": 1}
+
+    def compose(overrides):
+        asked.extend(overrides)
+        return OmegaConf.create({"renderer": fields})
+
+    monkeypatch.setattr("isethdr_workflows.preview.compose", compose)
     monkeypatch.setattr("isethdr_workflows.preview.chain", lambda config: parts)
     return asked
 
@@ -79,3 +84,11 @@ def test_a_chart_is_refused_because_it_is_not_rendered(tmp_path):
 def test_a_preview_without_samples_or_tiles_is_refused(field, tmp_path):
     with pytest.raises(ConfigError, match=f"{field} is 0; expected 1 or more"):
         module.preview(**{field: 0}, picture=str(tmp_path / "p.png"))
+
+
+def test_a_renderer_without_samples_and_height_is_refused_with_advice(monkeypatch):
+    config = OmegaConf.create({"renderer": {"name": "own", "width": 32}})
+    monkeypatch.setattr("isethdr_workflows.preview.compose", lambda overrides: config)
+    expected = "renderer 'own' has no field 'samples' and 'height'.*type renderer=mitsuba"
+    with pytest.raises(ConfigError, match=expected):
+        module.preview(picture="")

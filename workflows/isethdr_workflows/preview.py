@@ -14,6 +14,7 @@ from isethdr_core.config.composition import compose
 from isethdr_core.display.preview import denoised, tristimulus
 from isethdr_core.errors import ConfigError
 from isethdr_core.pipeline.chain import chain
+from isethdr_core.runs.sample_accumulation import rendered_anew
 
 from .dataset.page import shown
 from .study_command import RASTERS, check_picture
@@ -66,17 +67,19 @@ def preview(
             )
     check_picture(picture, RASTERS)
     height = round(width * 9 / 16)
-    built = chain(
-        compose(
-            [
-                f"experiment={experiment}",
-                *overrides,
-                f"renderer.samples={samples}",
-                f"renderer.width={width}",
-                f"renderer.height={height}",
-            ]
+    chosen = [f"experiment={experiment}", *overrides]
+    settings = {"samples": samples, "width": width, "height": height}
+    renderer = compose(chosen).get("renderer")
+    lacking = [name for name in settings if renderer is not None and name not in renderer]
+    if lacking:
+        raise ConfigError(
+            f"study preview sets samples, width and height of the renderer, and renderer"
+            f" {renderer.name!r} has no field {' and '.join(map(repr, lacking))}; expected a"
+            " renderer with these fields; type renderer=mitsuba"
         )
-    )
+    if renderer is not None:
+        chosen += [f"renderer.{name}={value}" for name, value in settings.items()]
+    built = chain(compose(chosen))
     description = built.scene()
     if isinstance(description, xr.Dataset) or built.renderer is None:
         raise ConfigError(
@@ -84,7 +87,7 @@ def preview(
             " no renderer; expected a scene with geometry and a renderer; type for example"
             " scene=night_drive"
         )
-    scene = built.renderer(description, Demand(labels=LABELS))
+    scene = rendered_anew(built.renderer, description, Demand(labels=LABELS))
     weights = {str(g): float(w) for g, w in built.lighting(scene).attrs["weights"].items()}
     start = time.process_time()
     looks = denoised(scene) if denoise else tristimulus(scene)

@@ -17,6 +17,8 @@ from .side_by_side import sharing, side_by_side, threads_for
 from .stages import stage
 
 if TYPE_CHECKING:
+    import xarray as xr
+
     from .components import Chain
 
 
@@ -66,12 +68,24 @@ def through_camera(chain: Chain, rows: Ledger, name: str, shot: Shot) -> Camera:
     with ledger.stage(rows, f"truth {name}"):
         reference = truth(shot.reference, picture)
         labels = labels_on(shot.scene, picture)
-    camera = Camera(captures, picture, reference, labels)
-    with shared(reference, labels, shot.light, picture):
+    camera = Camera(captures, *map(read_only, (picture, reference, labels)))
+    with shared(camera.truth, camera.labels, shot.light, camera.picture):
         camera.scores_of = first_scores(work, camera)
         camera.scores = averaged_scores(work, camera)
     state_picture(work, camera)
     return camera
+
+
+def read_only(data: xr.Dataset) -> xr.Dataset:
+    """Return a Dataset of the same arrays, which cannot be changed through it. A metric that writes
+    into its picture then fails, and the run does not store what it wrote.
+    """
+    locked = {}
+    for name, array in data.data_vars.items():
+        view = array.values.view()
+        view.flags.writeable = False
+        locked[name] = array.copy(deep=False, data=view)
+    return data.assign(locked)
 
 
 def captured(work: CameraAtWork) -> Any:

@@ -17,7 +17,8 @@ from .components import Chain
 
 
 def check_combination(chain: Chain, rendered: bool) -> None:
-    """Raise ConfigError if components of a chain do not fit each other.
+    """Raise ConfigError if components of a chain do not fit each other, and PluginError if scene or
+    renderer state their field or tiles in another form.
 
     Parameters
     ----------
@@ -25,6 +26,7 @@ def check_combination(chain: Chain, rendered: bool) -> None:
     rendered : whether the radiance of the scene is stored already. Its light groups are then
         checked when a lighting mixes them.
     """
+    early_checks.check_statements(chain.scene, chain.renderer)
     check_fields(chain.scene, chain.lens, chain.cameras.values())
     check_rendered(chain.scene, chain.renderer)
     early_checks.check_shots(tuple(chain.cameras.values()), chain.isp)
@@ -61,7 +63,7 @@ def check_exposures(chain: Chain) -> None:
         if not (isinstance(sensor, CarriesExposure) and sensor.longest_exposure_s):
             raise ConfigError(
                 f"exposures names the camera {name!r}, whose exposure is not automatic; expected a"
-                " sensor with an exposure rule; type for example sensor.exposure_rule=centre, or"
-                " exposures=null"
+                " sensor with automatic exposure; type exposures=null, or switch it on (bundled"
+                " sensors do with exposure_rule=centre)"
             )
         sensor.at_exposure(exposure)

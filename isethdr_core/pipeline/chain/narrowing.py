@@ -6,14 +6,28 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
+from ...errors import PluginError
 from ...plugins.protocols import NarrowsDemand
 from .. import window
 from ..demand import Demand, Response
 
 
 def narrowed(component: Any, demand: Demand) -> Demand:
-    """Return the demand as the component narrows it, or unchanged."""
-    return component.narrow(demand) if isinstance(component, NarrowsDemand) else demand
+    """Return the demand as the component narrows it, or unchanged.
+
+    Raises
+    ------
+    PluginError : the component returns no demand.
+    """
+    if not isinstance(component, NarrowsDemand):
+        return demand
+    less = component.narrow(demand)
+    if not isinstance(less, Demand):
+        raise PluginError(
+            f"{type(component).__name__}.narrow(demand) returned {less!r}; expected a Demand; type"
+            " `return demand` where nothing is dropped"
+        )
+    return less
 
 
 def union(demands: Sequence[Demand]) -> Demand:

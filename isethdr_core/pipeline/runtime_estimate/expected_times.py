@@ -122,7 +122,8 @@ def _consider_scenes(
                     nearest.consider(row, ratio, 1.0 if same else OTHER_SETTINGS)
                 elif same:
                     ratio = ratio_by_samples(chain.renderer, settings, missing, attributes)
-                    nearest.consider(row, ratio)
+                    if ratio is not None:
+                        nearest.consider(row, ratio)
     stage = f"renderer {settings['name']}"
     if frame is not None and nearest.seconds(stage) is None:
         seconds = rendering_s(chain, frame, missing)

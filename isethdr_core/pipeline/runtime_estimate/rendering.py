@@ -79,9 +79,10 @@ def estimated_ratio(
 
 def ratio_by_samples(
     renderer: Renderer | None, settings: dict, missing: Demand, attributes: dict[str, float | str]
-) -> float:
+) -> float | None:
     """Return the work of rendering the `missing` radiance, relative to that of a stored scene:
-    tiles x bands x samples of all light groups.
+    tiles x bands x samples of all light groups. None where no group of the stored scene was
+    rendered for it.
 
     Parameters
     ----------
@@ -102,11 +103,14 @@ def ratio_by_samples(
         group: _expected_paths(renderer, paths * finer, attributes.get("noise", {}).get(group))
         for group, paths in stored_paths.items()
     }
-    typical = sum(expected_paths.values()) / len(expected_paths)  # for groups that the store lacks
     taken_over = attributes.get("groups_from", {})  # groups that another rendering took time for
+    own_paths = sum(paths for group, paths in stored_paths.items() if group not in taken_over)
+    if own_paths == 0:
+        return None
+    typical = sum(expected_paths.values()) / len(expected_paths)  # for groups that the store lacks
     return (
         sum(expected_paths.get(g, typical) for g in groups)
-        / sum(paths for group, paths in stored_paths.items() if group not in taken_over)
+        / own_paths
         * bands
         * tile_count(settings)
         / tile_count(attributes["renderer"])

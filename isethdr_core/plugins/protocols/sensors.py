@@ -53,7 +53,9 @@ class DeclaresNoise(Protocol):
 
 @runtime_checkable
 class HasPixelPitch(Protocol):
-    """A sensor with a pixel pitch; the conformance kit makes light of that size."""
+    """A sensor with a pixel pitch. The conformance kit makes light of that size, and the sub-frames
+    of a moving scene are chosen by it.
+    """
 
     @property
     def pitch_um(self) -> float:

@@ -6,14 +6,15 @@ at least the requested effort serves a run. A renderer with a method `enough(pat
 continues from stored radiance instead. Its stores are averaged (`sample_accumulation`), and the
 renderer receives `{group: Known}` with the stored samples of each light group.
 
-| module             | content                                                                 |
-|--------------------|-------------------------------------------------------------------------|
-| `recipe`           | the name of the radiance that a scene and a renderer describe together  |
-| `stored_radiance`  | which stores serve a demand, and what is missing                        |
-| `joined_radiance`  | the radiance of several stores as one Dataset, with its errors          |
-| `render_request`   | what a renderer is asked for, or what other frames give instead         |
-| `missing_radiance` | render what is missing, and store it                                    |
-| `radiance_of_run`  | the scene radiance of a run: stored, rendered, or made by the scene     |
+| module              | content                                                                 |
+|---------------------|-------------------------------------------------------------------------|
+| `recipe`            | the name of the radiance that a scene and a renderer describe together  |
+| `stored_radiance`   | which stores serve a demand, and what is missing                        |
+| `joined_radiance`   | the radiance of several stores as one Dataset, with its errors          |
+| `render_request`    | what a renderer is asked for, or what other frames give instead         |
+| `rendered_radiance` | checks of what a renderer returns                                       |
+| `missing_radiance`  | render what is missing, and store it                                    |
+| `radiance_of_run`   | the scene radiance of a run: stored, rendered, or made by the scene     |
 """
 
 from .joined_radiance import opened, rounding_term

@@ -25,6 +25,7 @@ from ..processor import kernels
 from ..provenance import described, fingerprint, input_digests, libraries, versions
 from .recipe import effort_spent, recipe_hash, scenes_folder
 from .render_request import Request, equal_groups, rendered, rendering_of
+from .rendered_radiance import checked
 from .stored_radiance import held_and_missing, known_of
 
 if TYPE_CHECKING:
@@ -123,8 +124,13 @@ def render_and_store(
     rows : ledger that gets the rows of the stages.
     config : composed config of the run.
     """
+    renderer = config.renderer.name
     radiance = stage(
-        rows, "renderer", config.renderer.name, request.renderer, lambda: rendered(chain, request)
+        rows,
+        "renderer",
+        renderer,
+        request.renderer,
+        lambda: rendered(chain, request, partial(checked, title=f"renderer {renderer!r}")),
     )
     name = f"{recipe}-{content_of_store(chain, request, radiance)}"
     attributes = attributes_of_store(chain, request, radiance)
@@ -190,6 +196,7 @@ def attributes_of_store(chain: Chain, request: Request, radiance: xr.Dataset) ->
         "margin": demand.margin,
         "wavelength_nm": [float(w) for w in radiance.wavelength.values],
         "labels": [v for v in radiance.data_vars if v != "radiance"],
+        "labels_asked": sorted(demand.labels),
         "effort": effort_spent(chain),
         "scene": described(chain.scene),
         "renderer": described(request.renderer),

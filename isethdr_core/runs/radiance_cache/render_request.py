@@ -5,6 +5,7 @@ In a sequence, light groups with the same light as in a stored frame are not ren
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -125,12 +126,21 @@ def equal_groups(chain: Chain, request: Request) -> list[Taken]:
     return find_groups(scenes_folder(), wanted, precise)
 
 
-def rendered(chain: Chain, request: Request) -> xr.Dataset:
-    """Return the radiance of a request: rendered, or taken over from other frames."""
+def rendered(
+    chain: Chain, request: Request, checked: Callable[[Any], xr.Dataset] = lambda made: made
+) -> xr.Dataset:
+    """Return the radiance of a request: rendered, or taken over from other frames.
+
+    Parameters
+    ----------
+    chain : components of the run.
+    request : what the renderer is asked for.
+    checked : function(what the renderer returned) -> the same, or an error.
+    """
     if not request.taken:
-        return request.render()
+        return checked(request.render())
     try:
-        scene = request.of_rest(limit_share(chain, request.demand)).render()
+        scene = checked(request.of_rest(limit_share(chain, request.demand)).render())
     except TooNoisy:
         left_out(
             f"light groups {', '.join(groups_of(request.taken))} of other frames",
@@ -139,5 +149,5 @@ def rendered(chain: Chain, request: Request) -> xr.Dataset:
             "relative",
             key="equal groups",
         )
-        return request.render()
+        return checked(request.render())
     return taken_over(scenes_folder(), scene, request.taken, request.description.light_groups())

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from ...data.temporal_modulation import time_mean
+from ...errors import PluginError
 from ...physics.radiometry import photons_per_energy
 from ...physics.resampling.area import detail_error, resample_mean
 from ..error_terms import ErrorMaps, LightPart, Reading
@@ -143,7 +144,7 @@ def _electrons_of(
         image=rates.image,
         sigma=np.sqrt(variance),
         renderer=rates.renderer,
-        unsaturated=~capture["saturated"].values,
+        unsaturated=capture["saturated"].values == 0,
         per_irradiance=scale * float(counting.sum(1).max()),
         maps=maps,
     )
@@ -206,9 +207,14 @@ def _at_filters(
     """Return error maps (y, x) of the pixels from maps (channel, y, x) of light.
 
     Errors of neighbouring tiles are taken as fully correlated.
+
+    Raises
+    ------
+    PluginError : the maps do not lie on the tiles of the light.
     """
     if maps is None:
         return None
+    _check_maps(maps, (captures.sizes["channel"], light.sizes["y"], light.sizes["x"]))
     side = captures.attrs["pitch_um"] * 1e-6
     filters = captures["filter"].values
     out = np.zeros((2, *filters.shape))
@@ -225,3 +231,13 @@ def _at_filters(
                     side,
                 )[mine]
     return maps._replace(deviation=out[0], bound=out[1])
+
+
+def _check_maps(maps: ErrorMaps, shape: tuple[int, ...]) -> None:
+    """Raise PluginError unless error maps have the shape (channel, y, x) of the light."""
+    for name, plane in (("deviation", maps.deviation), ("bound", maps.bound)):
+        if np.shape(plane) != shape:
+            raise PluginError(
+                f"light_errors of the lens: {name} has the shape {np.shape(plane)}; expected"
+                f" (channel, y, x) of its light, {shape}"
+            )

@@ -158,10 +158,12 @@ def _why(
     shot = next(s for s in shots if s.capture == most.capture)
     alone = replace(shot, maps=None, renderer=np.zeros_like(shot.renderer))
     causes = [
-        (_later(alone, [term]), term.label) for term in terms_of_capture(shot, rows).of_electrons
+        (_later(alone, [term]), term.label or str(term.source))
+        for term in terms_of_capture(shot, rows).of_electrons
     ]
     if shot.maps:
-        causes.append((_later(replace(alone, maps=shot.maps), []), shot.maps.label))
+        label = shot.maps.label or "errors that the lens states tile by tile"
+        causes.append((_later(replace(alone, maps=shot.maps), []), label))
     share, label = max(causes, key=lambda cause: cause[0])
     return f"; more than allowed, {share:.3g} of it by: {label}"
 

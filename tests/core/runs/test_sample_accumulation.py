@@ -3,12 +3,21 @@
 from __future__ import annotations
 
 import itertools
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
+from isethdr_core.demand import Demand
 from isethdr_core.quantities import centres, scene_radiance
-from isethdr_core.runs.sample_accumulation import ALL_BANDS, Known, known, pooled, pooled_noise
+from isethdr_core.runs.sample_accumulation import (
+    ALL_BANDS,
+    Known,
+    known,
+    pooled,
+    pooled_noise,
+    rendered_anew,
+)
 from isethdr_core.storage import store
 from isethdr_core.storage.join import join_scenes
 
@@ -154,3 +163,23 @@ def test_groups_and_bands_are_pooled_one_by_one(tmp_path):
     np.testing.assert_allclose(
         joined.xyz_noise.values[1], np.hypot(8 * one, 24 * two) / 32 + one, rtol=1e-6
     )
+
+
+class Continues:
+    """A renderer that must be told what is stored, as its Protocol states it."""
+
+    def enough(self, paths, noise):
+        """Return whether no more samples are needed."""
+        return True
+
+    def __call__(self, description, demand, known):
+        """Return what it is told."""
+        return known
+
+
+def test_a_renderer_that_accumulates_samples_is_told_that_there_are_none():
+    description = SimpleNamespace(light_groups=lambda: ("sky", "lamps"))
+    assert rendered_anew(Continues(), description, Demand()) == {"sky": Known(), "lamps": Known()}
+    assert rendered_anew(Continues(), description, Demand(groups=("sky",))) == {"sky": Known()}
+    plain = lambda description, demand: demand
+    assert rendered_anew(plain, description, Demand()) == Demand()

@@ -355,7 +355,7 @@ def test_declared_light_adds_up_and_is_not_stored():
 @pytest.mark.parametrize(
     ("light", "said"),
     [
-        (np.ones((1, 2, 2)), "is of type ndarray; expected a DataArray"),
+        (np.ones((1, 2, 2)), "is of type ndarray; expected an xarray.DataArray"),
         (xr.DataArray(np.ones((1, 2, 2)), dims=("wavelength", "y", "x")), "the units None"),
         (
             xr.DataArray(np.ones(2), dims="wavelength", attrs={"units": quantities.IRRADIANCE}),

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import xarray as xr
@@ -143,6 +145,10 @@ def test_what_a_lens_knows_of_its_kernels_takes_the_place_of_what_it_stated():
     label = _said([shot], [stated], 0.01)
     assert "of the allowed 0.01 in" in label and "by: errors tile by tile" in label
     assert "more than allowed" not in _said([shot], [stated], 1.0)
+    unnamed = replace(shot, maps=maps._replace(label=""))
+    assert "by: errors that the lens states tile" in _said([unnamed], [stated], 0.01)
+    bare = row("lens l", said(0.5, "relative", "bound"))
+    assert _said([replace(shot, maps=None)], [bare], 0.01).endswith("by: lens/l")
 
 
 def _said(shots, rows, allowed):
@@ -337,6 +343,20 @@ def test_some_pixels_hold_what_they_hold_among_all():
     )
     for name in ("total", "image", "renderer", "sigma", "unsaturated"):
         np.testing.assert_array_equal(getattr(few, name), getattr(every, name)[1::3, 1::3])
+
+
+def test_saturation_may_be_stated_by_integers():
+    scene, mixed, light = noisy(0.02)
+    captures = build("sensor", "bayer", pitch_um=0.5)(light, hdr.generator(seed=0))
+    captures["saturated"][0, :2] = True
+    stated = captures.assign(saturated=captures["saturated"].astype(np.uint8))
+    shots = (
+        propagation.electrons(propagation.Exposure(c, light, mixed, scene))[0]
+        for c in (captures, stated)
+    )
+    of_bools, of_integers = (shot.unsaturated for shot in shots)
+    assert of_integers.dtype == bool and not of_bools.all()
+    np.testing.assert_array_equal(of_integers, of_bools)
 
 
 def test_small_pictures_and_those_of_lenses_that_distort_are_looked_at_whole():

@@ -9,6 +9,7 @@ from isethdr_core.config.composition import compose
 from isethdr_core.data.scene_description import SceneDescription
 from isethdr_core.errors import ConfigError
 from isethdr_core.pipeline.chain import chain, plan, stage
+from isethdr_core.runs.sample_accumulation import rendered_anew
 from isethdr_core.storage import store
 from isethdr_core.uncertainty.ledger import Ledger
 
@@ -57,7 +58,7 @@ def without_people(record: SceneRecord) -> Path:
         "renderer",
         config.renderer.name,
         whole.renderer,
-        lambda: whole.renderer(bare, demand),
+        lambda: rendered_anew(whole.renderer, bare, demand),
     )
     attributes = {"kind": "scene", "without": list(PEOPLE), "of": list(record.stores)}
     return store.write_store(folder, name, {"": radiance}, attributes)
