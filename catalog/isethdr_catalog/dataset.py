@@ -47,10 +47,16 @@ PRODUCTS = {
     "depth": Product("truth", "depth", np.float32),  # (y, x), m along the axis
     "normal": Product("truth", "normal", np.float32),  # (y, x, 3), world axes
     "motion": Product("truth", "motion", np.float32),  # (y, x, 2), px right and down per frame
-    "boxes": Product("truth", "boxes", np.float32),  # (object, 4), left, top, width, height
-    "labels": Product("truth", "labels", np.int32),  # (object,), category of each box
+    "boxes": Product("truth", "boxes", np.float32),  # (thing, 4), left, top, width, height
+    "labels": Product("truth", "labels", np.int32),  # (thing,), category of each box
 }
 USUAL = ("picture", "truth")
+NONE = "none"  # the category of pixels without an object, such as the sky
+# surfaces and background that are not counted ("stuff" of COCO); all others are things
+STUFF = (
+    *("road", "tree", "guard rail", "building", "vegetation", "tunnel", "own vehicle", "chart"),
+    "rock",
+)
 
 
 class PictureDataset:
@@ -179,13 +185,24 @@ def _category(truth: xr.Dataset) -> np.ndarray | None:
     return numbers[instance]
 
 
-def _boxes(truth: xr.Dataset) -> np.ndarray | None:
+def is_thing(category: str) -> bool:
+    """Return whether the objects of a category are counted individually ("things" of COCO)."""
+    return category != NONE and category not in STUFF
+
+
+def _things(truth: xr.Dataset) -> list[dict[str, Any]] | None:
+    """Return the rows of things, as in COCO files: a road is no object to detect."""
     rows = truth.attrs.get("objects")
+    return None if rows is None else [row for row in rows if is_thing(row["category"])]
+
+
+def _boxes(truth: xr.Dataset) -> np.ndarray | None:
+    rows = _things(truth)
     return None if rows is None else np.array([row["box"] for row in rows]).reshape(-1, 4)
 
 
 def _labels(truth: xr.Dataset) -> np.ndarray | None:
-    rows = truth.attrs.get("objects")
+    rows = _things(truth)
     return None if rows is None else np.array([CATEGORIES[row["category"]] for row in rows])
 
 

@@ -250,7 +250,7 @@ class Street:
         shown = visible(now.layout, place, self.horizontal_field_deg)
         models, objects = ground_of(now.layout.base, light)
         for more_models, more in (
-            own_headlamps(now.own_pose, light, own_beam),
+            own_headlamps(now.own_pose, light, own_beam, now.layout.base.right_hand),
             things_of(now.layout, shown, place, light, self.headlamp_beam, self._model_names()),
         ):
             models |= more_models

@@ -13,7 +13,7 @@ from isethdr_core.scene import Model, Part, Placed
 from .geometry.surroundings import tube
 from .geometry.vehicles import headlamp
 from .lamp_spectra import spectrum_of
-from .photometry.families import family
+from .photometry.families import family, family_of_traffic
 from .placement import DRIVING
 from .placing.camera import Eye
 from .placing.plan import Layout, Standing
@@ -127,7 +127,8 @@ def things_of(
             # things that were equal at first may have other lamps on now, or another pose
             name = keys[key] = own if own not in models else f"{own}{AGAIN}{len(keys)}"
             model = _built(thing, at[thing])
-            models[name] = switched(replace(model, name=name), one.foot.lamps, spectra, beam)
+            model = replace(model, name=name)
+            models[name] = switched(model, one.foot.lamps, spectra, beam, layout.base.right_hand)
         objects.append(Placed(one.name, keys[key], thing.category, _pose_of(one)))
     return models, objects
 
@@ -166,7 +167,13 @@ def _built(thing: Thing, level: Level) -> Model:
     return (coarser(assembly, DISTANT_CELL_M) if thing.group in COARSE else assembly).model()
 
 
-def switched(model: Model, lamps: tuple[str, ...], spectra: dict[str, str], beam: str) -> Model:
+def switched(
+    model: Model,
+    lamps: tuple[str, ...],
+    spectra: dict[str, str],
+    beam: str,
+    right_hand: bool = True,
+) -> Model:
     """Return the model with only `lamps` on, in the spectra of their light groups.
 
     Parameters
@@ -176,8 +183,9 @@ def switched(model: Model, lamps: tuple[str, ...], spectra: dict[str, str], beam
     spectra : name of a lamp spectrum by light group.
     beam : family of low beams without a table of their own; its intensity is that of low beams
         without an intensity of their own.
+    right_hand : whether traffic keeps to the right; otherwise the beam is mirrored.
     """
-    pattern = family(beam)
+    pattern = family_of_traffic(beam, right_hand)
 
     def switch(part: Part) -> Part:
         lamp = part.lamp
@@ -218,7 +226,7 @@ def ground_of(base: BaseRoad, spectra: dict[str, str]) -> tuple[dict[str, Model]
 
 
 def own_headlamps(
-    own_pose: np.ndarray, spectra: dict[str, str], beam: str
+    own_pose: np.ndarray, spectra: dict[str, str], beam: str, right_hand: bool = True
 ) -> tuple[dict[str, Model], list[Placed]]:
     """Return the headlamps of the camera's car.
 
@@ -227,8 +235,10 @@ def own_headlamps(
     own_pose : (4, 4) pose of the camera's car.
     spectra : name of a lamp spectrum by light group.
     beam : family of the headlamps.
+    right_hand : as in `switched`.
     """
-    model = switched(headlamp.own_headlamps(*OWN_LAMPS).model(), DRIVING, spectra, beam)
+    built = headlamp.own_headlamps(*OWN_LAMPS).model()
+    model = switched(built, DRIVING, spectra, beam, right_hand)
     return (
         {"own_headlamps": model},
         [Placed(OWN_HEADLAMPS, "own_headlamps", "own vehicle", own_pose)],

@@ -8,7 +8,7 @@ from isethdr_scenes import builders
 from isethdr_scenes.lamps import KINDS
 from isethdr_scenes.photometry import isocandela
 from isethdr_scenes.photometry.eulumdat import read_ldt
-from isethdr_scenes.photometry.families import FAMILIES, family
+from isethdr_scenes.photometry.families import FAMILIES, family, family_of_traffic
 from isethdr_scenes.photometry.iesna import read_ies
 from isethdr_scenes.photometry.report import lamp_of, report
 from isethdr_scenes.photometry.rules import check, rule_sets
@@ -24,6 +24,16 @@ def test_each_family_keeps_all_its_rules(name, rules):
     lamp = family(name)
     found = check(lamp.table, lamp.intensity_cd, rules)
     assert found and not [f for f in found if not f.is_met]
+
+
+@pytest.mark.parametrize("name", FAMILIES)
+def test_a_lamp_of_left_hand_traffic_is_the_mirror_image(name):
+    own = family(name)
+    other = family_of_traffic(name, False)
+    assert family_of_traffic(name, True) is own and other.intensity_cd == own.intensity_cd
+    left = np.linspace(-85, 85, 69)
+    up = np.linspace(-30, 30, 61)[:, None]
+    np.testing.assert_allclose(other.table.at(left, up), own.table.at(-left, up), atol=1e-12)
 
 
 def test_every_set_of_rules_has_a_family():

@@ -82,6 +82,36 @@ def test_by_day_vehicles_have_daytime_lamps_in_place_of_the_others(quiet):
     assert {lamp.group for lamp in lamps} == set(day.light_groups()) - {"sky"}
 
 
+LANES = "".join(
+    f'<{side}><lane id="{number}" type="driving"><width sOffset="0" a="3.5"/></lane></{side}>'
+    for side, number in (("left", 1), ("center", 0), ("right", -1))
+).replace('<lane id="0" type="driving"><width sOffset="0" a="3.5"/>', '<lane id="0" type="none">')
+TWO_LANES = f"""<OpenDRIVE><header revMajor="1" revMinor="6"/>
+<road id="1" length="300" junction="-1" rule="RULE"><planView>
+<geometry s="0" x="0" y="0" hdg="0" length="300"><line/></geometry></planView>
+<lanes><laneSection s="0">{LANES}</laneSection></lanes></road></OpenDRIVE>"""
+
+
+@pytest.mark.parametrize("beam", ["dipped_r112_b", "dipped_r149_c"])
+def test_dipped_beams_rise_on_the_side_of_the_near_verge(tmp_path, beam):
+    """On the left where traffic keeps to the left, for the own car and all other vehicles."""
+    values = {}
+    for rule in ("RHT", "LHT"):
+        path = tmp_path / f"{rule}.xodr"
+        path.write_text(TWO_LANES.replace("RULE", rule))
+        street = Street(road=str(path), vehicles_per_km=20.0, headlamp_beam=beam, **EMPTY)
+        models = street().models.values()
+        lamps = [p.lamp for m in models for p in m.parts if p.lamp and p.lamp.kind == "low_beam"]
+        assert len(lamps) >= 4, "those of the own car and of another vehicle"
+        for lamp in lamps:
+            # B50L, the eye of an oncoming driver on a right-hand road, and its mirror
+            at = lamp.intensity_cd * lamp.table.at([3.43, -3.43], 0.57)
+            values.setdefault(rule, at)
+            np.testing.assert_allclose(at, values[rule], rtol=1e-12)
+    assert values["RHT"][1] > 2 * values["RHT"][0]
+    np.testing.assert_allclose(values["LHT"], values["RHT"][::-1], rtol=1e-12)
+
+
 def test_own_headlamps_are_below_the_picture_and_its_margin(quiet):
     _, scene = quiet
     camera = scene.camera

@@ -14,6 +14,7 @@ from isethdr_scenes.placing.camera import Eye
 from isethdr_scenes.placing.plan import Layout, Standing
 from isethdr_scenes.placing.site import Foot
 from isethdr_scenes.retro_reflectors import RED_OVER_WHITE, luminous_mean
+from isethdr_scenes.roads.kinds import kind
 from isethdr_scenes.street_models import HIDDEN, model_names, things_of
 from isethdr_scenes.textures import LOOKS, PLAIN, look_of, textured
 from isethdr_scenes.things import draw
@@ -61,7 +62,8 @@ def test_the_looks_of_things_stay_when_others_leave_the_picture_or_lamps_change(
     rng = np.random.default_rng(1)
     one, two = (draw("rock", rng) for _ in range(2))
     feet = [Foot(name, thing, 9.0, 0.0, 0.0) for name, thing in zip("abc", (one, two, two))]
-    layout = Layout(None, tuple(Standing(foot, np.eye(4)) for foot in feet), ())
+    standing = tuple(Standing(foot, np.eye(4)) for foot in feet)
+    layout = Layout(kind("country_straight", 1), standing, ())
     place = Eye(np.zeros(3), np.array([1.0, 0.0, 0.0]))
     names = model_names(layout, list(layout.standing))
     assert names["a"] != names["b"] == names["c"]

@@ -84,6 +84,19 @@ def family(name: str) -> LampPattern:
     return _pattern(left, up, value, signal.rules)
 
 
+@cache
+def family_of_traffic(name: str, right_hand: bool) -> LampPattern:
+    """Return a lamp of `FAMILIES` for right-hand or left-hand traffic. That of left-hand traffic is
+    mirrored, so that its cut-off rises on the left.
+    """
+    pattern = family(name)
+    if right_hand:
+        return pattern
+    table = pattern.table
+    mirrored = IntensityTable(-table.left_deg[::-1], table.up_deg, table.value[:, ::-1].copy())
+    return pattern._replace(table=mirrored)
+
+
 def _pattern(
     left: np.ndarray, up: np.ndarray, value: np.ndarray, rules: Sequence[str]
 ) -> LampPattern:

@@ -58,6 +58,11 @@ class BaseRoad:
         """Return the lane on which the camera's car starts."""
         return self.network.lane(self.start)
 
+    @property
+    def right_hand(self) -> bool:
+        """Return whether traffic keeps to the right on the road of the camera's car."""
+        return self.lane.road.right_hand
+
     def pose(self) -> Floats:
         """Return the (4, 4) pose of the camera's car on the surface: x ahead, z up."""
         return turned(self.lane.at(self.start_m, self.aside_m), self.turn_rad)

@@ -8,6 +8,7 @@ import os
 import shlex
 import signal
 import sys
+from dataclasses import dataclass
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -224,6 +225,49 @@ def test_a_stored_dataset_is_not_tried_again(recipe, monkeypatch):
     with pytest.raises(ConfigError, match="generate tiny_2"):
         begun(Request("tiny", count=1, seed=1, recipe=recipe, overrides=("scene.fails=false",)))
     assert tried == ["plain", "bright", "bright"]
+
+
+@dataclass(frozen=True)
+class WorldOfFile(SmallWorld):
+    """A world with a road file."""
+
+    fails: bool = False
+    road: str = ""
+
+    def input_files(self):
+        """Return the road file."""
+        return (self.road,)
+
+
+def test_a_dataset_whose_road_file_has_changed_is_not_continued(recipe, offer, tmp_path):
+    """Without the file, or with the earlier content, its scenes are those that are stored."""
+    offer("scene", "world_of_file", WorldOfFile)
+    road = tmp_path / "town.xodr"
+    road.write_text("lanes of 3.5 m")
+    own = tmp_path / "own.yaml"
+    own.write_text(
+        f"families: {{a: {{overrides: [scene=world_of_file, renderer=small, scene.road={road}]}}}}"
+    )
+    request = Request("tiny", count=1, seed=1, recipe=str(own))
+    dataset = generate(request, silent)
+    road.write_text("lanes of 3.4 m")
+    [problem] = verify(dataset)
+    for count in (1, 2):
+        more = Request("tiny", count=count, seed=1, recipe=str(own))
+        with pytest.raises(ConfigError, match=f"type for example .*count={count}") as error:
+            generate(more, silent)
+    for said in (problem.what, str(error.value)):
+        assert said.startswith(f"{road} has changed since")
+        assert f"type for example isethdr dataset generate tiny_2 recipe={own} count=" in said
+    again = generate(Request("tiny_2", count=1, seed=1, recipe=str(own)), silent)
+    assert again.made[0].stores == dataset.made[0].stores, "the file changes no light here"
+    assert verify(again) == []
+    for missing in (False, True):
+        road.write_text("lanes of 3.5 m")
+        if missing:
+            road.unlink()
+        assert verify(dataset) == []
+        assert generate(request, silent).made == dataset.made
 
 
 def test_the_command_of_a_dataset_can_be_typed_into_a_shell():

@@ -89,9 +89,9 @@ def test_croissant_has_the_required_fields(folder):
         matched = resources[f"{name}-{ending}"]["includes"]
         assert list(folder.glob(matched)), matched
     rows = list(csv.DictReader((folder / "pictures.csv").read_text().splitlines()))
-    assert [row["file"] for row in rows] == sorted(
+    assert {row["file"] for row in rows} == {
         f"png/{path.name}" for path in (folder / "png").iterdir()
-    )
+    }
     assert {row["run"]: row["lighting"] for row in rows}[LABELLED] == "night"
     fields = {row["name"]: row for row in data["recordSet"][0]["field"]}
     assert list(fields) == list(rows[0])

@@ -12,7 +12,7 @@ import pytest
 from isethdr_catalog.selection import select
 from isethdr_workflows.export.exporting import exported
 from isethdr_workflows.export.job import Item
-from isethdr_workflows.export.labels import geometry
+from isethdr_workflows.export.labels import geometry, masks
 from isethdr_workflows.export.labels.run_length import lengths, text
 from PIL import Image
 
@@ -158,7 +158,7 @@ def test_panoptic_pictures_hold_the_number_of_each_segment(home, tmp_path):
 
 
 def test_stuff_of_one_category_is_one_segment(home, tmp_path, monkeypatch):
-    monkeypatch.setattr("isethdr_workflows.export.labels.masks.STUFF", ("car", "road", "person"))
+    monkeypatch.setattr("isethdr_catalog.dataset.STUFF", ("car", "road", "person"))
     exported([LABELLED], tmp_path / "all", ["panoptic"])
     truth = open_run(LABELLED).open("truth/bayer").load()
     for row in truth.attrs["objects"]:
@@ -187,6 +187,66 @@ def test_a_run_without_labels_is_refused(home, tmp_path):
     for name in ("coco", "panoptic", "boxes3d"):
         with pytest.raises(CatalogError, match=f"run {home.plain} has no map of objects .*{name}"):
             exported([home.plain], tmp_path / "out", [name])
+
+
+def test_a_picture_that_shows_nothing_has_no_labels_and_is_written(
+    home, tmp_path, three_boxes, monkeypatch
+):
+    """A camera that looks into the sky sees no object. A map with objects needs their table."""
+    three_boxes(scene())
+    truth = open_run(LABELLED).open("truth/bayer").load()
+    truth.attrs["objects"] = []
+    monkeypatch.setattr(Item, "truth", lambda self: truth)
+    masks._missing.cache_clear()
+    for name in ("coco", "panoptic", "boxes3d"):
+        with pytest.raises(CatalogError, match="has no table of objects for camera bayer"):
+            exported([LABELLED], tmp_path / "out", [name])
+    truth["instance"][:] = 0
+    masks._missing.cache_clear()
+    exported([LABELLED], tmp_path / "out", ["coco", "panoptic", "boxes3d"])
+    masks._missing.cache_clear()
+    read = lambda name: json.loads((tmp_path / "out" / f"{name}.json").read_text())
+    assert read("coco")["annotations"] == [] and len(read("coco")["images"]) == 1
+    assert read("panoptic")["annotations"][0]["segments_info"] == []
+    assert read("boxes3d")["images"][0]["boxes"] == []
+
+
+def test_the_frames_of_a_sequence_are_in_their_order_and_state_their_time(
+    home, tmp_path, three_boxes, monkeypatch
+):
+    """Names of runs are digests, so their order is not that of the frames."""
+    three_boxes(scene())
+    times = {home.plain: 0.1, LABELLED: 0.05}
+    monkeypatch.setattr(
+        Item, "moment", property(lambda self: {"time_s": times[self.key], "frames_per_s": 20.0})
+    )
+    truth = open_run(LABELLED).open("truth/bayer").load()
+    monkeypatch.setattr(Item, "truth", lambda self: truth)
+    masks._missing.cache_clear()
+    for order in (sorted(times), sorted(times, reverse=True)):
+        times.update(zip(order, (0.05, 0.1)))
+        out = tmp_path / order[0]
+        exported(["two"], out, ["png", "coco", "panoptic"])
+        for name in ("coco", "panoptic"):
+            images = json.loads((out / f"{name}.json").read_text())["images"]
+            assert [(row["id"], row["run"], row["time_s"]) for row in images] == [
+                (1, order[0], 0.05),
+                (2, order[1], 0.1),
+            ]
+            assert images[0]["frames_per_s"] == 20.0
+        files = json.loads((out / "manifest.json").read_text())["files"]
+        stated = {row["run"]: row["time_s"] for row in files if row["run"]}
+        assert stated == times
+    masks._missing.cache_clear()
+
+
+def test_a_picture_without_a_time_states_none(home, tmp_path):
+    [still] = select([home.plain]).shots
+    [moving] = select([LABELLED]).shots
+    assert (Item(1, still).moment, Item(1, moving).moment) == ({}, {"time_s": 0.25})
+    exported([home.plain], tmp_path / "out", ["png"])
+    files = json.loads((tmp_path / "out" / "manifest.json").read_text())["files"]
+    assert all("time_s" not in row for row in files)
 
 
 def test_boxes_in_metres_with_their_image(home, tmp_path, three_boxes):

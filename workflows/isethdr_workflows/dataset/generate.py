@@ -18,7 +18,7 @@ from isethdr_core.config.composition import compose
 from isethdr_core.errors import CatalogError, ConfigError, IsetHdrError
 from isethdr_core.pipeline.chain import chain
 from isethdr_core.runs.labels import checked
-from isethdr_core.runs.provenance import libraries, versions
+from isethdr_core.runs.provenance import input_digests, libraries, versions
 from isethdr_core.runs.rendering import Rendered, render
 from isethdr_core.runs.run import check_writable
 from isethdr_core.storage import store
@@ -100,7 +100,7 @@ def generate(request: Request, tell: Tell = print) -> Generated:
     Raises
     ------
     ConfigError : a mistake in the recipe or an override, found before the first scene is rendered;
-        or another dataset has this name.
+        another dataset has this name; or a file that stored scenes use has changed.
     CatalogError : the stores cannot be written, for example because the disk is full.
     """
     definition = begun(request)
@@ -273,13 +273,16 @@ def made(scene: DrawnScene, folder: Path) -> tuple[SceneRecord, bool]:
     """
     record = SceneRecord(scene.number, scene.family, scene.road, scene.overrides)
     try:
-        rendered = render(compose(scene.overrides), by_noise=True)
+        config = compose(scene.overrides)
+        built = chain(config)
+        inputs = input_digests(built.scene, built.renderer)
+        rendered = render(config, by_noise=True)
     except CatalogError:
         raise
     except Exception as err:  # any component may fail on one scene; the other scenes go on
         write_traceback(folder, scene.number)
         return _with(record, error=f"{type(err).__name__}: {err}"), False
-    return _with(record, **measured(rendered)), rendered.computed
+    return _with(record, inputs=inputs, **measured(rendered)), rendered.computed
 
 
 def measured(rendered: Rendered) -> dict[str, Any]:

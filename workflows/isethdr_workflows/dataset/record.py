@@ -10,12 +10,13 @@ from __future__ import annotations
 
 import json
 import shlex
-from collections.abc import Collection, Mapping
-from dataclasses import asdict, dataclass, field
+from collections.abc import Collection, Iterable, Mapping
+from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
 from isethdr_core.errors import CatalogError, ConfigError, did_you_mean
+from isethdr_core.runs.provenance import input_digests
 from isethdr_core.storage.atomic_write import write_text
 from isethdr_core.storage.home_folder import home
 
@@ -50,6 +51,11 @@ class Definition:
         own = [f"recipe={self.recipe_name}", f"count={self.count}", f"seed={self.seed}"]
         return shlex.join(["isethdr", "dataset", "generate", self.name, *own, *self.overrides])
 
+    @property
+    def command_of_another(self) -> str:
+        """The command that makes these scenes as a dataset of another name."""
+        return replace(self, name=f"{self.name}_2").command
+
     def scenes(self) -> list[DrawnScene]:
         """Return all scenes as drawn, with the overrides of the dataset after their own."""
         recipe = self.recipe
@@ -75,6 +81,8 @@ class SceneRecord:
     objects: tuple[Mapping[str, Any], ...] = ()
     error: str = ""  # reason if the scene failed
     at_once: int = 1  # number of scenes that its machine made at the same time
+    # digests of the files that the scene uses, by path; empty in records of earlier versions
+    inputs: Mapping[str, str] = field(default_factory=dict)
 
     @property
     def machine_s(self) -> float:
@@ -93,7 +101,8 @@ def begin(wanted: Definition) -> Definition:
 
     Raises
     ------
-    ConfigError : a different dataset has this name.
+    ConfigError : a different dataset has this name, or a file that its scenes use has changed since
+        they were rendered.
     CatalogError : the definition cannot be written.
     """
     folder = folder_of(wanted.name)
@@ -104,11 +113,57 @@ def begin(wanted: Definition) -> Definition:
             f" {' '.join(stored.overrides)}; expected the same recipe, seed and overrides, or"
             f" another name; type for example isethdr dataset generate {wanted.name}_2"
         )
+    _check_files(wanted)
     if stored is not None and stored.count >= wanted.count:
         return stored
     definition = wanted if stored is None else _with_count(stored, wanted.count)
     _write(folder / DEFINITION, json.dumps(asdict(definition), indent=1))
     return definition
+
+
+def _check_files(wanted: Definition) -> None:
+    """Raise ConfigError if a file that stored scenes use has changed, because further scenes would
+    show its new content.
+    """
+    changed = changed_files(read_scenes(folder_of(wanted.name)).values())
+    if changed:
+        path = next(iter(changed.values()))[0]
+        raise ConfigError(
+            f"{path} has changed since scene {next(iter(changed)) + 1} of the dataset"
+            f" {wanted.name!r} was rendered; expected the earlier file, or another name for the"
+            f" dataset; type for example {wanted.command_of_another}"
+        )
+
+
+def changed_files(records: Iterable[SceneRecord]) -> dict[int, list[str]]:
+    """Return {number of a scene: its files whose content has changed since it was rendered}. Scenes
+    without such a file are left out.
+
+    A file that is gone does not count, because stored radiance does not need it.
+
+    Parameters
+    ----------
+    records : records of scenes.
+    """
+    # a store does not tell: it may have been made with other files that describe the same scene
+    digests = {record.number: record.inputs for record in records}
+    now = input_digests(_Files(tuple(sorted({path for of in digests.values() for path in of}))))
+    changed = {
+        number: [path for path, digest in of.items() if now.get(path, digest) != digest]
+        for number, of in digests.items()
+    }
+    return {number: paths for number, paths in changed.items() if paths}
+
+
+@dataclass(frozen=True)
+class _Files:
+    """Files whose digests `input_digests` returns."""
+
+    paths: tuple[str, ...]
+
+    def input_files(self) -> tuple[str, ...]:
+        """Return the files."""
+        return self.paths
 
 
 def is_tried(name: str, recipe_text: str, overrides: tuple[str, ...]) -> bool:

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from isethdr_catalog.dataset import is_thing
 
 from isethdr_core.config.composition import compose
 from isethdr_core.data.quantities import tristimulus
@@ -16,7 +17,6 @@ from isethdr_core.display import display_view
 from isethdr_core.pipeline.chain import chain
 from isethdr_core.storage import store
 
-from ..export.labels.masks import is_thing
 from .record import SceneRecord
 
 if TYPE_CHECKING:

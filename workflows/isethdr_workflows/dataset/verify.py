@@ -12,7 +12,7 @@ from isethdr_core.storage.home_folder import home
 
 from .draw import DrawnScene
 from .generate import Generated
-from .record import SceneRecord
+from .record import SceneRecord, changed_files
 
 LABELS = ("depth", "distance", "instance", "category", "normal")
 
@@ -27,14 +27,21 @@ class Problem:
 
 def verify(dataset: Generated) -> list[Problem]:
     """Return the problems of the scenes that were tried. There are none if all scenes are complete
-    and have the settings that the recipe draws.
+    and have the settings that the recipe draws, and no file that they use has changed since.
 
     Every file of every store is read and compared with its checksum.
     """
     problems = []
+    changed = changed_files(dataset.scenes.values())
+    another = dataset.definition.command_of_another
     for scene in dataset.definition.scenes():
         if scene.number in dataset.scenes:
             texts = problems_of(scene, dataset.scenes[scene.number])
+            texts += [
+                f"{path} has changed since it was rendered; expected the earlier file, or another"
+                f" name for the dataset; type for example {another}"
+                for path in changed.get(scene.number, ())
+            ]
             problems += [Problem(scene.number, what) for what in texts]
     return problems
 

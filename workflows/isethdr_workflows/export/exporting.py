@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from datetime import UTC, datetime
 from importlib import import_module
 from pathlib import Path
 from typing import Protocol, cast
 
-from isethdr_catalog.selection import select
+from isethdr_catalog.selection import StoredShot, select
 
 import isethdr_core
 from isethdr_core.cli.progress import track
@@ -78,7 +78,7 @@ def exported(
     names = chosen(to)
     check_target(folder, force)
     selection = select(what)
-    items = [Item(number, shot) for number, shot in enumerate(selection.shots, 1)]
+    items = in_order(selection.shots)
     job = Job(
         items=items,
         scenes=selection.scenes,
@@ -104,6 +104,18 @@ def exported(
     return job
 
 
+def in_order(shots: Sequence[StoredShot]) -> list[Item]:
+    """Return the pictures to write in the order of the times of their scenes, so that the frames of
+    a sequence follow each other; at the same time, in the order of keys and cameras.
+
+    Parameters
+    ----------
+    shots : selected pictures.
+    """
+    found = sorted((Item(0, shot) for shot in shots), key=lambda item: (item.time_s, item.shot))
+    return [replace(item, number=number) for number, item in enumerate(found, 1)]
+
+
 def _writer(name: str) -> Writer:
     return cast(Writer, import_module(f".{FORMATS[name].module}", __package__))
 
@@ -113,7 +125,8 @@ def _write_manifest(job: Job, what: Sequence[str]) -> None:
     rows = []
     for written in track(job.files, "manifest"):
         path = job.folder / written.path
-        rows.append({**asdict(written), "bytes": path.stat().st_size, "sha256": sha256(path)})
+        row = {name: value for name, value in asdict(written).items() if value is not None}
+        rows.append({**row, "bytes": path.stat().st_size, "sha256": sha256(path)})
     manifest = {
         MARK: LAYOUT,
         "title": job.title,

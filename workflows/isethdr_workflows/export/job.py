@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -26,7 +26,7 @@ PNG_FOLDER = "png"
 class Item:
     """One picture to write: a camera of a stored run."""
 
-    number: int  # from 1, in the order of keys and cameras
+    number: int  # from 1, in the order of times, keys and cameras
     shot: StoredShot
 
     @cached_property
@@ -59,6 +59,18 @@ class Item:
         """All recorded attributes of the run."""
         return self.run.attributes
 
+    @property
+    def moment(self) -> dict[str, float]:
+        """`time_s` of the scene and `frames_per_s` of its sequence, as far as it has them."""
+        scene = self.attributes["config"]["scene"]
+        found = {name: scene.get(name) for name in ("time_s", "frames_per_s")}
+        return {name: float(value) for name, value in found.items() if value is not None}
+
+    @property
+    def time_s(self) -> float:
+        """The time of its scene, s; 0 if the scene has none."""
+        return self.moment.get("time_s", 0.0)
+
     def picture(self) -> xr.Dataset:
         """Return the picture. Its arrays are read when they are used."""
         return self.run.open(f"picture/{self.camera}")
@@ -89,6 +101,7 @@ class Written:
     media_type: str
     run: str = ""  # key of the run; "" if the file is about several runs
     camera: str = ""
+    time_s: float | None = None  # time of the scene; None if it has none
 
 
 @dataclass
@@ -117,8 +130,11 @@ class Job:
         media_type : media type of its content.
         item : the picture that the file belongs to; None: several pictures or none.
         """
-        of_item = {} if item is None else {"run": item.key, "camera": item.camera}
-        self.files.append(Written(path, self.format, media_type, **of_item))
+        written = Written(path, self.format, media_type)
+        if item is not None:
+            time_s = item.moment.get("time_s")
+            written = replace(written, run=item.key, camera=item.camera, time_s=time_s)
+        self.files.append(written)
         full = self.folder / path
         full.parent.mkdir(parents=True, exist_ok=True)
         return full

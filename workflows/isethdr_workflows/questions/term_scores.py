@@ -9,6 +9,7 @@ from itertools import combinations
 from typing import Any, NamedTuple
 
 import numpy as np
+from isethdr_catalog.dataset import is_thing
 from isethdr_sensors.imaging_sensor import ImagingSensor
 
 from isethdr_core.data.derived_once import shared, values_only
@@ -25,7 +26,6 @@ from ..dataset.pairs.making import Imaged, built_for, light_of, shot_key
 from ..dataset.pairs.sources import Source
 from ..dataset.pairs.terms import Member, check_added, spreads
 from ..dataset.study.tables import DETECTION, name_of
-from ..export.labels.masks import is_thing
 from .radiance_versions import STORED, RadianceVersion
 
 TERMS = ("scatter", "ghosts", "noise")

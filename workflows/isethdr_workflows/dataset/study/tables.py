@@ -8,11 +8,11 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from isethdr_catalog.dataset import is_thing
 
 from isethdr_core.data.categories import CATEGORIES
 from isethdr_core.data.quantities import LUMINANCE
 
-from ...export.labels.masks import is_thing
 from ..summary import DISTANCES_M, LUX, bounds, illuminance
 from .cameras import Imaged, Shot
 from .intervals import Mean, mean_over_roads

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+from isethdr_catalog.dataset import is_thing
 from scipy.spatial.transform import Rotation
 
 from isethdr_core.data.camera_geometry import CARRIED
@@ -45,7 +46,7 @@ def write(job: Job) -> None:
         picture = item.picture()
         full = geometry.full_boxes(item)
         seen_things = [
-            seen for seen in visible_objects(item.truth()) if masks.is_thing(seen.row["category"])
+            seen for seen in visible_objects(item.truth()) if is_thing(seen.row["category"])
         ]
         axes = geometry.camera_axes(scene.camera)
         boxes = []

@@ -9,6 +9,8 @@ from __future__ import annotations
 
 from typing import Any
 
+from isethdr_catalog.dataset import is_thing
+
 from ..job import Item, Job
 from . import geometry, masks
 from .masks import LICENCE, Visible, visible_objects
@@ -31,7 +33,7 @@ def write(job: Job) -> None:
         truth = item.truth()
         full = geometry.full_boxes(item)
         for seen in visible_objects(truth):
-            if masks.is_thing(seen.row["category"]):
+            if is_thing(seen.row["category"]):
                 row = annotation(item, seen, full, len(annotations) + 1)
                 annotations.append(row)
     content = masks.head(job, "visible objects with boxes and masks")

@@ -12,6 +12,7 @@ from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from isethdr_catalog.dataset import is_thing
 
 from isethdr_core.data import camera_geometry
 from isethdr_core.data.scene_description import Camera, Model, Placed, SceneDescription
@@ -19,7 +20,6 @@ from isethdr_core.errors import CatalogError, IsetHdrError
 from isethdr_core.plugins.registry import build
 
 from ..job import Item
-from .masks import is_thing
 
 if TYPE_CHECKING:
     import xarray as xr

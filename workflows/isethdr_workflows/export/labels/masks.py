@@ -8,6 +8,7 @@ from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from isethdr_catalog.dataset import NONE, is_thing
 from scipy.ndimage import find_objects
 
 from isethdr_core.data.categories import CATEGORIES
@@ -18,12 +19,6 @@ from ..job import Item, Job
 if TYPE_CHECKING:
     import xarray as xr
 
-NONE = "none"  # the category of pixels without an object, such as the sky
-# surfaces and background that are not counted ("stuff" of COCO); all others are things
-STUFF = (
-    *("road", "tree", "guard rail", "building", "vegetation", "tunnel", "own vehicle", "chart"),
-    "rock",
-)
 VEHICLES = ("bicycle", "car", "motorcycle", "bus", "truck")
 ANIMALS = ("cat", "dog", "horse", "sheep", "cow", "deer", "boar", "fox")
 
@@ -78,7 +73,10 @@ def _missing(item: Item) -> str:
     truth = item.truth()
     if "instance" not in truth:
         return "map of objects"
-    return "" if truth.attrs.get("objects") else "table of objects"
+    rows = truth.attrs.get("objects")
+    # a picture may show nothing: the table is then empty, and so is the map
+    shows_nothing = rows is not None and not truth["instance"].values.any()
+    return "" if rows or shows_nothing else "table of objects"
 
 
 def visible_objects(truth: xr.Dataset) -> Iterator[Visible]:
@@ -123,11 +121,6 @@ def lit_by(item: Item, row: dict[str, Any]) -> dict[str, dict[str, float]]:
     return {"illuminance_lx": lit}
 
 
-def is_thing(category: str) -> bool:
-    """Return whether the objects of a category are counted individually ("things" of COCO)."""
-    return category != NONE and category not in STUFF
-
-
 def category_rows(things_only: bool) -> list[dict[str, Any]]:
     """Return the categories in COCO's form.
 
@@ -154,7 +147,7 @@ def _above(name: str) -> str:
 
 
 def image_row(item: Item, licence: int) -> dict[str, Any]:
-    """Return COCO's entry of a picture, with the run and the camera.
+    """Return COCO's entry of a picture, with the run, the camera, and the time of the scene.
 
     Parameters
     ----------
@@ -171,6 +164,7 @@ def image_row(item: Item, licence: int) -> dict[str, Any]:
         "date_captured": str(item.attributes.get("created", "")),
         "run": item.key,
         "camera": item.camera,
+        **item.moment,
     }
 
 

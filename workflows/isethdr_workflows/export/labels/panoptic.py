@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from isethdr_catalog.dataset import is_thing
 from PIL import Image
 
 from ..job import Item, Job
@@ -51,7 +52,7 @@ def write_segments(item: Item, path: Path) -> list[dict[str, Any]]:
     numbers = np.zeros(item.size, np.uint32)
     for seen in visible_objects(item.truth()):
         category = seen.row["category"]
-        key = str(seen.row["instance"]) if masks.is_thing(category) else category
+        key = str(seen.row["instance"]) if is_thing(category) else category
         if key in segments:
             _grow(segments[key], seen)
         else:

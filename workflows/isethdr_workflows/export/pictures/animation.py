@@ -22,7 +22,7 @@ LAST_MS = 500.0  # least time for which the last frame is shown before the seque
 def check(job: Job) -> None:
     """Raise CatalogError unless each camera has one picture at each of at least two times."""
     for camera, items in _by_camera(job).items():
-        times = [time_s(item) for item in items]
+        times = [item.time_s for item in items]
         if len(set(times)) < max(2, len(times)):
             raise CatalogError(
                 f"camera {camera} has {len(items)} pictures at {len(set(times))} times; expected"
@@ -39,7 +39,7 @@ def write(job: Job) -> None:
             Image.fromarray(display_view.display(item.picture(), *view, natural_colour=True))
             for item in items
         ]
-        times = [time_s(item) for item in items]
+        times = [item.time_s for item in items]
         shown_ms = [1000 * (after - before) for before, after in pairwise(times)]
         path = job.new_file(f"animation/{camera}.png", "image/apng")
         frames[0].save(
@@ -51,14 +51,9 @@ def write(job: Job) -> None:
         )
 
 
-def time_s(item: Item) -> float:
-    """Return the time of the scene of a picture, s; 0 if its scene has none."""
-    return float(item.attributes["config"]["scene"].get("time_s", 0.0))
-
-
 def _by_camera(job: Job) -> dict[str, list[Item]]:
-    """Return the pictures of each camera in the order of their times."""
+    """Return the pictures of each camera; those of a job are in the order of their times."""
     found: dict[str, list[Item]] = {}
     for item in job.items:
         found.setdefault(item.camera, []).append(item)
-    return {camera: sorted(items, key=time_s) for camera, items in found.items()}
+    return found
