@@ -102,7 +102,7 @@ class ImportResolver:
         passed = facts.imported.get(name)
         if passed is None and name not in facts.defined and name in facts.lazy:
             passed = _lazy_spec(facts.lazy[name], name)
-        if passed is not None and depth < MOST_STEPS:
+        if passed is not None and depth < MOST_STEPS and not self._is_own(at, passed, name):
             target = self.resolve(at, passed, tuple(more))
             if target.kind != "outside" or target.name:
                 executed = () if facts.only_imports or located.is_package else self._run(at)
@@ -119,6 +119,10 @@ class ImportResolver:
         if facts.has_getattr and self._rules.follows(at):
             return Target("unknown", at, name, through)
         return self._at(at, names, through)
+
+    def _is_own(self, package: str, spec: Spec, name: str) -> bool:
+        """Return whether a package imports its own module `name`, as by `from . import name`."""
+        return spec.name == name and self._absolute(package, spec) == package.split(".")
 
     def _at(self, module: str, names: list[str], through: tuple[str, ...]) -> Target:
         """Return the target in the module that defines it; outside if that is not followed."""

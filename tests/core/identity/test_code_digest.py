@@ -325,6 +325,14 @@ def test_a_name_that_a_package_looks_up_itself_is_found_in_its_table(tmp_path):
     assert digest(written(tmp_path / "unrelated", unrelated)) == before
 
 
+def test_a_package_may_import_its_own_modules_and_be_asked_for_them(tmp_path):
+    use = "import acme\n\n\nclass Lens:\n    index = acme.glass.index\n"
+    files = PLUGIN | {"acme/__init__.py": "from . import glass\n", "acme/lens.py": use}
+    before = digest(written(tmp_path / "before", files))
+    edited = files | {"acme/glass.py": "def index():\n    return 2\n"}
+    assert digest(written(tmp_path / "after", edited)) != before
+
+
 def test_a_package_that_does_something_when_imported_counts(tmp_path):
     files = PLUGIN | {"acme/__init__.py": "import numpy\n\nnumpy.seterr(all='raise')\n"}
     assert digest(written(tmp_path / "a", files)) != digest(written(tmp_path / "b", PLUGIN))

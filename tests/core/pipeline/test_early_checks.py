@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 import pytest
 
@@ -203,8 +205,16 @@ def test_a_statement_in_another_form_names_component_and_method(method, value, s
         calls[method]()
 
 
-def test_kernels_are_asked_for_before_radiance_is_made(isethdr_home, monkeypatch):
-    monkeypatch.setattr(components()["lens", "ideal"].cls, "kernels", lambda self: None, False)
+def test_kernels_are_asked_for_before_radiance_is_made(isethdr_home, monkeypatch, offer):
+    # a class of its own: Python remembers which abilities a class has
+    @dataclass(frozen=True)
+    class NoKernels(components()["lens", "ideal"].cls):
+        """A lens that states no kernels."""
+
+        def kernels(self):
+            return None
+
+    offer("lens", "no_kernels", NoKernels)
     monkeypatch.setattr(runs, "scene_radiance", None)  # would fail in another way
     with pytest.raises(PluginError, match=r"kernels\(\) returned None"):
-        runs.run(compose([*CHART, "report=false"]))
+        runs.run(compose([*CHART, "lens=no_kernels", "report=false"]))
