@@ -4,6 +4,7 @@ the folder ISETHDR_HOME or ./runs. Those that only look something up read severa
 
 from __future__ import annotations
 
+import sys
 from datetime import timedelta
 from importlib import import_module
 from types import ModuleType
@@ -46,8 +47,8 @@ def find(
     conditions: list[str] = typer.Argument(
         None, help="name=value or name__ge|le|gt|lt|ne|in=value"
     ),
-    order_by: str = typer.Option(
-        "", help="sort by this property; --order-by=-ssim puts the largest first"
+    order_by: list[str] = typer.Option(
+        [], help="sort by this property; --order-by=-ssim puts the largest first"
     ),
     limit: int = typer.Option(50, help="largest number of rows"),
 ) -> None:
@@ -59,10 +60,15 @@ def find(
             " person.distance_m__le=30"
         )
     pairs: dict[str, Any] = _query().typed_conditions(conditions or ())
-    order_by = pairs.pop("order_by", order_by)
+    orders = [*order_by, *([pairs.pop("order_by")] if "order_by" in pairs else [])]
+    if len(orders) > 1:
+        raise CatalogError(
+            f"{len(orders)} properties to sort by are typed; expected one; type for example"
+            f" --order-by={orders[0]}"
+        )
     limit = min(_count(pairs.pop("limit", limit)), MOST_ROWS)
-    also = () if order_by or pairs.keys() - {"kind"} else ALSO
-    rows = _query().find(places, order_by or None, limit + 1, also, **pairs)
+    also = () if orders or pairs.keys() - {"kind"} else ALSO
+    rows = _query().find(places, orders[0] if orders else None, limit + 1, also, **pairs)
     more = len(rows) > limit
     rows = rows[:limit]
     paths = list(dict.fromkeys(str(_query().path_of(row, places)) for row in rows))
@@ -334,6 +340,11 @@ def rm(
     users = space.dependents(folder, path)
     if force or not users.is_any:
         size = _megabytes(space.size_of(path))
+        if not yes and sys.stdin is None:
+            raise CatalogError(
+                "no standard input, from which the answer to a question could be read; type"
+                f" isethdr catalog rm {path.stem} --yes"
+            )
         if not (yes or typer.confirm(f"remove {path.parent.name}/{path.name}, {size} MB?")):
             raise typer.Exit(1)
     free = space.remove_store(folder, path, force)

@@ -7,7 +7,9 @@ sensor=bayer,rgbw`. Nothing heavy is imported here: `isethdr --help` stays quick
 
 from __future__ import annotations
 
+import codecs
 import errno
+import io
 import logging
 import sys
 from functools import cache
@@ -21,6 +23,7 @@ import isethdr_core
 
 from ..errors import ConfigError, IsetHdrError, did_you_mean
 from ..plugins.registry import plugin_manager
+from ..storage.home_folder import working_folder
 from .completion import SHELLS, complete, script
 from .deferred_libraries import defer
 from .home_option import command_of, use_homes, without_homes
@@ -172,6 +175,7 @@ def main() -> None:
         print("\n".join(complete(app, sys.argv[3:])))
         return
     defer()
+    _print_any_character()
     try:
         sys.argv[1:], homes = without_homes(sys.argv[1:])
         use_homes(homes, command_of(sys.argv[1:]))
@@ -180,6 +184,7 @@ def main() -> None:
         print(f"error: {err}", file=sys.stderr)
         sys.exit(2)
     except OSError as err:
+        _check_working_folder(err)
         if err.errno not in NO_ACCESS:
             raise
         print(
@@ -187,4 +192,24 @@ def main() -> None:
             " results are complete; make room, or choose another folder",
             file=sys.stderr,
         )
+        sys.exit(2)
+
+
+def _print_any_character() -> None:
+    """Let the output write `?` in place of a character that its encoding lacks, such as ± in ASCII.
+    Standard error does so already.
+    """
+    out = sys.stdout
+    if isinstance(out, io.TextIOWrapper) and codecs.lookup(out.encoding).name != "utf-8":
+        out.reconfigure(errors="replace")
+
+
+def _check_working_folder(err: OSError) -> None:
+    """End the process with one line if the working folder was deleted, which explains the error."""
+    if not isinstance(err, FileNotFoundError):
+        return
+    try:
+        working_folder()
+    except ConfigError as gone:
+        print(f"error: {gone}", file=sys.stderr)
         sys.exit(2)

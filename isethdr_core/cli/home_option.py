@@ -17,6 +17,7 @@ from ..storage.home_folder import (
     existing_homes,
     is_home,
     readable,
+    working_folder,
 )
 from ..storage.object_home.address import Address, is_address, scratch_folder
 from ..storage.object_home.calls import prepare_writing
@@ -26,6 +27,7 @@ OPTION = "--home"
 MAKES_HOMES = ("run", "sequence", "study", "dataset", "train", "experiments", "import-iset")
 # subcommands of these commands that only read a home
 READS_ONLY = tuple(f"dataset {name}" for name in ("report", "verify", "splits", "describe", "list"))
+PLAN = "plan"  # it foretells what `run` would do, also in a home that is not there yet
 READS_SEVERAL = ("catalog", "export", "reproduce")  # some of their subcommands read several homes
 
 
@@ -89,7 +91,10 @@ def use_homes(paths: Sequence[str], command: str) -> None:
 
 
 def _named(path: str) -> str:
-    return path if is_address(path) else str(Path(path).expanduser().absolute())
+    if is_address(path):
+        return path
+    folder = Path(path).expanduser()
+    return str(folder if folder.is_absolute() else working_folder() / folder)
 
 
 def use_home(path: str, command: str) -> None:
@@ -116,6 +121,8 @@ def use_home(path: str, command: str) -> None:
         return
     folder = Path(_named(path))
     os.environ[HOME] = str(folder)
+    if command == PLAN and not folder.exists():
+        return
     if command not in MAKES_HOMES:
         existing_home()
         return

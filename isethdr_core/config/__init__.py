@@ -14,5 +14,6 @@
 | `preset_source`    | presets of installed packages, each file parsed once a process       |
 | `sweeps`           | sweeps (`-m`): mistakes are found before the first job               |
 | `trust`            | folders from which config files are accepted, checked in advance     |
+| `typed_text`       | quotes around texts that Hydra would read as numbers, such as dates  |
 | `conf/`            | the main config and the presets of lightings                         |
 """

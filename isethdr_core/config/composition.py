@@ -6,12 +6,13 @@ from __future__ import annotations
 
 import re
 import shlex
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence, Set
 from contextlib import contextmanager
 from dataclasses import MISSING, Field, field, fields, make_dataclass
 from enum import Enum
 from functools import cache
-from typing import TYPE_CHECKING, Any, Literal, get_args, get_origin, get_type_hints
+from types import NoneType, UnionType
+from typing import TYPE_CHECKING, Any, Literal, Union, get_args, get_origin, get_type_hints
 
 from hydra.core.config_search_path import ConfigSearchPath
 from hydra.core.override_parser.overrides_parser import OverridesParser
@@ -38,6 +39,7 @@ from .hydra_shortcuts import take_shortcuts
 from .kept_choices import CONFIG_MODULE, composed
 from .preset_source import PresetSource, served
 from .trust import check_overrides, own_folder
+from .typed_text import with_texts
 
 if TYPE_CHECKING:
     from omegaconf import DictConfig
@@ -47,6 +49,7 @@ TABLES = {"cameras": "sensor", "flare": "flare", "metric": "metric", "versions":
 LAUNCHER = "hydra/launcher"
 # {launcher of another package: extra that installs it}
 EXTRAS = {"joblib": "sweep", "submitit_slurm": "slurm", "submitit_local": "slurm", "ray": "ray"}
+NO_JSON = (bytes, complex, Enum, Set)  # types whose values have no place in the name of a run
 NOT_THERE = re.compile(r"Could not delete (?:from config\. )?'([^']+)'")
 
 
@@ -65,7 +68,7 @@ def compose(overrides: Sequence[str] = (), config_name: str = "config") -> DictC
     """
     register_with_hydra()
     with user_mistakes():
-        parsed = OverridesParser.create().parse_overrides(list(overrides))
+        parsed = OverridesParser.create().parse_overrides(with_texts(overrides))
         check_overrides(parsed)
         check_choices(parsed)
         result = composed(parsed, config_name)
@@ -146,10 +149,13 @@ def user_mistakes() -> Iterator[None]:
     except IsetHdrError:
         raise
     except Exception as err:
-        raise ConfigError(
-            f"the config cannot be composed: {str(err) or type(err).__name__}; expected"
-            " <kind>=<name>; type ~<kind>, for example ~renderer, to leave one out"
-        ) from None
+        advice = (
+            "; expected <kind>=<name>; type ~<kind>, for example ~renderer, to leave one out"
+            if isinstance(err, TypeError | AssertionError)  # other errors are not about a choice
+            else ""
+        )
+        said = " ".join(str(err).split()) or type(err).__name__
+        raise ConfigError(f"the config cannot be composed: {said}{advice}") from None
 
 
 def resolved(config: DictConfig) -> DictConfig:
@@ -194,19 +200,16 @@ def explain(err: BaseException) -> str:
         if group == LAUNCHER:
             install = f"; type pip install 'isethdr[{EXTRAS[name]}]'" if name in EXTRAS else hint
             return f"{group} {name!r} is not installed{install}"
+        if group.startswith("hydra/"):
+            return f"{group} {name!r} is not installed{hint}"
         lists = "isethdr run --help" if group == EXPERIMENT else "isethdr plugins"
         return f"{group} {name!r} is not installed{hint}; `{lists}` describes all of them"
     # Hydra wraps what OmegaConf raises about an override
     for missing in (err, err.__cause__):
         if isinstance(missing, ConfigAttributeError | ConfigKeyError):
             return _no_such_key(missing, overridden=missing is not err, text=str(err))
-        if isinstance(missing, KeyValidationError):  # a table by number, as of Zernike terms
-            table, _, key = str(missing.full_key).rpartition(".")
-            example = f"'+{table}={{{key if key.isdigit() else 4}:<value>}}'"
-            return (
-                f"{missing.full_key} cannot be set: the keys of {table} are numbers; expected the"
-                f" table; type for example {example}"
-            )
+        if isinstance(missing, KeyValidationError):
+            return _wrong_key(missing)
         if isinstance(missing, ValidationError) and isinstance(
             missing.child_node, IntegerNode | FloatNode
         ):
@@ -229,6 +232,28 @@ def explain(err: BaseException) -> str:
         if line.strip() and not line.strip().startswith("object_type")
     ]
     return "; ".join(lines)
+
+
+def _wrong_key(missing: Any) -> str:
+    """Return the complaint about a key whose type is not that of a table's keys.
+
+    Parameters
+    ----------
+    missing : OmegaConf's KeyValidationError. Its fields decide the message.
+    """
+    key = missing.key
+    # a key with a dot in it looks like two keys in `full_key`
+    table = str(missing.full_key).removesuffix(f".{key}")
+    if missing.parent_node is not None and missing.parent_node._metadata.key_type is str:
+        return (
+            f"{table} cannot have the key {key}: its keys are texts, and {key} is read as a number"
+            f" or a truth value; type +{table}.{key}=<value>, which reads it as a text"
+        )
+    number = key if str(key).isdigit() else 4  # a table by number, as of Zernike terms
+    return (
+        f"{missing.full_key} cannot be set: the keys of {table} are whole numbers; expected"
+        f" the table; type for example '+{table}={{{number}:<value>}}'"
+    )
 
 
 def _no_such_key(missing: Any, overridden: bool, text: str) -> str:
@@ -312,7 +337,9 @@ def schema(comp: Component) -> type:
         if f.default_factory is not MISSING:
             default = field(
                 default_factory=(
-                    _open(f.default_factory) if _by_number(hints[f.name]) else f.default_factory
+                    _open(f.default_factory)
+                    if _for_pydantic_alone(hints[f.name])
+                    else f.default_factory
                 )
             )
         else:
@@ -346,13 +373,16 @@ def _field_types(comp: Component, cls: type) -> dict[str, Any]:
 
 
 def _has_no_name(annotation: Any) -> bool:
-    """Return whether a type holds bytes, or an Enum of neither texts nor numbers: such values are
-    no JSON, of which the name of a run is made.
+    """Return whether a type holds bytes, complex numbers, sets, or an Enum of neither texts nor
+    numbers: such values are no JSON, of which the name of a run is made.
     """
-    if isinstance(annotation, type) and get_origin(annotation) is None:
-        is_plain = issubclass(annotation, str | int | float)
-        return issubclass(annotation, bytes | Enum) and not is_plain
-    return get_origin(annotation) is not Literal and any(map(_has_no_name, get_args(annotation)))
+    origin = get_origin(annotation)
+    if origin is Literal:
+        return False
+    held = origin or annotation
+    if isinstance(held, type) and issubclass(held, NO_JSON):
+        return not issubclass(held, str | int | float)
+    return any(map(_has_no_name, get_args(annotation)))
 
 
 def hydra_type(annotation: Any, f: Field[Any] | None = None) -> Any:
@@ -361,7 +391,7 @@ def hydra_type(annotation: Any, f: Field[Any] | None = None) -> Any:
     `Literal`, nested tuples and unions with containers are refused by OmegaConf; pydantic checks
     them when the component is built.
     """
-    if _by_number(annotation):
+    if _for_pydantic_alone(annotation):
         return Any
     if annotation is bool:
         return Any  # OmegaConf accepts any number as true; pydantic accepts only 0 and 1
@@ -384,16 +414,39 @@ def hydra_type(annotation: Any, f: Field[Any] | None = None) -> Any:
     return annotation
 
 
-def _by_number(annotation: Any) -> bool:
-    """Return whether the keys of a table are of type float. As such a key, OmegaConf would accept
-    450.0 and refuse 450.
+def _for_pydantic_alone(annotation: Any) -> bool:
+    """Return whether a type is one that OmegaConf accepts, but whose values it refuses.
+
+    - a table whose keys are of type float: it would accept 450.0 and refuse 450;
+    - a table whose keys are a Literal: it fails on each of them;
+    - a union with a table, also with None: it cannot set the table;
+    - another union of two types, or a tuple of tables: it would refuse 1 for a float.
     """
-    return get_origin(annotation) is dict and get_args(annotation)[0] is float
+    parts = get_args(annotation)
+    origin = get_origin(annotation)
+    if origin is Literal:
+        return False
+    if origin is dict and parts[0] not in (str, int, bool):
+        return True
+    if origin in (Union, UnionType):
+        types = [part for part in parts if part is not NoneType]
+        if len(types) > 1 or any(get_origin(part) is dict for part in types):
+            return True
+    if origin in (tuple, list) and any(get_origin(part) is dict for part in parts):
+        return True
+    return any(map(_for_pydantic_alone, parts))
 
 
 def _open(default_factory: Callable[[], Any]) -> Callable[[], Any]:
-    """Return a factory of the same table, to which keys may be added."""
-    return lambda: OmegaConf.create(default_factory(), flags={"struct": False})
+    """Return a factory of the same default. Keys may be added to it if it is a table."""
+
+    def opened() -> Any:
+        default = default_factory()
+        if not isinstance(default, dict):
+            return default
+        return OmegaConf.create(default, flags={"struct": False})
+
+    return opened
 
 
 def _search_path_plugin() -> type:

@@ -17,6 +17,7 @@ from pathlib import Path
 from typing import NoReturn
 
 import hydra
+from hydra._internal.utils import get_args_parser
 from hydra.core.hydra_config import HydraConfig
 from hydra.core.override_parser.overrides_parser import OverridesParser
 from hydra.errors import HydraException
@@ -24,7 +25,7 @@ from hydra.types import RunMode
 from omegaconf import DictConfig, OmegaConf
 from omegaconf.errors import OmegaConfBaseException
 
-from ..errors import IsetHdrError
+from ..errors import ConfigError, IsetHdrError
 from ..runs.parent_watch import end_with_parent, exit_on_sigterm
 from ..storage.home_folder import home
 from ..sweeps.record import Job, begin, write_job
@@ -35,8 +36,10 @@ from .composition import (
     user_mistakes,
     with_choices,
 )
+from .hydra_shortcuts import NO_MODE
 from .kept_choices import CONFIG_MODULE
 from .trust import check_arguments
+from .typed_text import with_texts
 
 # exit codes: an error that the user can mend, a crash of a component, Ctrl-C (128 + SIGINT)
 MISTAKE = 2
@@ -56,16 +59,18 @@ def run_with_hydra(arguments: list[str]) -> None:
     """Run once, or sweep with `-m`. Hydra reads `arguments` as its command line."""
     register_with_hydra()
     chunk_launcher.register()
-    arguments = with_list_of_tags(arguments)
     with user_mistakes():
+        arguments = with_texts(arguments)
         check_arguments(arguments)
         if not any(a.startswith("-") for a in arguments):
             check_choices(OverridesParser.create().parse_overrides(arguments))
     sweep = None
-    if {"-m", "--multirun"} & set(arguments):
+    # argparse also accepts the beginning of an option, such as --multi
+    if get_args_parser().parse_known_args(arguments)[0].multirun:
         from .sweeps import finish, prepared, watched  # imports as much as a run does
 
-        ready = prepared(arguments)
+        with user_mistakes():
+            ready = prepared(arguments)
         arguments = ready.arguments
         sweep = ready.sweep
     watching: AbstractContextManager[None] = nullcontext()
@@ -90,14 +95,6 @@ def run_with_hydra(arguments: list[str]) -> None:
         finish(sweep)
     if code:
         sys.exit(code)
-
-
-def with_list_of_tags(arguments: list[str]) -> list[str]:
-    """Return the arguments with `tags=night,wet` as a list, which Hydra does not sweep over."""
-    return [
-        f"tags=[{a.removeprefix('tags=')}]" if a.startswith("tags=") and "[" not in a else a
-        for a in arguments
-    ]
 
 
 def _start_hydra(sweeping: bool) -> int:
@@ -131,10 +128,19 @@ def task(config: DictConfig) -> None:
     """Compute one run of a composed config and print its summary; a failure prints one line.
 
     In a sweep the other jobs continue, and `JobsFailed` is raised after them.
+
+    Raises
+    ------
+    ConfigError : `hydra.mode` asks for a sweep, of which nobody has made a record.
     """
     end_with_parent()
     hydra_config = HydraConfig.get()
     sweeping = hydra_config.mode == RunMode.MULTIRUN
+    if sweeping and not any(o.startswith(NO_MODE) for o in hydra_config.overrides.hydra):
+        raise ConfigError(
+            "hydra.mode=MULTIRUN asks for a sweep without -m, which would have no table and no"
+            " name; type isethdr run -m, and the same overrides without hydra.mode"
+        )
     started = time.monotonic()
     number = hydra_config.job.num if sweeping else 0
     folder = Path(hydra_config.sweep.dir)

@@ -73,6 +73,8 @@ def prepared(arguments: list[str]) -> Prepared:
     parser = OverridesParser.create(config_loader=loader)
     overrides = parser.parse_overrides(typed)
     own = [o for o in overrides if o.get_key_element() != NAME]
+    for override in own:
+        _check_parameters(override)
     of_config = parser.parse_overrides(_swept_by_config(own, options, loader))
     jobs = [
         o
@@ -143,6 +145,22 @@ def _swept_by_config(
     params = config.hydra.sweeper.get("params") or {}
     keys = {o.get_key_element() for o in own}
     return [f"{key}={value}" for key, value in params.items() if key not in keys]
+
+
+def _check_parameters(override: Override) -> None:
+    """Refuse `hydra.sweeper.params={...}`, which Hydra cannot merge into a table that is null, and
+    another folder of the sweep, which would have no effect.
+    """
+    if override.key_or_group == "hydra.sweep.dir":
+        raise ConfigError(
+            f"{override.input_line} has no effect, because a sweep is stored in sweeps/NAME of the"
+            " home; expected a name; type for example name=night"
+        )
+    if override.key_or_group == "hydra.sweeper.params":
+        raise ConfigError(
+            f"{override.input_line} cannot be set by an override; expected the values of each key"
+            " as an override of its own; type for example seed=1,2"
+        )
 
 
 def _name(overrides: Sequence[Override]) -> Any:

@@ -20,6 +20,7 @@ from hydra.core.override_parser.overrides_parser import OverridesParser
 from hydra.core.override_parser.types import Override, ValueType
 
 from ..errors import ConfigError
+from ..storage.home_folder import working_folder
 
 OWN_FOLDER = "conf"
 VARIABLE = "ISETHDR_TRUST"
@@ -28,7 +29,7 @@ INSTALLED = ("pkg", "structured")  # kinds of search path that only an installed
 
 def own_folder() -> Path:
     """Return the folder of the user's own config files: `conf` in the working folder."""
-    return Path.cwd() / OWN_FOLDER
+    return working_folder() / OWN_FOLDER
 
 
 def trusted_folders() -> list[Path]:

@@ -11,6 +11,7 @@ from ..runs.labels import read_labels
 from ..runs.run import Result
 from ..storage import store
 from ..storage.home_folder import existing_homes
+from ..storage.object_home.address import is_address
 
 
 def open_run(
@@ -41,6 +42,11 @@ def open_run(
 
 
 def _path_of(name: str | os.PathLike[str], home: str | os.PathLike[str] | Iterable[object]) -> Path:
+    if is_address(str(name)):
+        raise CatalogError(
+            f"{name} is an address; expected a key, a name or a path; type for example"
+            " open_run('1f3a', home='s3://bucket/prefix')"
+        )
     if Path(name).suffix == ".zarr":
         return Path(name)
     homes = existing_homes(home)

@@ -82,6 +82,9 @@ class Result:
     attributes: dict[str, Any]
     computed: bool  # False: the same run was already stored
 
+    def __repr__(self) -> str:  # without the whole record, which takes pages
+        return f"Result({str(self.path)!r}, computed={self.computed})"
+
     @property
     def key(self) -> str:
         """The run's name: the hash of its config, code, versions and inputs."""

@@ -8,7 +8,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
-from ..errors import CatalogError, did_you_mean
+from ..errors import CatalogError, ConfigError, did_you_mean
 from .object_home.address import MARK, Address, is_address, scratch_folder
 from .object_home.calls import follow_home
 
@@ -29,6 +29,21 @@ class StoredHome:
 
     name: str  # its folder or address, as it is typed
     folder: Path
+
+
+def working_folder() -> Path:
+    """Return the working folder.
+
+    Raises
+    ------
+    ConfigError : it was deleted.
+    """
+    try:
+        return Path.cwd()
+    except FileNotFoundError:
+        raise ConfigError(
+            "the working folder was deleted; expected a folder that exists; type for example cd ~"
+        ) from None
 
 
 def home() -> Path:
@@ -90,16 +105,17 @@ def existing_homes(names: str | os.PathLike[str] | Iterable[object] = ()) -> tup
     ConfigError : an address of another kind.
     """
     named = [names] if isinstance(names, str | os.PathLike) else list(names)
-    texts = [str(name) for name in named] or [os.environ.get(HOME) or "runs", *_others()]
+    others = [] if named else _others()
+    texts = [str(name) for name in named] or [os.environ.get(HOME) or "runs"]
     found: dict[Path, StoredHome] = {}
-    for text in texts:
-        folder = _existing(_folder_of(text))
+    for position, text in enumerate([*texts, *others]):
+        folder = _existing(_folder_of(text), is_other=position >= len(texts))
         found.setdefault(folder.resolve(), StoredHome(text, folder))
     return tuple(found.values())
 
 
 def _others() -> list[str]:
-    return [line for line in os.environ.get(OTHER_HOMES, "").splitlines() if line]
+    return list(filter(None, map(str.strip, os.environ.get(OTHER_HOMES, "").splitlines())))
 
 
 @contextmanager
@@ -119,12 +135,29 @@ def readable(folder: Path) -> Iterator[None]:
         ) from error
 
 
-def _existing(folder: Path) -> Path:
+def _existing(folder: Path, is_other: bool = False) -> Path:
+    """Return the folder of a home once it is known to be one.
+
+    Parameters
+    ----------
+    folder : the folder.
+    is_other : whether the variable ISETHDR_OTHER_HOMES names it.
+    """
     follow_home(folder)
     with readable(folder):
         if not (folder.is_dir() and is_home(folder)):
-            raise _no_home(folder)
+            raise _no_other_home(folder) if is_other else _no_home(folder)
     return folder
+
+
+def _no_other_home(folder: Path) -> CatalogError:
+    """Return the error about a further home that is none, with the homes near it."""
+    what = "is no home folder" if folder.is_dir() else "does not exist"
+    return CatalogError(
+        f"{folder}, which {OTHER_HOMES} or a further --home names, {what}; expected home folders of"
+        f" stored runs{_homes_near(folder, [folder.parent])}; type --home PATH for each of them, or"
+        f" {OTHER_HOMES}=/path"
+    )
 
 
 def _no_home(folder: Path) -> CatalogError:

@@ -14,7 +14,7 @@ from ..errors import CatalogError
 from ..runs.labels import read_labels
 from ..storage import store
 from .record import Job, Sweep, read_jobs
-from .score_order import differ, larger_is_better, most_telling_first
+from .score_order import ROUNDING, differ, larger_is_better, most_telling_first
 
 TABLE = "table.csv"
 PAGE = "index.html"
@@ -129,8 +129,8 @@ def best_rows(table: SweepTable) -> list[Best]:
     best = []
     for score in table.units:
         rows = [r for r in table.rows if score in r.scores and math.isfinite(r.scores[score].value)]
-        values = {row.scores[score].value for row in rows}
-        if len(values) < 2:
+        values = [row.scores[score].value for row in rows]
+        if not values or math.isclose(min(values), max(values), rel_tol=ROUNDING):
             continue
         better = larger_is_better(score)
         for larger in (True, False) if better is None else (better,):

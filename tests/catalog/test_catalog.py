@@ -5,7 +5,7 @@ import time
 
 import pytest
 from isethdr_catalog import index
-from isethdr_catalog.commands import catalog
+from isethdr_catalog.commands import catalog, rm
 from isethdr_catalog.index import refresh
 from isethdr_catalog.query import find, show, sql
 from isethdr_catalog.selection import select
@@ -174,9 +174,9 @@ def test_scores_stand_beside_their_share_of_valid_pixels(folder, monkeypatch, ca
         "some": 0.4,
     }
     assert "valid_share" not in find(folder, lighting="dusk")[0]  # no score is shown
-    command(["lighting=dusk"], order_by="ssim", limit=50)
+    command(["lighting=dusk"], order_by=["ssim"], limit=50)
     assert "from 0.40 to 1.00, more than 0.05 apart" in capsys.readouterr().out
-    command(["lighting=dusk", "valid_share__ge=0.9"], order_by="ssim", limit=50)
+    command(["lighting=dusk", "valid_share__ge=0.9"], order_by=["ssim"], limit=50)
     assert "apart" not in capsys.readouterr().out
 
 
@@ -197,6 +197,56 @@ def test_scores_stand_beside_their_share_of_valid_pixels(folder, monkeypatch, ca
 )
 def test_operators(same_folder, conditions, expected):
     assert set(ids(find(same_folder, **conditions))) == expected
+
+
+@pytest.mark.parametrize(
+    "condition",
+    [
+        {"scene.seed__ge": "0,9"},
+        {"scene.seed__lt": "abc"},
+        {"scene.seed__gt": "nan"},
+        {"scene.seed": "0,9"},
+        {"scene.seed__in": ""},
+        {"scene.seed__ne": "one"},
+        {"ssim__ge": "0,9"},  # a score with a NaN is stored as text
+    ],
+)
+def test_a_number_is_not_compared_with_other_text(same_folder, condition):
+    with pytest.raises(CatalogError, match=r"expected a number, .* type for example \S+=0\.9"):
+        find(same_folder, **condition)
+
+
+def test_a_property_may_be_named_as_it_is_typed_for_a_run(tmp_path, monkeypatch):
+    for name, seed in (("street", 1), ("chart", 2)):
+        put(
+            tmp_path,
+            name,
+            kind="run",
+            scene={"component": f"scene/{name}"},
+            config={"seed": seed, "isp": {"name": f"isp_{name}"}},
+            cameras=["a"],
+        )
+    assert ids(find(tmp_path, scene="chart")) == ["chart"]
+    assert ids(find(tmp_path, scene__in="chart,scene/street", order_by="scene")) == [
+        "chart",
+        "street",
+    ]
+    assert ids(find(tmp_path, scene__ne=["chart"])) == ["street"]
+    assert ids(find(tmp_path, seed=2)) == ids(find(tmp_path, isp="isp_chart")) == ["chart"]
+    monkeypatch.setenv("ISETHDR_HOME", str(tmp_path))
+    call = CliRunner().invoke
+    heads, row, *_ = call(catalog, ["find", "scene=chart", "--order-by", "seed"]).output.split("\n")
+    assert heads.split() == ["id", "kind", "camera", "scene", "config.seed"]
+    assert row.split() == ["chart", "run", "a", "chart", "2"]
+    twice = call(catalog, ["find", "--order-by", "scene", "--order-by=-seed"]).exception
+    assert isinstance(twice, CatalogError) and "type for example --order-by=scene" in str(twice)
+
+
+def test_rm_without_standard_input_is_an_error(folder, monkeypatch):
+    monkeypatch.setenv("ISETHDR_HOME", str(folder))
+    monkeypatch.setattr("sys.stdin", None)
+    with pytest.raises(CatalogError, match="isethdr catalog rm run0 --yes"):
+        rm("run0", yes=False, force=False)
 
 
 def test_a_list_property_equals_what_it_holds(tmp_path, monkeypatch):

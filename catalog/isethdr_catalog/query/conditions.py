@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import Any, NamedTuple
 
@@ -15,6 +16,7 @@ from .connection import HOME, PLAIN
 OPERATORS = {"ge": ">=", "le": "<=", "gt": ">", "lt": "<"}
 ALL_OPERATORS = (*OPERATORS, "ne", "in")  # as the keyword of a condition ends
 DATE = "created"  # property with dates such as 2026-01-31T12:00:00, of which a year is a beginning
+SCENE = "scene.component"  # property with the component of a scene, as "scene/street"
 
 
 class Column(NamedTuple):
@@ -55,6 +57,62 @@ def property_and_operator(key: str) -> tuple[str, str]:
     if name and operator in ALL_OPERATORS:
         return name.replace("__", "."), operator
     return key.replace("__", "."), "eq"
+
+
+def resolved(
+    known: dict[str, index_file.Property], name: str, value: Any = None
+) -> tuple[str, Any]:
+    """Return the property that a typed name means, and the value as the records hold it.
+
+    `scene` means the component of the scene, `seed` the setting `config.seed` of a run, and `isp`
+    the component `config.isp.name`.
+
+    Parameters
+    ----------
+    known : properties of the records.
+    name : name as typed.
+    value : value of a condition; None without one.
+    """
+    if name in known or name in (*PLAIN, HOME):
+        return name, value
+    if name == "scene" and SCENE in known:
+        return SCENE, _with_kind_of_scene(value)
+    settings = (f"config.{name}", f"config.{name}.name")
+    return next((setting for setting in settings if setting in known), name), value
+
+
+def _with_kind_of_scene(value: Any) -> Any:
+    if isinstance(value, list | tuple | set):
+        return [_with_kind_of_scene(one) for one in value]
+    if not isinstance(value, str):
+        return value
+    return ",".join(f"scene/{name.removeprefix('scene/')}" for name in value.split(","))
+
+
+def check_numbers(found: index_file.Property | None, operator: str, value: Any) -> None:
+    """Refuse a condition with other text about a property that holds numbers.
+
+    Parameters
+    ----------
+    found : the property; None if it has no numbers.
+    operator : `eq`, `ne`, `in` or a key of `OPERATORS`.
+    value : value of the condition; for `in` several.
+
+    Raises
+    ------
+    CatalogError : a value is no number, or NaN, which is neither larger nor smaller than another.
+    """
+    # scores that are NaN are stored as text
+    if found is None or not (found.kind == index_file.NUMBER or found.score):
+        return
+    for text in _alternatives(operator, value):
+        number = _number(text)
+        if number is None or (math.isnan(number) and operator in OPERATORS):
+            ending = "" if operator == "eq" else f"__{operator}"
+            raise CatalogError(
+                f"{found.name}{ending} is {text!r}; expected a number, with a point for decimals;"
+                f" type for example {found.name}{ending}=0.9"
+            )
 
 
 def column_of(

@@ -16,7 +16,15 @@ from isethdr_core.errors import CatalogError, did_you_mean
 from isethdr_core.storage.home_folder import StoredHome
 
 from .. import index_file
-from .conditions import ALL_OPERATORS, column_of, condition_sql, order_sql, property_and_operator
+from .conditions import (
+    ALL_OPERATORS,
+    check_numbers,
+    column_of,
+    condition_sql,
+    order_sql,
+    property_and_operator,
+    resolved,
+)
 from .connection import HOME, PLAIN, Homes, homes_of, reading
 
 if TYPE_CHECKING:
@@ -43,7 +51,8 @@ def find(
     limit : largest number of rows.
     also : further properties to return, if any record has them.
     conditions : property=value, or property__operator=value. A list property equals every value
-        that it holds.
+        that it holds. `scene` is the component of the scene, and a setting of a run may be named
+        without `config.`, as in `seed=2`.
 
     Returns
     -------
@@ -53,22 +62,29 @@ def find(
 
     Raises
     ------
-    CatalogError : no record has a property, or `limit` is not a whole number from 0.
+    CatalogError : no record has a property, a property that holds numbers is compared with other
+        text, or `limit` is not a whole number from 0.
     """
     if not str(limit).isdecimal():
         raise CatalogError(
             f"limit is {limit!r}; expected a whole number of rows; type for example limit=50"
         )
-    tests = [(*property_and_operator(key), value) for key, value in conditions.items()]
-    ordered = (order_by or "").removeprefix("-").replace("__", ".")
+    typed = [(*property_and_operator(key), value) for key, value in conditions.items()]
+    typed_order = (order_by or "").removeprefix("-").replace("__", ".")
     places = homes_of(homes)
     with reading(places) as base:
         known = index_file.properties(base)
+        tests = []
+        for typed_name, operator, typed_value in typed:
+            name, value = resolved(known, typed_name, typed_value)
+            tests.append((name, operator, value))
+        ordered, _ = resolved(known, typed_order)
         asked = list(dict.fromkeys([n for n, _, _ in tests] + ([ordered] if ordered else [])))
         _check_known(base, known, asked)
         clauses = []
         values = []
         for name, operator, value in tests:
+            check_numbers(known.get(name), operator, value)
             clause, bound = condition_sql(column_of(known, name, places), operator, value)
             clauses.append(clause)
             values += bound

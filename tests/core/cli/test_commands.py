@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import errno
+import io
 import re
 
 import pytest
 from omegaconf import OmegaConf
 
 import isethdr_core
+from isethdr_core.cli.commands import main
 from isethdr_core.cli.plan_summary import print_plan
 from isethdr_core.cli.plugin_list import print_plugins
 from isethdr_core.cli.run_help import print_run_help
@@ -243,3 +245,24 @@ def test_a_disk_that_cannot_be_written_is_one_line(monkeypatch, capsys):
     code, _, said = here(monkeypatch, capsys, "plan")
     assert code == 2 and said.count("\n") == 1
     assert "cannot read or write /data/x.csv: No space left on device" in said
+
+
+def test_a_character_that_the_encoding_lacks_is_a_question_mark(monkeypatch):
+    out = io.TextIOWrapper(io.BytesIO(), encoding="ascii")
+    monkeypatch.setattr("sys.stdout", out)
+    monkeypatch.setattr("sys.argv", ["isethdr", "catalog", "sql", "x"])
+    monkeypatch.setattr("isethdr_core.cli.commands._with_plugins", lambda _: lambda: print("1 ± 2"))
+    main()
+    out.flush()
+    assert out.buffer.getvalue() == b"1 ? 2\n"
+
+
+@pytest.mark.parametrize("typed", [["run"], ["run", "-m", "seed=1,2"], ["plan"], ["--home", "rel"]])
+def test_a_working_folder_that_was_deleted_is_one_line(monkeypatch, tmp_path, capsys, typed):
+    folder = tmp_path / "gone"
+    folder.mkdir()
+    monkeypatch.chdir(folder)
+    folder.rmdir()
+    code, _, said = here(monkeypatch, capsys, *typed)
+    assert code == 2 and said.count("\n") == 1
+    assert "the working folder was deleted; expected a folder that exists" in said

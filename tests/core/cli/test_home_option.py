@@ -112,3 +112,20 @@ def test_a_home_without_permission_to_read_is_one_line(tmp_path, monkeypatch, co
     monkeypatch.setattr(home_folder.os, "listdir", refused)
     with pytest.raises(CatalogError, match=f"no permission to read {tmp_path}.*; type --home PATH"):
         use_home(str(tmp_path), command)
+
+
+def test_a_plan_accepts_a_home_that_is_not_there_yet(tmp_path, monkeypatch, capsys):
+    monkeypatch.setenv("ISETHDR_HOME", "elsewhere")
+    use_home(str(tmp_path / "new"), "plan")
+    assert os.environ["ISETHDR_HOME"] == str(tmp_path / "new")
+    assert not (tmp_path / "new").exists() and capsys.readouterr().err == ""
+
+
+def test_a_missing_further_home_names_its_variable(tmp_path, monkeypatch):
+    (tmp_path / "home/runs").mkdir(parents=True)
+    monkeypatch.setenv("ISETHDR_HOME", str(tmp_path / "home"))
+    monkeypatch.setenv("ISETHDR_OTHER_HOMES", f" {tmp_path / 'home'} \n")
+    assert len(home_folder.existing_homes()) == 1, "spaces around a path are no part of it"
+    monkeypatch.setenv("ISETHDR_OTHER_HOMES", "relative")
+    with pytest.raises(CatalogError, match="relative, which ISETHDR_OTHER_HOMES .*_HOMES=/path$"):
+        home_folder.existing_homes()

@@ -4,10 +4,11 @@ name.
 
 from __future__ import annotations
 
-from dataclasses import make_dataclass
+from dataclasses import dataclass, field, make_dataclass
 from enum import Enum, StrEnum
 from importlib.resources import files
 from itertools import zip_longest
+from typing import Literal
 
 import numpy as np
 import pytest
@@ -20,7 +21,7 @@ from isethdr_core.config.component_source import SCHEME, ComponentSource
 from isethdr_core.config.composition import explain, register_with_hydra, schema
 from isethdr_core.errors import ConfigError, PluginError
 from isethdr_core.pipeline.chain import chain
-from isethdr_core.plugins.registry import components, plugin_manager
+from isethdr_core.plugins.registry import build_from_config, components, plugin_manager
 from isethdr_core.store import write_store
 
 
@@ -173,7 +174,15 @@ def test_every_component_is_a_config_group_entry_with_its_name():
         ),
         (
             ["lens=wavefront", "lens.zernike_um.8=0.1"],
-            r"keys of lens.zernike_um are numbers; .* type for example '\+lens.zernike_um={8:<",
+            r"keys of lens.zernike_um are whole numbers; .* for example '\+lens.zernike_um={8:<",
+        ),
+        (
+            ["lens=wavefront", "lens.zernike_um={1.5:3}"],
+            r"of lens.zernike_um are whole numbers; .* type for example '\+lens.zernike_um={4:<",
+        ),
+        (
+            ["sensor=bayer", "exposures={bayer:{exposure_s:0.01}}"],
+            "expected a sensor with automatic exposure; type exposures=null, or switch it on",
         ),
     ],
 )
@@ -220,6 +229,56 @@ def test_text_that_hydra_cannot_read_is_put_between_quotes():
     assert compose([*file, "scene.path='/data/a=b.exr'"]).scene.path == "/data/a=b.exr"
 
 
+@dataclass(frozen=True)
+class Tables:
+    """A metric with tables, and with numbers that may be texts."""
+
+    gains: dict[Literal["R", "G"], float] = field(default_factory=lambda: {"R": 1.0})
+    weights: dict[str, float] | None = None
+    named: dict[str, float] = field(default_factory=dict)
+    mixed: dict[str, float | str] = field(default_factory=dict)
+    steps: tuple[dict[str, float], ...] = ()
+    limit: float | str = "auto"
+
+    def __call__(self, picture, truth, labels):
+        return []
+
+
+@pytest.mark.parametrize(
+    ("override", "name", "value"),
+    [
+        ("metric.b.gains={R:2}", "gains", {"R": 2.0}),
+        ("metric.b.gains.G=2", "gains", {"R": 1.0, "G": 2.0}),
+        ("metric.b.weights={a:2}", "weights", {"a": 2.0}),
+        ("+metric.b.weights.a=2", "weights", {"a": 2.0}),
+        ("metric.b.weights=null", "weights", None),
+        ("+metric.b.named.1=2", "named", {"1": 2.0}),
+        ("+metric.b.mixed={a:1,b:x}", "mixed", {"a": 1.0, "b": "x"}),
+        ("metric.b.steps=[{a:1}]", "steps", ({"a": 1.0},)),
+        ("metric.b.limit=1", "limit", 1.0),
+    ],
+)
+def test_tables_and_unions_are_set_on_the_command_line(offer, override, name, value):
+    offer("metric", "tables", Tables)
+    config = compose(["+metric@metric.b=tables", override])
+    found = getattr(build_from_config("metric", config.metric.b), name)
+    assert found == value and repr(found) == repr(value)
+
+
+@pytest.mark.parametrize(
+    ("override", "message"),
+    [
+        ("metric.b.gains.Q=2", "expected 'R' or 'G'; type for example metric.NAME.gains={R:1.0}"),
+        ("metric.b.weights={a:x}", "weights is {'a': 'x'} with 'x' in it; expected a valid number"),
+        ("+metric.b.named={1:2}", r"keys are texts, .* type \+metric.b.named.1=<value>"),
+    ],
+)
+def test_a_wrong_entry_of_a_table_is_named(offer, override, message):
+    offer("metric", "tables", Tables)
+    with pytest.raises(ConfigError, match=message):
+        build_from_config("metric", compose(["+metric@metric.b=tables", override]).metric.b)
+
+
 class Colour(Enum):
     """A choice that is no text."""
 
@@ -239,6 +298,8 @@ class Mode(StrEnum):
         (Colour, "the field 'setting' is of the type .*Colour.*; expected bool, int"),
         (tuple[Colour, ...] | None, "the field 'setting' is of the type"),
         (bytes, "the field 'setting' is of the type"),
+        (complex, "the field 'setting' is of the type"),
+        (frozenset[str], "the field 'setting' is of the type"),
     ],
 )
 def test_a_field_of_a_type_without_a_place_in_a_config_is_a_broken_plugin(field_type, message):

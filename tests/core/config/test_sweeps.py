@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+from contextlib import nullcontext
 from pathlib import Path
 
 import pytest
 from hydra.core.override_parser.overrides_parser import OverridesParser
 
-from isethdr_core.config import sweeps
+from isethdr_core.config import hydra_app, sweeps
 from isethdr_core.config.composition import register_with_hydra
+from isethdr_core.config.hydra_app import run_with_hydra
 from isethdr_core.errors import ConfigError
 from isethdr_core.plugins.presets import presets
+
+from ..command_line import isethdr
 
 
 @pytest.fixture
@@ -37,6 +41,7 @@ def test_a_pattern_sweeps_over_the_names_that_it_matches(tried):
         ("sensor=glob(no_such_*)", "has no value; expected one or more"),
         ("seed=range(0,0)", r"seed=range\(0,0\) has no value; .* type for example seed=1,2"),
         ("seed=interval(0,1)", "is an interval, .* type for example seed=1,2"),
+        ("hydra.sweep.dir=/here", "has no effect, .* type for example name=night"),
         ("name=a,b", "name=a,b sweeps over the name; .* type for example name=night"),
     ],
 )
@@ -83,6 +88,45 @@ def test_a_sweep_from_another_folder_has_a_name_and_a_record(tried, tmp_path):
     assert not tried, "Hydra alone reads that folder"
     shown = ["-m", "--cfg", "job", "seed=1,2"]
     assert sweeps.prepared(shown) == sweeps.Prepared(shown, None)
+
+
+@pytest.mark.parametrize(
+    ("typed", "message"),
+    [
+        ("scene=macbet", "scene 'macbet' is not installed; did you mean 'macbeth'"),
+        ("~metric.foo", "metric.foo cannot be left out"),
+        ("hydra/launcher=submitit_slurn", r"'submitit_slurn' is not installed[^`]*$"),
+        ("hydra/sweeper=foo", r"hydra/sweeper 'foo' is not installed[^`]*$"),
+        ("+hydra.sweeper.params={seed:'1,2'}", "cannot be set by an override; .* seed=1,2"),
+        ("seed=range(1,3,0)", "composed: range.. arg 3 must not be zero$"),
+    ],
+)
+def test_a_mistake_beside_own_presets_is_a_mistake_of_the_user(
+    monkeypatch, tmp_path, isethdr_home, typed, message
+):
+    (tmp_path / "conf").mkdir()
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(ConfigError, match=message):
+        run_with_hydra(["-m", "sensor=bayer", typed])
+
+
+def test_an_abbreviated_option_starts_a_sweep_with_a_record(monkeypatch, tried):
+    begun = []
+    monkeypatch.setattr(hydra_app, "begin", begun.append)
+    monkeypatch.setattr(hydra_app, "_start_hydra", lambda sweeping: 0)
+    monkeypatch.setattr(sweeps, "finish", begun.append)
+    monkeypatch.setattr(sweeps, "watched", lambda sweep: nullcontext())
+    monkeypatch.setattr(hydra_app, "exit_on_sigterm", lambda: None)
+    monkeypatch.setattr("sys.argv", ["isethdr"])
+    monkeypatch.setenv("HYDRA_FULL_ERROR", "1")
+    run_with_hydra(["--multi", "name=night", "seed=1,2"])
+    assert [sweep.name for sweep in begun] == ["night", "night"]
+
+
+def test_a_sweep_without_a_record_is_refused():
+    done = isethdr("run", "hydra.mode=MULTIRUN", "sensor=bayer", "seed=1,2")
+    assert done.returncode == 2
+    assert "type isethdr run -m, and the same overrides" in done.stderr.splitlines()[-1]
 
 
 @pytest.mark.parametrize(

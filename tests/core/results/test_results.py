@@ -47,6 +47,10 @@ def test_a_run_opens_by_digits_name_or_path(stored):
         isethdr.open_run("2b")
     with pytest.raises(CatalogError, match="names no run"):
         isethdr.open_run("")
+    with pytest.raises(CatalogError, match=r"s3://b/runs/1f.zarr is an address; .*home='s3://"):
+        isethdr.open_run("s3://b/runs/1f.zarr")
+    run = isethdr.open_run("1f")
+    assert repr(run) == f"Result({str(run.path)!r}, computed=False)"
 
 
 def test_a_plot_is_the_right_way_up_with_units(stored):

@@ -7,7 +7,7 @@ from __future__ import annotations
 import pytest
 
 from isethdr_core.config.composition import compose
-from isethdr_core.config.hydra_app import with_list_of_tags
+from isethdr_core.config.typed_text import with_texts
 from isethdr_core.errors import ConfigError
 from isethdr_core.runs.labels import SUFFIX, Labels, add_labels, checked, labels_of, read_labels
 from isethdr_core.runs.run import plain
@@ -47,7 +47,7 @@ def test_labels_of_a_store_grow(tmp_path):
 
 
 def test_tags_may_be_typed_with_commas():
-    assert with_list_of_tags(["tags=a,b", "tags=[c]", "sensor=a,b"]) == [
+    assert with_texts(["tags=a,b", "tags=[c]", "sensor=a,b"]) == [
         "tags=[a,b]",
         "tags=[c]",
         "sensor=a,b",

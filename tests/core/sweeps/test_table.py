@@ -40,6 +40,13 @@ def test_the_best_row_says_how_many_others_are_as_good(isethdr_home):
     assert (low.end, low.row.job, low.alike) == ("smallest", 1, 0)
 
 
+def test_a_score_that_differs_by_rounding_alone_has_no_best_row(isethdr_home):
+    table = sweep_table(stored_sweep(isethdr_home))
+    for k, row in enumerate(table.rows):
+        row.scores["ssim"] = Scored(0.5 + k * 1e-13, math.nan, math.nan)
+    assert {best.score for best in best_rows(table)} == {"vividness"}
+
+
 def test_the_csv_holds_every_row_with_units_and_intervals(isethdr_home):
     rows = list(csv.DictReader(io.StringIO(as_csv(sweep_table(stored_sweep(isethdr_home))))))
     assert len(rows) == 3 and rows[2]["sensor"] == "rgbw" and rows[2]["run"] == "exposures2"
