@@ -71,14 +71,7 @@ def check(subject: str, lens: Lens) -> None:
         "f-number, focal length and throughput are above 0",
         min(light.attrs[k] for k in ("f_number", "focal_length_mm", "throughput_sr")) > 0,
     )
-    falloff = light.attrs.get("falloff")
-    promise = f"the attribute falloff of its light is one of {camera_geometry.FALLOFFS}"
-    holds(subject, promise, falloff in camera_geometry.FALLOFFS, repr(falloff))
-    stated_m = np.array([light.attrs["field_width"], light.attrs["field_height"]])
-    covered_m = np.array(full_field(light))
-    covers = (covered_m >= stated_m * (1 - ROUNDING)).all()
-    found = f"it covers {covered_m.tolist()} m of {stated_m.tolist()} m"
-    holds(subject, "its light covers field_width and field_height", covers, found)
+    _check_border(subject, light)
     _check_linear(subject, lens, scene, light)
     _check_energy(subject, lens)
     _check_orientation(subject, lens)
@@ -107,6 +100,18 @@ def check(subject: str, lens: Lens) -> None:
         _check_window(subject, lens, scene)
     for fault, damaged in damaged_planes(scene):
         refuses(subject, fault, partial(lens, damaged))
+
+
+def _check_border(subject: str, light: xr.DataArray) -> None:
+    """Check that light states how it falls off the axis, and covers the field that it states."""
+    falloff = light.attrs.get("falloff")
+    promise = f"the attribute falloff of its light is one of {camera_geometry.FALLOFFS}"
+    holds(subject, promise, falloff in camera_geometry.FALLOFFS, repr(falloff))
+    stated_m = np.array([light.attrs["field_width"], light.attrs["field_height"]])
+    covered_m = np.array(full_field(light))
+    covers = (covered_m >= stated_m * (1 - ROUNDING)).all()
+    found = f"it covers {covered_m.tolist()} m of {stated_m.tolist()} m"
+    holds(subject, "its light covers field_width and field_height", covers, found)
 
 
 def _check_plan(subject: str, lens: Lens, scene: xr.DataArray, light: xr.DataArray) -> None:

@@ -98,7 +98,8 @@ def state_errors(scores: list[Score]) -> None:
             math.inf,
             scores[0].unit or "1",
             "bound",
-            f"{scores[0].metric}: too little of the picture is valid for an interval",
+            f"{scores[0].metric}: no score has an interval; the metric states none, or too little"
+            " of the picture is valid",
         )
         return
     of_frame = [s for s in sure if not s.object] or sure

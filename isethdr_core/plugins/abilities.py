@@ -207,7 +207,10 @@ def _refuse_near(subject: str, name: str, cls: type, candidates: dict[str, type]
 
 @cache
 def _nearest(name: str, candidates: tuple[str, ...]) -> str | None:
-    return next(iter(difflib.get_close_matches(name, candidates, 1, NEAR)), None)
+    """Return the candidate that a name resembles most, whatever the case of both; None if none."""
+    in_lower_case = {candidate.lower(): candidate for candidate in candidates}
+    near = difflib.get_close_matches(name.lower(), in_lower_case, 1, NEAR)
+    return in_lower_case[near[0]] if near else None
 
 
 def offers(cls: type, name: str) -> bool:

@@ -167,6 +167,10 @@ def _complaint(cls: type, values: Mapping[str, Any], err: Any, to_type: str) -> 
     near = _nearest_choice(field_types(cls)[name], value)
     hint = f"; did you mean {near!r}?" if near else ""
     example = near or _entry(field_value, deepest[0]) or _other_choice(cls, name)
+    if not _fits(cls, name, _default(cls, name)):
+        if on_command_line(field_value) == _example(cls, name):
+            wrong += ", a mistaken default of the plugin"
+        example = example or _allowed(field_value, deepest[0])
     example = example or _example(cls, name)
     return (
         f"{name} is {wrong}; expected {expected}{hint}; type for example {to_type}{name}={example}"
@@ -179,6 +183,13 @@ def _entry(field_value: Any, problem: Mapping[str, Any]) -> str:
         return ""
     key = next((k for k, value in field_value.items() if value is problem["input"]), None)
     return "" if key is None else on_command_line({key: problem["ctx"]["allowed"]})
+
+
+def _allowed(field_value: Any, problem: Mapping[str, Any]) -> str:
+    """Return an allowed number in place of a bad one; "<value>" if the mistake is another one."""
+    if problem["type"] != OUTSIDE or problem["input"] is not field_value:
+        return "<value>"
+    return on_command_line(problem["ctx"]["allowed"])
 
 
 def _nearest_choice(annotation: Any, value: Any) -> str:
@@ -207,12 +218,29 @@ def _expectation(problem: Mapping[str, Any]) -> str:
     return text[0].lower() + text[1:]
 
 
-def _example(cls: type, name: str) -> str:
-    """Return the default of a field as the command line takes it."""
+def _fits(cls: type, name: str, value: Any) -> bool:
+    """Return whether a field may have a value; true for `MISSING`."""
+    if value is dataclasses.MISSING:
+        return True
+    try:
+        _adapter(cls).validate_python({name: value})
+    except ValueError:  # pydantic's ValidationError is one
+        return False
+    return True
+
+
+def _default(cls: type, name: str) -> Any:
+    """Return the default of a field, `MISSING` if it has none."""
     field = next(f for f in dataclasses.fields(cls) if f.name == name)
     if field.default_factory is not dataclasses.MISSING:
-        return on_command_line(field.default_factory())
-    return "<value>" if field.default is dataclasses.MISSING else on_command_line(field.default)
+        return field.default_factory()
+    return field.default
+
+
+def _example(cls: type, name: str) -> str:
+    """Return the default of a field as the command line takes it."""
+    default = _default(cls, name)
+    return "<value>" if default is dataclasses.MISSING else on_command_line(default)
 
 
 def on_command_line(value: Any) -> str:

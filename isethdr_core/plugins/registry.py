@@ -34,6 +34,8 @@ API_ASKED = "ISETHDR_PLUGIN_API"  # name in a plugin's module: the `PLUGIN_API` 
 # the command line reads names in these forms as texts, except `VALUE_WORDS` and numbers
 NAME = re.compile(r"[A-Za-z0-9_][A-Za-z0-9_.-]*")
 NUMBER = re.compile(r"(0|[1-9](_?\d)*)(\.(\d(_?\d)*)?)?([eE][+-]?\d+)?")
+# keys of a component's table in the config that cannot be fields: {key: its use}
+TAKEN = {"name": "the name of the component", "defaults": "Hydra's list of defaults"}
 VALUE_WORDS = frozenset({"true", "false", "null", "nan", "inf"})  # values in upper case as well
 
 
@@ -303,6 +305,13 @@ def _check_class(comp: Component, cls: type) -> None:
         raise PluginError(
             f"{comp.kind}/{comp.name}: field {missing[0]!r} has no default; every field needs one"
         )
+    for f in dataclasses.fields(cls):
+        if f.init and f.name in TAKEN:
+            raise PluginError(
+                f"{comp.kind}/{comp.name}: a field is called {f.name!r}, a key that the config"
+                f" needs for {TAKEN[f.name]}; give the field another name, for example"
+                f" {comp.kind}_{f.name}"
+            )
     abilities.check(comp.kind, comp.name, cls)
 
 

@@ -528,7 +528,7 @@ def test_a_metric_that_mixes_up_its_threads(offer):
 
     def forgetful(scores, *_):
         last[:] = [scores]
-        time.sleep(0.01)  # the other thread answers meanwhile
+        time.sleep(0.05)  # the other thread answers meanwhile
         return last[0]
 
     caught(offer, "metric", wrapped("metric", "ideal", forgetful), "overlap in several threads")

@@ -169,6 +169,10 @@ def test_a_metric_is_as_wrong_as_half_its_widest_interval():
         (0.0, "1", "bound")
     ]
     assert math.isnan(half_interval(Score("a", 1.0, "dB")))
+    rows = ledger.Ledger()
+    with ledger.stage(rows, "metric"):
+        state_errors([Score("a", 1.0, "dB")])
+    assert "a: no score has an interval; the metric states none" in rows[0].errors[0].label
 
 
 def test_a_metric_that_states_its_own_error_is_left_alone():

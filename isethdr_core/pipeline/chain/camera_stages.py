@@ -68,7 +68,7 @@ def through_camera(chain: Chain, rows: Ledger, name: str, shot: Shot) -> Camera:
     with ledger.stage(rows, f"truth {name}"):
         reference = truth(shot.reference, picture)
         labels = labels_on(shot.scene, picture)
-    camera = Camera(captures, *map(read_only, (picture, reference, labels)))
+    camera = Camera(captures, read_only(picture), read_only(reference), read_only(labels))
     with shared(camera.truth, camera.labels, shot.light, camera.picture):
         camera.scores_of = first_scores(work, camera)
         camera.scores = averaged_scores(work, camera)

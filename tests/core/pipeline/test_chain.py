@@ -153,6 +153,17 @@ def test_a_metric_must_return_scores(monkeypatch):
     assert run(compose([*SMALL, "sensor=ideal"])).scores[0]["value"] == 1.0
 
 
+def test_a_metric_that_changes_its_picture_ends_the_run(monkeypatch):
+    def spoil(self, picture, truth, labels):
+        picture["xyz"].values[...] = 0.0
+        return [Score("m", 1.0, "")]
+
+    monkeypatch.setattr(components()["metric", "ideal"].cls, "__call__", spoil)
+    with pytest.raises(ValueError, match="read-only") as found:
+        run(compose([*SMALL, "sensor=ideal"]))
+    assert "in stage metric mean ideal" in found.value.__notes__
+
+
 def test_python_and_config_build_the_same_chain():
     parts = chain(compose([*SMALL, "sensor=ideal", "sensor.exposure_s=0.02"]))
     assert parts.cameras["ideal"] == build("sensor", "ideal", exposure_s=0.02)

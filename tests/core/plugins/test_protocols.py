@@ -86,7 +86,7 @@ def test_a_method_as_the_protocol_says_is_an_ability(kind, protocol, name):
 
 @pytest.mark.parametrize(("kind", "protocol", "name"), OFFERED, ids=name_of)
 def test_a_misspelt_method_is_refused_with_the_right_name(kind, protocol, name):
-    for wrong in misspelt(name):
+    for wrong in [*misspelt(name), name.upper()]:
         offered = component(kind, **{wrong: right(protocol, name)})
         with pytest.raises(PluginError, match=re.escape(f"{wrong!r}; did you mean {name}(")):
             abilities.check(kind, "toy", offered)
@@ -105,7 +105,7 @@ def test_a_method_with_other_parameters_is_refused_with_the_right_ones(kind, pro
         assert protocol.__name__ in said
 
 
-@pytest.mark.parametrize("name", ["WITHIN_FEILD", "WITHIN_FIELDS"])
+@pytest.mark.parametrize("name", ["WITHIN_FEILD", "WITHIN_FIELDS", "within_field", "Within_Fields"])
 def test_a_misspelt_class_attribute_is_refused(name):
     with pytest.raises(PluginError, match=f"{name}'; did you mean WITHIN_FIELD"):
         abilities.check("lighting", "toy", component("lighting", **{name: True}))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, make_dataclass
 from typing import Annotated, Any, Literal
 
 import pytest
@@ -98,6 +98,31 @@ def test_both_ends_are_allowed_and_infinity_where_a_range_ends_in_it():
 def test_objects_made_directly_are_checked_where_they_ask_for_it():
     with pytest.raises(ConfigError, match="Probe: f_number is nan; expected 0.5 to 64"):
         Probe(f_number=math.nan)
+
+
+@pytest.mark.parametrize(
+    ("annotation", "default", "message"),
+    [
+        (Annotated[float, Range(3, 4)], 2.0, "is 2.0, a mistaken default of the plugin; .*=3$"),
+        (int, 2.5, "is 2.5, a mistaken default of the plugin; .*lens.size=<value>$"),
+        (Literal["a", "b"], "c", "is 'c', a mistaken default of the plugin; .*lens.size=a$"),
+    ],
+)
+def test_a_default_that_does_not_fit_is_no_advice(offer, annotation, default, message):
+    def call(self, mixed, flares=()):
+        return mixed
+
+    methods = {"__call__": call}
+    offer(
+        "lens",
+        "mistaken",
+        make_dataclass("Made", [("size", annotation, default)], frozen=True, namespace=methods),
+    )
+    with pytest.raises(ConfigError, match=message):
+        build("lens", "mistaken", size=default)
+    with pytest.raises(ConfigError, match="size is 9.5; expected") as found:
+        build("lens", "mistaken", size=9.5)
+    assert not str(found.value).endswith(f"={default}")
 
 
 def test_a_plain_check_of_a_plugin_becomes_our_error(offer):

@@ -96,7 +96,17 @@ def test_what_a_component_must_be():
 
         rows: int
 
+    @dataclass(frozen=True)
+    class Named:
+        """A field with the name of a key that the config needs."""
+
+        name: str = "a"
+
+        def __call__(self, picture, truth, labels):
+            return []
+
     for comp, message in (
+        (Component("metric", "x", Named), "a field is called 'name', .* for example metric_name"),
         (Component("sensor", "x", Thawed), "must be a frozen dataclass"),
         (Component("sensor", "x", int), "must be a frozen dataclass"),
         (Component("sensor", "x", NoDefault), "'rows' has no default"),
