@@ -117,6 +117,12 @@ def open_session(path: str | PathLike[str], feature: str, threads: int = 1) -> O
     path = Path(path)
     with needed(feature, extra="onnx"):
         runtime = import_module("onnxruntime")
+    if path.is_dir():
+        inside = sorted(map(str, path.glob("*.onnx")))
+        raise ConfigError(
+            f"{feature} reads {path}, which is a folder; expected an ONNX file"
+            f"{f' in it, for example {inside[0]}' if inside else ''}"
+        )
     if not path.is_file():
         near = sorted(str(other) for other in path.parent.glob("*.onnx"))
         raise ConfigError(

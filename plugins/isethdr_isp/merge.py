@@ -83,7 +83,7 @@ class MergeIsp(Development):
             if value not in (only, AUTOMATIC):
                 raise ConfigError(
                     f"isp.{field}={value} cannot merge upper and lower case filters"
-                    f" of one array; expected {only}"
+                    f" of one array; expected {only}; type isp.{field}={only}"
                 )
 
     def _of_two_cases(self, captures: xr.Dataset) -> xr.Dataset:

@@ -60,6 +60,14 @@ def test_a_file_that_is_not_there_names_the_nearest(tmp_path):
         open_session(tmp_path / "tow.onnx", "this")
 
 
+def test_a_folder_is_named_as_one(tmp_path):
+    with pytest.raises(ConfigError, match="which is a folder; expected an ONNX file$"):
+        open_session(tmp_path, "this")
+    doubling(tmp_path / "two.onnx")
+    with pytest.raises(ConfigError, match=r"which is a folder; .* for example .*two\.onnx$"):
+        open_session(tmp_path, "this")
+
+
 def test_without_onnxruntime_the_error_says_what_to_install(tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, "onnxruntime", None)
     with pytest.raises(ConfigError, match=r"this needs onnxruntime, .* 'isethdr\[onnx\]'"):

@@ -8,12 +8,12 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, ValidationError
 
 from isethdr_core.errors import ConfigError
 from isethdr_core.onnx_session import OnnxSession, Port, shape_text
@@ -26,6 +26,7 @@ PICTURE = "xyz"
 VARIANCE = "variance"
 FLOAT = "tensor(float)"
 MERGED = "merged"
+UNKNOWN = "unknown"
 # smallest and largest ratio of stated to true variance with which the variance counts as known
 LEAST_RATIO = 0.8
 LARGEST_RATIO = 1.25
@@ -37,6 +38,9 @@ class CalibrationPoint(BaseModel):
     model_config = ConfigDict(frozen=True)
     lux: float = Field(ge=0)
     stated_over_true: float = Field(gt=0)
+
+
+_POINTS = TypeAdapter(tuple[CalibrationPoint, ...])
 
 
 class _Stated(BaseModel):
@@ -62,19 +66,31 @@ class Contract:
 
     cfa: str  # rows of the filter array's cell, separated by /
     channels: tuple[str, ...]  # letters of the array, in the order of `masks`
-    captures: tuple[str, ...]  # names of the captures; empty: one mosaic, merged from all captures
+    # names of the captures; empty or "merged": one mosaic, merged from all captures
+    captures: tuple[str, ...]
     unit_channel: str  # the electrons of `xyz` are those of this channel for a grey in daylight
     multiple_px: int  # rows and columns of the inputs must be multiples of this number
     # largest distance from an output to an input that it depends on; inf: no limit, None: not
     # stated
     reach_px: float | None = None
-    calibration: tuple[CalibrationPoint, ...] = ()  # empty: unknown
+    # points, also as {"lux": ..., "stated_over_true": ...}; empty or "unknown": unknown
+    calibration: tuple[CalibrationPoint, ...] = ()
     # {channel: electrons per photon} at `wavelength_nm`
     quantum_efficiency: Mapping[str, tuple[float, ...]] = field(default_factory=dict)
     wavelength_nm: tuple[float, ...] = ()  # wavelengths of `quantum_efficiency`
     # smallest and largest mean level of `raw` in training
     range_e: tuple[float, float] | None = None
     other: Mapping[str, Any] = field(default_factory=dict)  # further keys, kept but not used
+
+    def __post_init__(self) -> None:
+        """Convert `captures` and `calibration` from the form that they have in a model file.
+
+        Raises
+        ------
+        ConfigError : one of them has neither this form nor that of the class.
+        """
+        object.__setattr__(self, "captures", _names_of(self.captures))
+        object.__setattr__(self, "calibration", _points_of(self.calibration))
 
     @classmethod
     def from_json(cls, text: str, source: str = "the model") -> Contract:
@@ -119,7 +135,7 @@ class Contract:
         if self.reach_px is not None:
             stated["reach_px"] = None if math.isinf(self.reach_px) else int(self.reach_px)
         points = [point.model_dump() for point in self.calibration]
-        stated["calibration"] = points or "unknown"
+        stated["calibration"] = points or UNKNOWN
         if self.quantum_efficiency:
             stated["quantum_efficiency"] = {k: list(v) for k, v in self.quantum_efficiency.items()}
             stated["wavelength_nm"] = list(self.wavelength_nm)
@@ -214,6 +230,36 @@ def phase(letters: np.ndarray, cell: np.ndarray) -> tuple[int, int] | None:
     return None
 
 
+def _names_of(captures: str | Iterable[str]) -> tuple[str, ...]:
+    """Return the names of captures; none for the text `merged`."""
+    if captures == MERGED:
+        return ()
+    if isinstance(captures, str):
+        raise ConfigError(
+            f"the contract of a model has captures={captures!r}; expected the names of the captures"
+            f' as a tuple, or "{MERGED}"; type for example captures=("LPLG", "LPHG", "SPLG")'
+        )
+    return tuple(captures)
+
+
+def _points_of(
+    calibration: str | Iterable[CalibrationPoint | Mapping[str, float]],
+) -> tuple[CalibrationPoint, ...]:
+    """Return the points of a calibration; none for the text `unknown`."""
+    if calibration == UNKNOWN:
+        return ()
+    try:
+        return _POINTS.validate_python(calibration)
+    except ValidationError as error:
+        first = error.errors()[0]
+        place = ".".join(map(str, ("calibration", *first["loc"])))
+        raise ConfigError(
+            f"the contract of a model has {place}={_short(first['input'])} ({first['msg']});"
+            f' expected "{UNKNOWN}", or points with lux and stated_over_true above 0; type for'
+            ' example calibration=[{"lux": 0.1, "stated_over_true": 1.04}]'
+        ) from None
+
+
 def _checked(stated: _Stated, source: str) -> Contract:
     """Return the contract after checking that its keys are consistent with each other."""
 
@@ -236,8 +282,8 @@ def _checked(stated: _Stated, source: str) -> Contract:
         raise refuse("multiple_px", stated.multiple_px, f"a multiple of the cell {stated.cfa}")
     if isinstance(stated.captures, str) and stated.captures != MERGED or not stated.captures:
         raise refuse("captures", stated.captures, f'"{MERGED}" or the names of the captures')
-    if isinstance(stated.calibration, str) and stated.calibration != "unknown":
-        raise refuse("calibration", stated.calibration, '"unknown" or lux, stated_over_true')
+    if isinstance(stated.calibration, str) and stated.calibration != UNKNOWN:
+        raise refuse("calibration", stated.calibration, f'"{UNKNOWN}" or lux, stated_over_true')
     curves = stated.quantum_efficiency
     if curves and (
         {*curves} != {*stated.channels}
@@ -255,11 +301,11 @@ def _checked(stated: _Stated, source: str) -> Contract:
     return Contract(
         cfa=stated.cfa,
         channels=tuple(stated.channels),
-        captures=() if isinstance(stated.captures, str) else tuple(stated.captures),
+        captures=_names_of(stated.captures),
         unit_channel=stated.unit_channel,
         multiple_px=stated.multiple_px,
         reach_px=reach,
-        calibration=() if isinstance(stated.calibration, str) else tuple(stated.calibration),
+        calibration=_points_of(stated.calibration),
         quantum_efficiency={k: tuple(v) for k, v in curves.items()},
         wavelength_nm=tuple(stated.wavelength_nm),
         range_e=stated.range_e,

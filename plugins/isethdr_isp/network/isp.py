@@ -14,9 +14,11 @@ from isethdr_core.pipeline.early_checks import ShotForm
 
 from ..readout.black_level import with_black_level
 from ..readout.captures_check import check_captures
+from ..readout.interleaved import has_two_cases
 from ..scene_light import illuminant
 from .fields import NetworkFields
 from .model_file import needs_model, opened
+from .samples import TWO_EXPOSURES
 
 
 @dataclass(frozen=True)
@@ -34,9 +36,12 @@ class NetworkIsp(NetworkFields):
         return (needs_model(self.model), *filter(None, [self.shading_csv]))
 
     def check_shot(self, form: ShotForm) -> None:
-        """Raise ConfigError if the model cannot be read or is made for another sensor, or if the
-        black level cannot be measured although `black` is "optical".
+        """Raise ConfigError if the filter array holds two exposures, if the model cannot be read or
+        is made for another sensor, or if the black level cannot be measured although `black` is
+        "optical".
         """
+        if has_two_cases(set("".join(form.filters))):
+            raise ConfigError(TWO_EXPOSURES)
         opened(self.model).check_form(form)
         if self.black == "optical" and not form.black_rows:
             raise ConfigError(

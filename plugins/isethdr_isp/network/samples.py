@@ -32,6 +32,10 @@ if TYPE_CHECKING:
 UNIT_LIGHT = "daylight"
 # side of the window in which variances of samples are averaged, pixels; it contains every filter
 NEAR_PX = 9
+TWO_EXPOSURES = (
+    "the filter array holds two exposures, as upper and lower case filters; isp=network takes one"
+    " exposure per capture; type isp=merge, without isp.model"
+)
 LEAST_NOISE_E = 0.01  # smallest noise, because a network may divide by it
 
 
@@ -87,10 +91,7 @@ def shot(captures: xr.Dataset, how: NetworkFields, apart: bool) -> Shot:
         that transmits no light.
     """
     if is_interleaved(captures):
-        raise UnitError(
-            "the filter array holds two exposures, as upper and lower case filters; isp=network"
-            " takes one exposure per capture; use isp=merge"
-        )
+        raise UnitError(TWO_EXPOSURES)
     groups, per_light = charges(captures, UNIT_LIGHT)
     state_spectral_mismatch(groups, captures.wavelength.values)
     if apart:

@@ -77,6 +77,17 @@ def test_another_filter_array(model):
     refused(path, "filter array RG/WB; the sensor has RG/GB")
 
 
+def test_a_filter_array_with_two_exposures(model, models, tmp_path):
+    """A filter array of the model cannot be advised, because `interleaved` needs both cases."""
+    joint = {**models.CONTRACT, "captures": SPLIT, "calibration": "unknown"}
+    form = hdr.build("sensor", "interleaved").shot_form()
+    for path in (model(), models.one_plane(tmp_path / "joint.onnx", "raw", 0, 3, joint)):
+        with pytest.raises(
+            ConfigError, match="holds two exposures, .* type isp=merge, without isp.model$"
+        ):
+            hdr.build("isp", "network", model=str(path)).check_shot(form)
+
+
 def test_another_number_of_captures(models, tmp_path):
     contract = {**models.CONTRACT, "captures": SPLIT, "calibration": "unknown"}
     path = models.one_plane(tmp_path / "joint.onnx", "raw", 0, 3, contract)
@@ -123,6 +134,38 @@ def test_optical_black_of_a_sensor_without_it(model):
 def test_a_contract_that_is_wrong(models, changed, message):
     with pytest.raises(ConfigError, match=message):
         Contract.from_json(json.dumps({**models.CONTRACT, **changed}), "model.onnx")
+
+
+def stated(**changed):
+    """Return a contract that an author writes in Python, with some fields changed."""
+    fields = {"cfa": "RG/GB", "channels": ("R", "G", "B"), "captures": (), "unit_channel": "G"}
+    return Contract(**{**fields, "multiple_px": 8, **changed})
+
+
+def test_a_contract_takes_the_forms_that_the_page_has_for_the_file():
+    points = [{"lux": 0.1, "stated_over_true": 1.04}]
+    contract = stated(captures="merged", calibration=points)
+    assert contract.planes == 1 and contract.worst_ratio() == 1.04
+    assert json.loads(contract.to_json())["captures"] == "merged"
+    assert json.loads(contract.to_json())["calibration"] == points
+    assert Contract.from_json(contract.to_json()) == contract
+    assert stated(captures="merged", calibration="unknown") == stated()
+    assert stated(captures=SPLIT).captures == tuple(SPLIT)
+
+
+@pytest.mark.parametrize(
+    ("changed", "message"),
+    [
+        ({"captures": "LPLG"}, "captures='LPLG'; expected the names .* type for example captures="),
+        ({"calibration": "good"}, "calibration='good' .*; expected \"unknown\", or points"),
+        ({"calibration": [{"lux": 1.0}]}, r"calibration.0.stated_over_true=.*Field required"),
+        ({"calibration": [{"lux": 1.0, "stated_over_true": 0.0}]}, "stated_over_true=0.0"),
+    ],
+    ids=["captures", "text", "key", "zero"],
+)
+def test_a_contract_of_an_author_that_is_wrong(changed, message):
+    with pytest.raises(ConfigError, match=message):
+        stated(**changed)
 
 
 def test_a_contract_that_is_no_json():

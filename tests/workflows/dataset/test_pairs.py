@@ -273,13 +273,43 @@ def test_a_full_disk_is_one_line(quick, monkeypatch):
 
 
 def test_a_scene_that_fails_is_named_and_the_exit_code_says_so(quick, monkeypatch, capsys):
+    [source] = sources(quick)
+    right = making.samples_of
+
+    def failing(one, request):
+        if one.name == "dark":
+            raise ValueError("no light\nat all")
+        return right(one, request)
+
+    both = [replace(source, name="dark"), source]
+    monkeypatch.setattr(making, "sources", lambda _request: both)
+    monkeypatch.setattr(making, "samples_of", failing)
+    made = make_pairs(quick, print)
+    assert made.scenes == 1 and made.failed == (("dark", "ValueError: no light"),)
+    assert "failed: ValueError: no light" in capsys.readouterr().out
+
+
+def test_if_all_scenes_fail_no_folder_is_left(quick, monkeypatch):
     def failing(*_):
         raise ValueError("no light\nat all")
 
     monkeypatch.setattr(making, "samples_of", failing)
-    made = make_pairs(quick, print)
-    assert made.failed == ((STORE, "ValueError: no light"),)
-    assert "failed: ValueError: no light" in capsys.readouterr().out
+    with pytest.raises(ConfigError, match="all scenes failed, .* because: ValueError: no light$"):
+        make_pairs(quick, print)
+    assert not quick.target.exists()
+    quick.target.mkdir()
+    (quick.target / "notes.txt").write_text("of the user")
+    with pytest.raises(ConfigError, match="all scenes failed"):
+        make_pairs(quick, print)
+    assert (quick.target / "notes.txt").exists()
+
+
+def test_a_camera_without_noise_is_told_to_have_no_noisy_shots(quick, world, monkeypatch):
+    chain = replace(world[2].chain, cameras={"ideal": build("sensor", "ideal")})
+    monkeypatch.setattr(making, "built_for", lambda _source: (None, chain))
+    lines = []
+    make_pairs(quick, lines.append)
+    assert lines[0] == "no array noisy_* for ideal: without noise, all shots are equal"
 
 
 def test_a_folder_of_other_settings_is_not_mixed(quick):
@@ -337,6 +367,10 @@ def test_what_does_not_fit_is_found_before_any_light(quick, world, monkeypatch):
     monkeypatch.setattr(making, "built_for", lambda _source: (None, traced))
     with pytest.raises(ConfigError, match="blur=true needs a lens"):
         make_pairs(quick, print)
+    ideal = replace(seen.chain, lens=build("lens", "ideal"))
+    monkeypatch.setattr(making, "built_for", lambda _source: (None, ideal))
+    with pytest.raises(ConfigError, match="no pupil for the flare"):
+        make_pairs(replace(quick, blur=False), print)
     assert not quick.target.exists()
 
 

@@ -305,9 +305,21 @@ def test_the_error_over_detectors_is_that_of_their_mean():
     assert drawn[1:].std() == pytest.approx(scores.std(ddof=1) / math.sqrt(3), rel=0.02)
 
 
-def test_one_road_gives_no_interval():
-    found = bootstrap.estimate(np.array([0.5, 0.5, 0.5]), 1)
-    assert found.value == 0.5 and math.isnan(found.low)
+@pytest.mark.parametrize("roads", [1, 2])
+def test_fewer_than_three_roads_give_no_interval(roads):
+    """The draws of two roads have three outcomes only, so their percentiles are no interval."""
+    found = bootstrap.estimate(np.array([0.5, 0.0, 1.0, 0.5] * 10), roads)
+    assert found.value == 0.5 and math.isnan(found.low) and math.isnan(found.high)
+    assert math.isnan(bootstrap.roads_to_tell(found.error, roads, 0.02))
+
+
+def test_rows_near_a_lamp_are_not_named_as_those_of_the_study_of_detection():
+    """The two studies mean different lamps, so their rows must not have the same name."""
+    rows = [group.row for group in groups() if group.table == "lamp"]
+    assert rows == [
+        "bright pixels within 3 degrees of the box",
+        "no bright pixels within 3 degrees of the box",
+    ]
 
 
 def test_objects_on_one_of_many_roads_give_no_interval(few_draws):
@@ -334,11 +346,11 @@ def test_objects_on_one_of_many_roads_give_no_interval(few_draws):
 
 
 def test_the_interval_of_a_share_ends_at_0_and_1_and_that_of_a_difference_does_not():
-    """The interval of two roads is widened by sqrt(2), so it would end at -0.21 and 1.21."""
+    """The interval of three roads is widened by sqrt(1.5), so it would end at -0.11 and 1.11."""
     drawn = np.array([0.5, 0.0, 1.0, 0.5] * 10)
-    share = bootstrap.estimate(drawn, 2, bootstrap.SHARE)
+    share = bootstrap.estimate(drawn, 3, bootstrap.SHARE)
     assert (share.low, share.high) == (0.0, 1.0)
-    assert bootstrap.estimate(drawn, 2).low < -0.2
+    assert bootstrap.estimate(drawn, 3).low < -0.1
 
 
 def test_roads_to_tell_follow_the_formula():

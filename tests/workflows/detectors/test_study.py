@@ -169,12 +169,19 @@ def test_roads_that_a_detector_was_trained_on_are_left_out(world, tmp_path, caps
     fields = {"input": {"size_px": [16, 12]}, "trained_roads": ["road-0", "road-7"]}
     path = str(described(bright_cells(tmp_path / "d.onnx"), **fields))
     rows = detector_scores(detector=path, dataset="cars", cameras="red")
-    assert rows[0]["roads"] == 2
-    assert "left out: 1 scene on roads" in capsys.readouterr().out
+    assert rows[0]["roads"] == 2 and math.isnan(rows[0]["low"])
+    out = capsys.readouterr().out
+    assert "left out: 1 scene on roads" in out
+    assert "no interval from 2 roads; expected at least 3" in out
     fields["trained_roads"] = [f"road-{k}" for k in range(3)]
     path = str(described(bright_cells(tmp_path / "d.onnx"), **fields))
-    with pytest.raises(ConfigError, match="no scene of the dataset 'cars' is left"):
+    more = "'cars' is left .* type for example isethdr dataset generate cars count=6"
+    with pytest.raises(ConfigError, match=more):
         detector_scores(detector=path, dataset="cars", cameras="red")
+    fields["trained_roads"] = ["road-0", "road-2"]  # the part `train`
+    path = str(described(bright_cells(tmp_path / "d.onnx"), **fields))
+    with pytest.raises(ConfigError, match="'cars' is left .* type for example part=test$"):
+        detector_scores(detector=path, dataset="cars", cameras="red", part="train")
 
 
 def test_each_camera_may_have_detectors_of_its_own(world, tmp_path, detector):

@@ -13,6 +13,7 @@ import numpy as np
 DRAWS = 1000
 LEVEL = 0.95
 SEED = 20
+FEWEST_ROADS = 3  # fewest roads for an interval; draws of two roads have only three outcomes
 ANY = (-math.inf, math.inf)  # limits of a difference
 SHARE = (0.0, 1.0)  # limits of a score
 # difference in standard errors that 80 % of studies detect at a level of 5 %, two-sided: the sum of
@@ -81,7 +82,7 @@ def estimate(values: np.ndarray, roads: int, limits: tuple[float, float] = ANY) 
     """Return the score and its interval, from the percentiles 2.5 and 97.5 of the draws.
 
     The deviations of the draws are widened by sqrt(R / (R - 1)), because draws of R roads vary by
-    the standard deviation with divisor R, not R - 1. A single road gives no interval.
+    the standard deviation with divisor R, not R - 1. Fewer than three roads give no interval.
 
     Parameters
     ----------
@@ -92,7 +93,7 @@ def estimate(values: np.ndarray, roads: int, limits: tuple[float, float] = ANY) 
     """
     value = float(values[0])
     drawn = values[1:][np.isfinite(values[1:])]
-    if roads < 2 or not math.isfinite(value) or len(drawn) < 2:
+    if roads < FEWEST_ROADS or not math.isfinite(value) or len(drawn) < 2:
         return Estimate(value, math.nan, math.nan, math.nan)
     wider = math.sqrt(roads / (roads - 1))
     ends = np.percentile(drawn, [50 - 50 * LEVEL, 50 + 50 * LEVEL])

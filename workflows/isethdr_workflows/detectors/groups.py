@@ -26,14 +26,16 @@ EVERYTHING = Group("all", "all", lambda one: True)
 
 def groups() -> list[Group]:
     """Return all groups; the first one holds every object."""
-    near = f"a lamp within {LAMP_NEAR_DEG:g} degrees"
+    # not the row "lamp within 3 degrees" of the study `detection`, whose lamps are those of the
+    # scene, near the middle of the object
+    near = f"bright pixels within {LAMP_NEAR_DEG:g} degrees of the box"
     return [
         EVERYTHING,
         *_binned("distance", DISTANCES_M, "m", lambda one: one.distance_m),
         *_binned("height", HEIGHTS, "px", lambda one: one.height_px),
         *_binned("illuminance", LUX, "lx", lambda one: one.illuminance_lx),
         Group("lamp", near, lambda one: one.lamp_near),
-        Group("lamp", f"no {near.removeprefix('a ')}", lambda one: not one.lamp_near),
+        Group("lamp", f"no {near}", lambda one: not one.lamp_near),
     ]
 
 

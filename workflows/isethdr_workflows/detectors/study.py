@@ -19,6 +19,7 @@ from ..dataset.record import SceneRecord, folder_of, read_dataset
 from ..dataset.splits import splits
 from ..dataset.study.cameras import Shot, imaged, settings_of
 from ..dataset.study.files import csv_text
+from .bootstrap import FEWEST_ROADS
 from .classes import CLASSES, class_of
 from .detector import Detector, open_detector
 from .matching import Picture
@@ -149,8 +150,8 @@ def scored_scenes(dataset: Generated, part: str, detectors: Sequence[Detector]) 
     """
     definition = dataset.definition
     scenes = dict(dataset.scenes)
+    parts = splits(definition.scenes(), definition.recipe.splits)
     if part:
-        parts = splits(definition.scenes(), definition.recipe.splits)
         if part not in parts:
             raise ConfigError(f"the dataset has no part {part!r}{did_you_mean(part, parts)}")
         scenes = {k: record for k, record in scenes.items() if k in parts[part]}
@@ -161,9 +162,13 @@ def scored_scenes(dataset: Generated, part: str, detectors: Sequence[Detector]) 
         print(f"left out: {number_of(left_out, 'scene')} on roads that a detector was trained on")
     chosen = replace(dataset, scenes=scenes)
     if not chosen.made:
+        unseen = [record.number for record in dataset.made if record.road not in seen]
+        others = [name for name, numbers in parts.items() if not set(numbers).isdisjoint(unseen)]
+        more = f"isethdr dataset generate {definition.name} count={2 * definition.count}"
+        advice = f"part={others[0]}" if others else more
         raise ConfigError(
             f"no scene of the dataset {definition.name!r} is left to be scored; expected roads that"
-            " no detector was trained on; type for example part=test, or generate more scenes"
+            f" no detector was trained on; type for example {advice}"
         )
     if not any(objects_of(record) for record in chosen.made):
         raise ConfigError(
@@ -253,6 +258,9 @@ def written(
         path = folder_of(dataset) / name
         write_text(path, csv_text(head, (row.values() for row in content)))
         print_path(title, path)
+    roads = len(compared.road_names)
+    if roads < FEWEST_ROADS:
+        print(f"no interval from {number_of(roads, 'road')}; expected at least {FEWEST_ROADS}")
     return rows
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shutil
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, replace
@@ -30,7 +31,7 @@ from .files import cannot_write, write_scene
 from .reference import LABELS, reference
 from .request import PairRequest
 from .sources import Source, families, sources
-from .terms import Member, check_added, members
+from .terms import Member, check_added, check_pupil, members
 
 DEFINITION = "pairs.json"
 Tell = Callable[[str], None]
@@ -57,15 +58,24 @@ def make_pairs(request: PairRequest, tell: Tell = print) -> Made:
 
     Raises
     ------
-    ConfigError : a setting has a mistake, which is found before the first scene is imaged; or the
-        folder holds pairs of other settings.
+    ConfigError : a setting has a mistake, which is found before the first scene is imaged; the
+        folder holds pairs of other settings; or all scenes failed.
     CatalogError : there is no such dataset or scene; or the folder cannot be written.
     """
     found = sources(request)
+    silent: set[str] = set()
     for source in families(found):
         built = built_for(source)[1]
         members(built, request.blur)
-        check_added(built, built.scene())
+        scene = built.scene()
+        check_pupil(built, scene)
+        check_added(built, scene)
+        if request.shots:
+            silent |= {name for name, sensor in built.cameras.items() if not varies(sensor)}
+    if silent:
+        tell(
+            f"no array noisy_* for {', '.join(sorted(silent))}: without noise, all shots are equal"
+        )
     folder = request.target
     check_writable(folder)
     begun(request, folder)
@@ -99,6 +109,10 @@ def make_pairs(request: PairRequest, tell: Tell = print) -> Made:
     if there:
         first = json.loads(next((folder / there[0].name).glob("*.json")).read_text("utf-8"))
         _write(folder / CARD, card(request, first, len(there)))
+    else:
+        if [path.name for path in folder.iterdir()] == [DEFINITION]:
+            shutil.rmtree(folder)  # the same command with corrected settings may use its name
+        raise ConfigError(f"all scenes failed, the first one because: {failed[0][1]}")
     return Made(folder, len(there), tuple(failed))
 
 

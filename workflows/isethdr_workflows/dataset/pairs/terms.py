@@ -23,6 +23,8 @@ from dataclasses import dataclass, fields
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from isethdr_optics.abilities import DrawsPupil
+from isethdr_optics.lenses.measured_lens import MeasuredLens
 from isethdr_optics.lenses.prescription_lens import PrescribedLens
 from isethdr_optics.lenses.thin_lens import IdealLens
 
@@ -114,16 +116,43 @@ def check_added(chain: Chain, scene: xr.Dataset) -> None:
     ------
     ConfigError : a flare cannot be used with the lens.
     """
+    mixed = _dark(scene)
+    for flare in chain.flares.values():
+        if isinstance(flare, AddsLight):
+            collected(lambda one=flare: one.irradiance(chain.lens, mixed))
+
+
+def check_pupil(chain: Chain, scene: xr.Dataset) -> None:
+    """Image a few dark tiles if a flare changes the light in the pupil of a lens that has none. The
+    lens then refuses the flare before any light is computed.
+
+    Parameters
+    ----------
+    chain : chain of the run.
+    scene : scene radiance, for its field and its bands.
+
+    Raises
+    ------
+    ConfigError : the lens has no pupil for a flare.
+    """
+    lens = chain.lens
+    has_pupil = not isinstance(lens, MeasuredLens) and (
+        not isinstance(lens, IdealLens) or lens.blurs
+    )
+    flares = tuple(chain.flares.values())
+    if not has_pupil and any(isinstance(one, TransmitsPupil | DrawsPupil) for one in flares):
+        collected(lambda: lens(_dark(scene), flares))
+
+
+def _dark(scene: xr.Dataset) -> xr.DataArray:
+    """Return a few dark tiles of mixed radiance, with the field and the outer bands of a scene."""
     width = float(scene.attrs["field_width"])
     height = float(scene.attrs["field_height"])
     bands = scene["wavelength"].values[[0, -1]]
     dark = scene_radiance(
         np.zeros((1, 2, 4, 4)), ["sky"], bands, centres(4, width), centres(4, height)
     )
-    mixed = build("lighting", "weights", weights={"sky": 1.0})(dark)
-    for flare in chain.flares.values():
-        if isinstance(flare, AddsLight):
-            collected(lambda one=flare: one.irradiance(chain.lens, mixed))
+    return build("lighting", "weights", weights={"sky": 1.0})(dark)
 
 
 def spreads(flare: Any) -> bool:

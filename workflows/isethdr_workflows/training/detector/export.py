@@ -226,7 +226,9 @@ def held_out_rows(detector: Detector, pictures: Sequence[LabelledPicture]) -> li
         holding = compared.roads_with("all", name, EVERYTHING)
         for score in NAMES:
             found = estimate(drawn[name][score], holding, SHARE)
-            row[score] = f"{found.value:.3f} ({found.low:.3f} to {found.high:.3f})"
+            known = math.isfinite(found.low)
+            interval = f"{found.low:.3f} to {found.high:.3f}" if known else "no interval"
+            row[score] = f"{found.value:.3f} ({interval})"
         rows.append(row)
     return rows
 
