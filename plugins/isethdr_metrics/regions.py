@@ -12,7 +12,7 @@ import numpy as np
 from isethdr_core import ledger
 from isethdr_core.data.derived_once import intervals_wanted, once
 from isethdr_core.errors import UnitError
-from isethdr_core.physics.resampling.blocks import block_means
+from isethdr_core.physics.resampling.blocks import Block, alike, block_means, block_of
 from isethdr_core.truth import before_denoising, check_picture, total_variance, variance_known
 
 if TYPE_CHECKING:
@@ -66,24 +66,42 @@ def luminance_variance(picture: xr.Dataset) -> np.ndarray:
     return once("luminance variance", (picture,), variance)
 
 
-def noise_of_blocks(picture: xr.Dataset, truth: xr.Dataset) -> tuple[np.ndarray, np.ndarray]:
-    """Return true luminance, cd/m2, and variance of luminance, (cd/m2)^2, each (y, x) and the mean
-    over the valid pixels of a block of `block_means`. The arrays must not be changed.
+class BlockNoise(NamedTuple):
+    """Noise against luminance, from means over blocks. The arrays must not be changed."""
+
+    light: np.ndarray  # (y, x) mean true luminance of the block, cd/m2
+    noise: np.ndarray  # (y, x) mean variance of luminance, (cd/m2)^2
+    even: np.ndarray  # bool (y, x), valid pixels with about the luminance of their block
+
+
+def block_of_picture(picture: xr.Dataset) -> Block:
+    """Return the size of the blocks in which each filter of the picture's sensor counts equally."""
+    return block_of(picture.attrs.get("cfa"))
+
+
+def noise_of_blocks(picture: xr.Dataset, truth: xr.Dataset) -> BlockNoise:
+    """Return luminance and noise of the blocks in which the pixels lie.
 
     After a demosaic, pixels of different filters have different variances. A median over such
-    pixels may fall anywhere between them, and says little about their mean. All blocks hold the
-    same filters. Both means are over the same pixels, so a variance that is linear in luminance
-    stays so.
+    pixels may fall anywhere between them, and says little about their mean. A block is a cell of
+    the colour filter array, so all blocks hold the same filters. Both means are over the valid
+    pixels of a block, so a variance that is linear in luminance stays so.
     """
     _, true, valid = luminances(picture, truth)
-    key = "true of blocks", valid.tobytes()
-    light = once(key, (truth,), lambda: block_means(true, valid))
+    block = block_of_picture(picture)
+    key = "true of blocks", block, valid.tobytes()
+    light, even = once(key, (truth,), lambda: _even_light(true, valid, block))
     noise = once(
         "variance of blocks",
         (picture,),
-        lambda: block_means(luminance_variance(picture), valid),
+        lambda: block_means(luminance_variance(picture), valid, block),
     )
-    return light, noise
+    return BlockNoise(light, noise, even)
+
+
+def _even_light(true: np.ndarray, valid: np.ndarray, block: Block) -> tuple[np.ndarray, np.ndarray]:
+    light = block_means(true, valid, block)
+    return light, valid & alike(true, light)
 
 
 def variance_stated(picture: xr.Dataset, score: str, unit: str) -> bool:

@@ -12,7 +12,7 @@ import numpy as np
 from markupsafe import Markup
 
 from isethdr_core.extras import needed
-from isethdr_core.physics.resampling.blocks import alike, block_means
+from isethdr_core.physics.resampling.blocks import alike, block_means, block_of
 from isethdr_core.truth import before_denoising, total_variance
 
 if TYPE_CHECKING:
@@ -165,8 +165,8 @@ def snr_curve(
     """Return luminance, cd/m2, and signal-to-noise ratio, dB, of the median pixel of each bin.
 
     The ratio is true luminance over the standard deviation that the picture states. Luminance and
-    variance are means over blocks, as in the metric `snr_curve`, so that all filters of a mosaic
-    count equally. Bins are of true luminance: with bins of the noisy estimate, dark bins would hold
+    variance are means over cells of the colour filter array, as in the metric `snr_curve`, so that
+    all filters count equally. Bins are of true luminance: with bins of the noisy estimate, dark bins would hold
     mostly noise.
 
     Parameters
@@ -179,8 +179,9 @@ def snr_curve(
     stated_variance = total_variance(before_denoising(picture))
     valid = picture["valid"].values
     true = truth["xyz"].values[..., 1]
-    y = block_means(true, valid)
-    variance = block_means(stated_variance.values[..., 1], valid)
+    block = block_of(picture.attrs.get("cfa"))
+    y = block_means(true, valid, block)
+    variance = block_means(stated_variance.values[..., 1], valid, block)
     usable = valid & (y > 0) & (variance > 0) & alike(true, y)
     y = y[usable]
     variance = variance[usable]

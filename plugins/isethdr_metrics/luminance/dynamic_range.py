@@ -71,9 +71,9 @@ class DynamicRange:
         The variance is fitted by a + b Y (read noise and shot noise, a and b not negative), up to
         12 times the noise in the dark. The fit is a relative least-squares fit to the medians of
         groups of pixels with similar luminance, so that a few dark pixels with flare do not change
-        it. Luminance and variance are means over blocks of 4 x 4 pixels, so that all filters of a
-        mosaic count equally. If all dark pixels have nearly one luminance, b is 0. SNR = s is where
-        Y^2 = s^2 (a + b Y).
+        it. Luminance and variance are means over cells of the colour filter array, so that all
+        filters count equally; pixels with another luminance than their cell do not count. If all
+        dark pixels have nearly one luminance, b is 0. SNR = s is where Y^2 = s^2 (a + b Y).
 
         A lower end, and the range above it, is left out if it lies below a third of the luminance
         of the darkest group, or below that luminance if all dark pixels have nearly one. The noise
@@ -104,8 +104,10 @@ class DynamicRange:
             )
             ledger.left_out("dynamic_range", why, NAN, "dB")
             return []
-        light, noise = (v[valid] for v in noise_of_blocks(picture, truth))
-        light, noise = dark_medians(light, noise, self.darkest_share)
+        blocks = noise_of_blocks(picture, truth)
+        light, noise = dark_medians(
+            blocks.light[blocks.even], blocks.noise[blocks.even], self.darkest_share
+        )
         farthest = FARTHEST
         darkest = float(light.min())
         if np.ptp(light) < 0.1 * (light.mean() or 1.0):

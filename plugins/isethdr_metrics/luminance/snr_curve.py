@@ -12,11 +12,11 @@ import numpy as np
 from isethdr_core import ledger
 from isethdr_core.data.derived_once import once
 from isethdr_core.data.scores import Score
-from isethdr_core.physics.resampling.blocks import SIDE, alike
 from isethdr_core.plugins.ranges import check_ranges
 
 from ..limits import Bins, Luminance
 from ..regions import (
+    block_of_picture,
     check_pair,
     luminances,
     median_interval,
@@ -28,11 +28,12 @@ from ..regions import (
 if TYPE_CHECKING:
     import xarray as xr
 
-# pixels per independent value; all pixels of a block have the same mean variance
-PIXELS_PER_INDEPENDENT = SIDE**2
-# Smallest number of pixels of a bin that a score may use. A median lies outside the smallest and
-# the largest of n values with the probability 2 * 0.5**n, so an interval of 95 % needs 6 values.
-FEWEST_PIXELS = 6 * PIXELS_PER_INDEPENDENT
+# least pixels per independent value; a demosaic correlates neighbours, so one pixel in 3 x 3 counts
+PIXELS_PER_INDEPENDENT = 9
+# Smallest number of independent values of a bin that a score may use. A median lies outside the
+# smallest and the largest of n values with the probability 2 * 0.5**n, so an interval of 95 % needs
+# 6 values.
+FEWEST_INDEPENDENT = 6
 
 
 @dataclass(frozen=True)
@@ -55,20 +56,24 @@ class SnrCurve:
     ) -> list[Any]:
         """Return one score per luminance with enough pixels near it, named snr_at_<cd/m2>.
 
-        A bin of true luminance is used if it has at least `FEWEST_PIXELS` valid pixels. The median
-        luminance of one such bin must be at most one width of a bin away from the luminance of the
-        score.
+        A bin of true luminance is used if it has at least `FEWEST_INDEPENDENT` independent values.
+        The median luminance of one such bin must be at most one width of a bin away from the
+        luminance of the score.
         """
         picture = undenoised(picture)
         check_pair(picture, truth)
         if not variance_stated(picture, "SNR", "dB"):
             return []
-        rows = _rows_with_enough_pixels(self.curve(picture, truth))
+        fewest = FEWEST_INDEPENDENT * pixels_per_independent(picture)
+        rows = _rows_with_enough_pixels(self.curve(picture, truth), fewest)
         scores = []
         for level in self.luminances_cd_m2:
             distance = np.abs(np.log10(rows["luminance_cd_m2"] / level))
             if distance.min(initial=np.inf) > 1 / self.bins_per_decade:
-                why = f"each bin near this luminance has fewer than {FEWEST_PIXELS} valid pixels"
+                why = (
+                    f"each bin near this luminance has fewer than {fewest} valid pixels in even"
+                    " surroundings"
+                )
                 ledger.left_out(f"SNR at {level:g} cd/m2", why, np.nan, "dB")
                 continue
             nearest = int(distance.argmin())
@@ -106,8 +111,8 @@ class SnrCurve:
     def curve(self, picture: xr.Dataset, truth: xr.Dataset) -> dict:
         """Return the table, with one row per bin of true luminance that contains a valid pixel.
 
-        True luminance and variance are means over blocks of 4 x 4 pixels, so that all filters of a
-        mosaic count equally. A pixel whose luminance differs from that of its block by more than a
+        True luminance and variance are means over cells of the colour filter array, so that all
+        filters count equally. A pixel whose luminance differs from that of its cell by more than a
         factor of 2, such as one at the border of a lamp, does not count.
 
         Returns
@@ -120,12 +125,14 @@ class SnrCurve:
             snr_measured_db : 20 log10 of the luminance / rms difference from the reference picture.
                 Blur, demosaic and flare count as noise here.
             pixels : number of pixels that count.
-            snr_interval_db : (bin, 2) ends of the 95 % interval minus snr_db. One pixel in 4 x 4
-                counts as independent, because a block has one mean variance.
+            snr_interval_db : (bin, 2) ends of the 95 % interval minus snr_db. One pixel in 9, or
+                one in a larger cell of the array, counts as independent.
         """
         y, true, valid = luminances(picture, truth)
-        light, noise = noise_of_blocks(picture, truth)
-        use = valid & (light > 0) & alike(true, light)
+        blocks = noise_of_blocks(picture, truth)
+        light = blocks.light
+        use = blocks.even & (light > 0)
+        per_independent = pixels_per_independent(picture)
 
         def bins() -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
             bin_of = np.floor(np.log10(light[use]) * self.bins_per_decade + 1e-9).astype(int)
@@ -135,7 +142,8 @@ class SnrCurve:
             order = np.argsort(index, kind="stable")  # radix sort for two bytes
             return np.flatnonzero(counts) + lowest, counts[counts > 0], index, order
 
-        key = "bins", self.bins_per_decade, valid.tobytes()
+        block = block_of_picture(picture)
+        key = "bins", self.bins_per_decade, block, valid.tobytes()
         present, count, index, order = once(key, (truth,), bins)
 
         def mean(values: np.ndarray) -> np.ndarray:
@@ -146,7 +154,7 @@ class SnrCurve:
             return (
                 np.array(
                     [
-                        median_interval(part, len(part) // PIXELS_PER_INDEPENDENT)
+                        median_interval(part, len(part) // per_independent)
                         for part in parts
                         if len(part)
                     ]
@@ -156,7 +164,7 @@ class SnrCurve:
             )
 
         signal = once(("signal", *key), (truth,), lambda: medians(light)[0])
-        reported, least, most = medians(noise)
+        reported, least, most = medians(blocks.noise)
         # a noise-free picture has an infinite SNR
         with np.errstate(divide="ignore", invalid="ignore"):
             snr, measured = (
@@ -175,12 +183,19 @@ class SnrCurve:
         }
 
 
-def _rows_with_enough_pixels(table: dict) -> dict:
-    """Return the rows of the table with at least `FEWEST_PIXELS` pixels.
+def pixels_per_independent(picture: xr.Dataset) -> int:
+    """Return how many pixels count as one independent value: at least a cell of the array, because
+    its pixels have one mean variance.
+    """
+    return max(PIXELS_PER_INDEPENDENT, block_of_picture(picture).pixels)
+
+
+def _rows_with_enough_pixels(table: dict, fewest: int) -> dict:
+    """Return the rows of the table with at least `fewest` pixels.
 
     A bin may have only a few pixels next to a lamp. They contain flare, and therefore more noise
     than other pixels of their luminance. Renderer noise would move other pixels into this bin, and
     so change its median.
     """
-    enough = table["pixels"] >= FEWEST_PIXELS
+    enough = table["pixels"] >= fewest
     return {name: column[enough] for name, column in table.items()}

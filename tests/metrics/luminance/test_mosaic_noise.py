@@ -129,6 +129,19 @@ def test_lamps_do_not_change_the_noise_of_dark_pixels(cell):
     assert not ((of_many > 2.5) & (of_many < 4e4)).any()
 
 
+def test_detail_of_a_few_pixels_counts_without_a_mosaic():
+    """Stripes of 3 pixels, half of them dark: all dark pixels count."""
+    true = np.full((120, 240), 20.0)
+    dark = np.arange(240) % 6 < 3
+    true[:, dark] = np.geomspace(0.01, 0.5, dark.sum())
+    stripes = picture(true, READ + STEP * true).assign_attrs(cfa="W")
+    found = scores_of(stripes, picture(true))
+    expected = 20 * np.log10(0.1 / np.sqrt(READ + STEP * 0.1))
+    # 0.1 dB: the line through two bins
+    assert found["snr_at_0.1"] == pytest.approx(expected, abs=0.1)
+    assert "snr_at_10" not in found and "dynamic_range_bottom" in found
+
+
 def test_the_curve_of_the_report_is_that_of_the_metric():
     shape = 80, 200
     true = np.repeat(np.geomspace(1e-2, 90.0, shape[1])[None], shape[0], axis=0)
