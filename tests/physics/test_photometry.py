@@ -59,7 +59,7 @@ def test_equal_energy_is_white_to_the_table_accuracy():
     [
         [300, 380, 500, 560, 620, 780, 900, 1000],
         [400, 450, 470, 480, 500, 520, 560, 600, 680, 700],
-        [355, 365, 400, 420, 835],
+        [355, 370, 400, 440, 835],
         np.arange(400, 701, 60),
     ],
 )
@@ -74,6 +74,15 @@ def test_wide_and_unequal_bands_have_the_integral_over_each_band(centres_nm):
     want = photometry.LM_PER_W * step * photometry.xyz_bar(fine) @ radiance[band]
     # 2e-5: the sum in steps of 0.01 nm, where the table ends inside a band
     np.testing.assert_allclose(photometry.xyz(radiance, w), want, rtol=2e-5)
+
+
+def test_a_band_keeps_its_weight_if_farther_bands_are_dropped():
+    w = np.array([*np.arange(360.0, 831, 10), 940.0])
+    weights = photometry.xyz_weights(w)
+    # 820 nm is the last band with equal neighbours; 830 and 940 nm are dropped
+    np.testing.assert_array_equal(photometry.xyz_weights(w[:-2]), weights[:, :-2])
+    centres = photometry.LM_PER_W * photometry.xyz_bar(w[:-2]) * 10
+    np.testing.assert_allclose(weights[:, :-2], centres, rtol=1e-14)
 
 
 def test_the_integral_goes_over_into_the_value_at_the_centre():

@@ -84,7 +84,7 @@ def alike(values: np.ndarray, means: np.ndarray) -> np.ndarray:
 
 def _sums(values: np.ndarray, count: int) -> np.ndarray:
     """Return the sums of `count` rows each, (row of blocks, column)."""
-    side = min(count, len(values))
+    side = max(min(count, len(values)), 1)
     whole = len(values) // side * side
     total = values[:whole:side].copy()
     for k in range(1, side):
