@@ -199,11 +199,85 @@ def test_a_lamp_that_blooms_into_the_black_rows_does_not_move_the_black_level(sh
     assert any("isp.black=stated" in row.label for row in rows) == (share > 0.5)
 
 
-def test_black_rows_full_of_charge_are_reported(flat):
-    shot = BayerSensor()(flat(1e-6, 8, 8), KEY)
-    _, rows = measured_black(shot, np.full((1, 16, 50), 4095, np.uint16))
-    [doubt] = [row for row in rows if "isp.black=stated" in row.label]
-    assert doubt.value > 1e4  # nearly the full well
+def in_doubt(rows):
+    return [row for row in rows if "isp.black=stated" in row.label]
+
+
+@pytest.mark.parametrize("share", [0.96, 1.0])
+@pytest.mark.parametrize("added_dn", [200, 1000, 1800, 4095])
+def test_charge_in_nearly_all_black_pixels_is_reported(share, added_dn, flat):
+    sensor = BayerSensor(**CLEAN, read_noise_e=9.0)
+    shot = sensor(flat(1e-6, 8, 8), KEY)
+    raw, _ = readings(sensor.model(), [np.zeros((16, 200))], KEY)
+    columns = int(share * 200)
+    raw[0, :, :columns] = np.minimum(raw[0, :, :columns].astype(int) + added_dn, 4095)
+    level, rows = measured_black(shot, raw)
+    [doubt] = in_doubt(rows)
+    assert "further apart than noise and drift explain" in doubt.label
+    gain, stated = (float(shot[name][0]) for name in ("gain_dn_per_e", "black_dn"))
+    assert doubt.value == pytest.approx((level - stated) / gain)
+    assert level - stated == pytest.approx(min(added_dn, 4095 - stated), rel=0.01)
+
+
+@pytest.mark.parametrize(("moved_dn", "doubtful"), [(-40, False), (40, False), (-140, True)])
+def test_a_stated_level_that_drifted_is_not_taken_for_charge(moved_dn, doubtful, flat):
+    """2 % of the range are 76 DN, and the noise of 9 e allows 7 DN."""
+    sensor = BayerSensor(**CLEAN, read_noise_e=9.0, black_dn=300.0)
+    shot = sensor(flat(1e-6, 8, 8), KEY)
+    raw, _ = readings(sensor.model(), [np.zeros((16, 200))], KEY)
+    alone, _ = measured_black(shot, raw)
+    level, rows = measured_black(shot, raw.astype(int) + moved_dn)
+    assert level == pytest.approx(alone + moved_dn)
+    assert bool(in_doubt(rows)) == doubtful
+
+
+def test_offsets_that_the_sensor_states_raise_no_doubt(flat):
+    """A single black row has an offset of its own, here up to 330 DN."""
+    sensor = BayerSensor(**{**CLEAN, "read_noise_e": 9.0, "row_e": 1000.0, "black_dn": 800.0})
+    shot = sensor(flat(1e-6, 8, 8), KEY)
+    gain, stated = (float(shot[name][0]) for name in ("gain_dn_per_e", "black_dn"))
+    moved_dn = []
+    for seed in range(20):
+        raw, _ = readings(sensor.model(), [np.zeros((1, 120))], generator(seed, f"row {seed}"))
+        level, rows = measured_black(shot, raw)
+        assert not in_doubt(rows)
+        moved_dn.append(abs(level - stated))
+    assert max(moved_dn) > 0.02 * 4095 + 7
+
+
+KNEES = ((2048, 1024), (2**20 - 1, 4095))  # 2 DN per code, then 341 DN per code
+
+
+@pytest.mark.parametrize(("combine_bits", "companding"), [(0, ()), (20, ()), (20, KNEES)])
+def test_charge_in_the_black_pixels_of_combined_captures_is_reported(
+    combine_bits, companding, flat
+):
+    """2 % of the range of combined captures would be three ranges of the most sensitive one. The
+    charge lies in the coarse part of the companded codes, the black level in the fine one.
+    """
+    sensor = SplitPixelSensor(black_rows=8, combine_bits=combine_bits, companding=companding)
+    shot = sensor(flat(1e-6, 16, 16), KEY)
+    charged = shot.assign(optical_black=shot["optical_black"] + 1000)
+    for captures, doubtful in ((shot, False), (charged, True)):
+        book = ledger.Ledger()
+        with ledger.stage(book, "isp") as row:
+            with_black_level(captures, "optical")
+        assert bool(in_doubt(row.errors)) == doubtful
+
+
+@pytest.mark.parametrize(("share", "added_dn"), [(0.03, -50), (0.92, 1000)])
+def test_few_low_pixels_are_outliers_and_many_are_those_without_charge(share, added_dn, flat):
+    """3 % of the pixels are too low, as those with telegraph noise; or 92 % hold charge."""
+    sensor = BayerSensor(**CLEAN, read_noise_e=9.0)
+    shot = sensor(flat(1e-6, 8, 8), KEY)
+    raw, _ = readings(sensor.model(), [np.zeros((16, 200))], KEY)
+    columns = int(share * 200)
+    alone, _ = measured_black(shot, raw[:, :, columns:])
+    moved = raw.astype(int)
+    moved[0, :, :columns] += added_dn
+    level, rows = measured_black(shot, moved)
+    assert level == pytest.approx(alone, abs=1e-9)
+    assert bool(in_doubt(rows)) == (share > 0.5)
 
 
 def test_the_error_of_black_pixels_with_gaps_is_that_of_the_others():

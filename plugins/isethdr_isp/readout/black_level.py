@@ -23,8 +23,12 @@ OUTLIER = 5.0
 # Charge only adds. If more than this share of the pixels is too low, the others hold charge. Of
 # random telegraph noise, 0.5 % is too low at most.
 LOW_SHARE = 0.05
-# A black level higher by this share of the range is that of pixels full of charge.
-FILLED = 0.5
+# Drift of black levels, as a share of the range (assumption). A level further from the stated one
+# cannot be told from charge in nearly all black pixels.
+DRIFT = 0.02
+# A converter has at most this many codes. A larger range is that of several readings, combined on
+# the chip; the black level belongs to one of them.
+CONVERTER_CODES = 2**14
 ROUNDS = 20  # limit of the search for the pixels that count; it settles after a few rounds
 ROUNDING = 1e-6  # relative error of values that are equal apart from rounding to float32
 FIT_ROUNDS = 10  # rounds of the fit of rows and columns to pixels with gaps
@@ -37,7 +41,8 @@ def with_black_level(captures: xr.Dataset, source: str) -> xr.Dataset:
     charge. The dark charge that the sensor states (`dark_e`) is subtracted. Pixels that hold charge
     of a lamp, and hot pixels, are left out (`counting_pixels`). The ledger gets the largest
     standard error of the captures and the number of pixels left out. If most pixels of a capture
-    are of no use, it gets the difference to the stated black level, too.
+    are of no use, or the level is further from the stated one than noise and drift explain, it gets
+    the difference to the stated black level, too.
 
     Parameters
     ----------
@@ -58,17 +63,16 @@ def with_black_level(captures: xr.Dataset, source: str) -> xr.Dataset:
     raw = captures[BLACK].values.astype(float)
     gain = captures["gain_dn_per_e"].values
     linear = np.array([linear_dn(captures, i, codes)[0] for i, codes in enumerate(raw)])
-    used = np.array(
-        [counting_pixels(v, *_allowed_dn(captures, i, raw[i])) for i, v in enumerate(linear)]
-    )
+    allowed = [_allowed_dn(captures, i, codes) for i, codes in enumerate(raw)]
+    used = np.array([counting_pixels(v, *dn) for v, dn in zip(linear, allowed)])
     kept = np.where(used, linear, np.nan)
     black = np.nanmean(kept, axis=(1, 2)) - gain * captures["dark_e"].values
     moved_e = (black - captures["black_dn"].values) / gain
     error_e = np.array([standard_error(values) for values in kept]) / gain
     left_out = (~used).sum(axis=(1, 2))
-    range_e = (captures["top_dn"] - captures["black_dn"]).values / gain
-    doubtful = (2 * left_out > linear[0].size) | (moved_e > FILLED * range_e)
-    _state(float(error_e.max()), left_out, linear[0].size, moved_e, doubtful)
+    drift_e = np.array([_drift_e(captures, i) for i in range(len(raw))])
+    limit_e = np.array(allowed).max(axis=1) / gain + drift_e
+    _state(float(error_e.max()), left_out, linear[0].size, moved_e, limit_e)
     moved = black - captures["black_dn"].values
     corrected = captures.assign(black_dn=captures["black_dn"].copy(data=black))
     if "response_dn" in captures:
@@ -127,20 +131,36 @@ def _allowed_dn(captures: xr.Dataset, i: int, raw: np.ndarray) -> tuple[float, f
         + spread.column_e**2
         + spread.row_e**2
     )
-    code = float(np.median(linear_dn(captures, i, raw)[1]))
-    step_e = code * float(captures["quantisation_e"].values[i])
-    rest_e = OUTLIER * max(float(noise_e), step_e)
+    rest_e = OUTLIER * max(float(noise_e), _step_e(captures, i, raw))
     tail = float(norm.sf(OUTLIER))
     dark_below_e = dark_e - float(poisson.ppf(tail, dark_e)) if dark_e else 0.0
     dark_above_e = float(poisson.isf(tail, dark_e)) - dark_e if dark_e else 0.0
     return gain * (rest_e + max(dark_below_e, 0.0)), gain * (rest_e + max(dark_above_e, 0.0))
 
 
+def _step_e(captures: xr.Dataset, i: int, raw: np.ndarray) -> float:
+    """Return the step of the code of capture `i` at the codes `raw` (median), electrons; 0 if
+    nothing is rounded.
+    """
+    dn_per_code = float(np.median(linear_dn(captures, i, raw)[1]))
+    return dn_per_code * float(captures["quantisation_e"].values[i])
+
+
+def _drift_e(captures: xr.Dataset, i: int) -> float:
+    """Return how far the black level of capture `i` may drift, electrons. It does not depend on the
+    black pixels, which may be full of charge, where steps of companded codes are larger.
+    """
+    gain = float(captures["gain_dn_per_e"].values[i])
+    range_e = float((captures["top_dn"] - captures["black_dn"]).values[i]) / gain
+    step_e = _step_e(captures, i, np.zeros(1))
+    return DRIFT * (min(range_e, CONVERTER_CODES * step_e) if step_e else range_e)
+
+
 def _state(
-    error_e: float, left_out: np.ndarray, pixels: int, moved_e: np.ndarray, doubtful: np.ndarray
+    error_e: float, left_out: np.ndarray, pixels: int, moved_e: np.ndarray, limit_e: np.ndarray
 ) -> None:
-    """State the error of the black level, how many pixels were left out, and whether most pixels
-    are of no use.
+    """State the error of the black level, how many pixels were left out, and whether the level is
+    in doubt.
 
     Parameters
     ----------
@@ -148,7 +168,7 @@ def _state(
     left_out : number of pixels left out of each capture (capture,).
     pixels : number of optical black pixels of a capture.
     moved_e : measured minus stated black level (capture,), electrons.
-    doubtful : captures of which most pixels hold charge of lamps or are hot (capture,), bool.
+    limit_e : largest difference that noise and drift explain (capture,), electrons.
     """
     if left_out.any():
         outliers = f", up to {left_out.max()} per capture left out (charge of lamps, hot pixels)"
@@ -160,15 +180,30 @@ def _state(
         "statistical",
         f"black level measured on {pixels} optical black pixels{outliers}, standard error",
     )
-    if doubtful.any():
-        ledger.error(
-            float(np.abs(moved_e[doubtful]).max()),
-            "electrons",
-            "measured",
-            "black level against the stated one: more than half of the optical black pixels hold"
-            " charge of lamps or are hot; isp.black=stated does not use them",
-            key="doubtful black level",
-        )
+    far = np.abs(moved_e) > limit_e
+    most = (2 * left_out > pixels) & ~far
+    doubts = (
+        (
+            far,
+            "further apart than noise and drift explain; the optical black pixels hold charge of"
+            " lamps, or the sensor states a wrong level or dark charge; type isp.black=stated if"
+            " the stated values are right",
+        ),
+        (
+            most,
+            "more than half of the optical black pixels hold charge of lamps or are hot;"
+            " isp.black=stated does not use them",
+        ),
+    )
+    for doubtful, reason in doubts:
+        if doubtful.any():
+            ledger.error(
+                float(np.abs(moved_e[doubtful]).max()),
+                "electrons",
+                "measured",
+                f"black level against the stated one: {reason}",
+                key="doubtful black level",
+            )
 
 
 def standard_error(values: np.ndarray) -> float:
