@@ -30,6 +30,8 @@ class Product:
     group: str  # picture, truth or captures
     variable: str
     dtype: type[np.generic]
+    # part of the names of kept arrays; it rises when the same run gives another array
+    form: int = 1
 
 
 # integers are signed, because not every version of torch takes uint16 and uint32
@@ -47,8 +49,9 @@ PRODUCTS = {
     "depth": Product("truth", "depth", np.float32),  # (y, x), m along the axis
     "normal": Product("truth", "normal", np.float32),  # (y, x, 3), world axes
     "motion": Product("truth", "motion", np.float32),  # (y, x, 2), px right and down per frame
-    "boxes": Product("truth", "boxes", np.float32),  # (thing, 4), left, top, width, height
-    "labels": Product("truth", "labels", np.int32),  # (thing,), category of each box
+    # form 1 of both had all objects
+    "boxes": Product("truth", "boxes", np.float32, form=2),  # (thing, 4), left, top, width, height
+    "labels": Product("truth", "labels", np.int32, form=2),  # (thing,), category of each box
 }
 USUAL = ("picture", "truth")
 NONE = "none"  # the category of pixels without an object, such as the sky
@@ -124,7 +127,9 @@ class PictureDataset:
     def _array(self, shot: StoredShot, product: str) -> np.ndarray:
         if self.cache is None:
             return array_of(shot, product)
-        path = self.cache / f"{shot.path.stem}_{shot.camera}_{product}.npy"
+        form = PRODUCTS[product].form
+        kept = product if form == 1 else f"{product}_{form}"
+        path = self.cache / f"{shot.path.stem}_{shot.camera}_{kept}.npy"
         if not path.is_file():
             _keep(array_of(shot, product), path)
         # changes of an item do not reach the file

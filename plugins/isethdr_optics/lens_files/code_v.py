@@ -14,6 +14,8 @@ from .lens_data import LensData, Problems, Row, integer, number, unit_mm, widest
 MM_PER = {"M": 1.0, "C": 10.0, "I": 25.4}
 # a surface, or a range of surfaces, that a command names
 ADDRESS = re.compile(r"S(O|I|\d+)(?:\.\.(\d+))?", re.IGNORECASE)
+# a solve, such as UMY or PIK, in place of a number; a number with a misspelt digit is none
+SOLVE = re.compile(r"[A-Z]+", re.IGNORECASE)
 SURFACE = re.compile(r"S(O|I|\d*)")
 ASPHERE = {letter: 4 + 2 * k for k, letter in enumerate("ABCDEFGHJ")}  # a4, a6, ...; there is no I
 TILTED = ("ADE", "BDE", "CDE", "XDE", "YDE", "ZDE", "DAR", "BEN", "REV", "XTI", "YTI")
@@ -21,6 +23,8 @@ OTHER_SHAPES = ("SPS", "CYL", "TOR", "AAS", "XTO", "YTO", "GRT", "HOE", "DIF", "
 # commands of a surface
 OF_SURFACE = {"STO", "K", *ASPHERE, "CIR", "GLA", "RMD", "RDY", "CUY", "THI"}
 OF_SURFACE |= {*TILTED, *OTHER_SHAPES}
+# {command: what its solves set}
+SOLVED = {"RDY": "radius", "CUY": "curvature", "THI": "thickness"}
 FAR_MM = 1e9  # least distance of a distant object; CODE V writes 1e13
 
 
@@ -71,6 +75,11 @@ def read(path: Path, problems: Problems) -> LensData:
 def _words(line: str) -> list[str]:
     quoted = re.findall(r"'[^']*'|\"[^\"]*\"|\S+", line)
     return [word.strip("'\"") for word in quoted]
+
+
+def _is_solve(word: str) -> bool:
+    """Return whether a solve stands in place of a radius, curvature or distance."""
+    return SOLVE.fullmatch(word) is not None and word.upper() not in ("INF", "INFINITY", "NAN")
 
 
 def _radius_mm(curvature: float) -> float:
@@ -137,7 +146,7 @@ class _File:
         if first == "I":
             return
         if first in ("O", "0") and last is None:
-            if key == "THI" and len(arguments) > 1:
+            if key == "THI" and len(arguments) > 1 and not _is_solve(arguments[1]):
                 self.lens.far_object = not abs(number(arguments[1], where)) < FAR_MM
             return
         low = int(first) if first.isdigit() else 0
@@ -177,6 +186,12 @@ class _File:
     def _of_surface(self, row: Row, key: str, arguments: list[str], where: str) -> None:
         if key == "STO":
             row.is_stop = True
+        elif key in SOLVED and arguments and _is_solve(arguments[0]):
+            # CODE V writes the solved value into the line of the surface
+            self.lens.notes.append(
+                f"surface {row.label} has the solve {' '.join([key, *arguments])!r}; here it keeps"
+                f" the {SOLVED[key]} of its line S"
+            )
         elif key == "K" and arguments:
             row.conic = number(arguments[0], where)
         elif key in ASPHERE and arguments:

@@ -49,6 +49,7 @@ class LensData:
     far_object : whether the image distance is that of a distant object.
     glasses : {name: description} of glasses that the file itself defines; the description is an
         argument of `physics.optics.glass.index`.
+    notes : differences from the file.
     """
 
     name: str
@@ -60,6 +61,7 @@ class LensData:
     f_number: float | None = None
     far_object: bool = True
     glasses: dict[str, str] = field(default_factory=dict)
+    notes: list[str] = field(default_factory=list)
 
 
 @dataclass

@@ -413,6 +413,36 @@ def test_code_v_radii_and_curvatures_may_follow_their_surface(tmp_path):
         assert imported(tmp_path / "b.seq").table["surfaces"] == wanted
 
 
+@pytest.mark.parametrize(
+    ("solve", "kept"),
+    [
+        ("CUY UMY -0.1", "curvature"),
+        ("CUY S2 UMY -0.1", "curvature"),
+        ("CUY PIK S1", "curvature"),
+        ("RDY SA 0", "radius"),
+        ("THI PIM", "thickness"),
+    ],
+)
+def test_a_solve_of_code_v_keeps_the_value_of_its_surface_and_is_said(tmp_path, solve, kept):
+    text = "EPD 5; YAN 0 5; SO 0 1e13; THI SO RED 0\nS 32 4 NBK7\nSTO\nS -32 48\n{more}\nSI\n"
+    (tmp_path / "a.seq").write_text(text.format(more=""))
+    plain = imported(tmp_path / "a.seq")
+    (tmp_path / "b.seq").write_text(text.format(more=solve))
+    found = imported(tmp_path / "b.seq")
+    assert found.table["surfaces"] == plain.table["surfaces"]
+    [note] = set(found.notes) - set(plain.notes)
+    told = solve.replace("S2 ", "")
+    assert note == f"surface 2 has the solve {told!r}; here it keeps the {kept} of its line S"
+
+
+@pytest.mark.parametrize("command", ["CUY 0.O3", "RDY 3O", "THI nan", "S2 4x"])
+def test_a_misspelt_number_of_code_v_is_no_solve(tmp_path, command):
+    text = f"EPD 5; YAN 0 5; SO 0 1e13\nS 32 4 NBK7\nSTO\nS -32 48\n{command}\nSI\n"
+    (tmp_path / "a.seq").write_text(text)
+    with pytest.raises(ConfigError, match="expected a number"):
+        imported(tmp_path / "a.seq")
+
+
 def test_a_mirror_of_code_v_is_refused(tmp_path):
     text = "EPD 5; YAN 0 5; SO 0 1e13\nS 32 4 NBK7\nSTO\nS -32 48; RMD REFL\nSI\n"
     (tmp_path / "a.seq").write_text(text)

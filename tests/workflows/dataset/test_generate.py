@@ -8,7 +8,7 @@ import os
 import shlex
 import signal
 import sys
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -26,9 +26,11 @@ from isethdr_workflows.dataset.recipe import parsed
 from isethdr_workflows.dataset.record import (
     Definition,
     SceneRecord,
+    changed_files,
     folder_of,
     read_dataset,
     read_scenes,
+    unchecked_files,
     write_scene,
 )
 from isethdr_workflows.dataset.runtime_estimate import runtime_estimate
@@ -268,6 +270,46 @@ def test_a_dataset_whose_road_file_has_changed_is_not_continued(recipe, offer, t
             road.unlink()
         assert verify(dataset) == []
         assert generate(request, silent).made == dataset.made
+
+
+def test_relative_paths_of_files_are_those_of_the_folder_of_the_call(
+    recipe, offer, tmp_path, monkeypatch, isethdr_home, capsys
+):
+    """Another folder may hold another file of the same name, or none."""
+    monkeypatch.setenv("ISETHDR_HOME", str(tmp_path / "home"))
+    offer("scene", "world_of_file", WorldOfFile)
+    here = tmp_path / "a place"
+    there = tmp_path / "there"
+    for folder, content in ((here, "lanes of 3.5 m"), (there, "lanes of 3.4 m")):
+        folder.mkdir()
+        (folder / "town.xodr").write_text(content)
+    own = tmp_path / "own.yaml"
+    own.write_text(
+        "families: {a: {overrides: [scene=world_of_file, renderer=small, scene.road=town.xodr]}}"
+    )
+    request = Request("tiny", count=1, seed=1, recipe=str(own))
+    monkeypatch.chdir(here)
+    dataset = generate(request, silent)
+    monkeypatch.chdir(there)
+    assert verify(dataset) == []
+    with pytest.raises(ConfigError) as error:
+        generate(request, silent)
+    advice = f"type for example cd '{here}' before the command, or isethdr dataset generate tiny_2"
+    assert f"{there}/town.xodr differs from {here}/town.xodr, with which" in str(error.value)
+    assert advice in str(error.value)
+    monkeypatch.chdir(tmp_path)
+    (here / "town.xodr").write_text("lanes of 3.3 m")
+    [problem] = verify(dataset)
+    assert problem.what.startswith(f"{here}/town.xodr has changed since")
+    (here / "town.xodr").unlink()
+    check("tiny")
+    said = f"not checked: 1 file that the scenes use, for example {here}/town.xodr, which is gone"
+    assert said in capsys.readouterr().out
+    [record] = dataset.made
+    earlier = replace(record, folder="")  # the record of an earlier version
+    monkeypatch.chdir(there)
+    assert changed_files([earlier]) == {}
+    assert unchecked_files([earlier]) == {"town.xodr": "whose folder its record does not name"}
 
 
 def test_the_command_of_a_dataset_can_be_typed_into_a_shell():

@@ -97,6 +97,18 @@ def test_kept_arrays_are_mapped_into_memory(home, tmp_path, monkeypatch):
     np.testing.assert_array_equal(plain[0]["picture"], first)
 
 
+def test_kept_boxes_of_an_earlier_version_are_not_read(home, tmp_path):
+    """They held all objects, the road as well; their labels may be new."""
+    for product, of_all in (("boxes", np.zeros((3, 4))), ("labels", np.zeros(3))):
+        np.save(tmp_path / f"{LABELLED}_bayer_{product}.npy", of_all)
+    plain = isethdr.PictureDataset(LABELLED, products=["boxes", "labels"])[0]
+    data = isethdr.PictureDataset(LABELLED, products=["boxes", "labels"], cache=tmp_path)
+    for item in (data[0], data[0]):
+        assert item["boxes"].shape == (2, 4)
+        for product in ("boxes", "labels"):
+            np.testing.assert_array_equal(item[product], plain[product])
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("start", ["fork", "spawn"])
 def test_torch_loads_it_with_workers(home, tmp_path, start):

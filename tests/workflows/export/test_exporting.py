@@ -10,11 +10,14 @@ import subprocess
 import sys
 
 import pytest
-from isethdr_catalog.selection import select
-from isethdr_workflows.export.exporting import chosen, exported, run
+from isethdr_catalog.selection import StoredShot, select
+from isethdr_workflows.export import exporting
+from isethdr_workflows.export.exporting import chosen, exported, in_order, run
 from isethdr_workflows.export.output_folder import exchange, replaced
 
 from isethdr_core.errors import CatalogError, ConfigError
+from isethdr_core.results.stored import open_run
+from isethdr_core.storage.store import write_store
 
 
 def keys(what):
@@ -184,3 +187,42 @@ def test_two_folders_change_places(tmp_path):
     assert os.listdir(a) == ["b"] and os.listdir(b) == ["a"]
     with pytest.raises(OSError):
         exchange(a, tmp_path / "c")
+
+
+def frame_of(folder, road, time_s, lens="ideal"):
+    """Store a run of two cameras that shows a road at a time; return its pictures."""
+    scene = {"name": "street", "road": road, "time_s": time_s, "frames_per_s": 10.0}
+    config = {"scene": scene, "lens": {"name": lens}}
+    config["exposures"] = {"front": {"exposure_s": [0.01 * (1 + time_s)]}}  # carried into the frame
+    digest = hashlib.sha256(f"{road} {time_s} {lens}".encode()).hexdigest()[:16]
+    path = write_store(folder, digest, {}, {"kind": "run", "config": config})
+    return [StoredShot(path, camera) for camera in ("rear", "front")]
+
+
+def test_sequences_follow_each_other_and_each_run_is_opened_once(tmp_path, monkeypatch):
+    """Frames of two roads, or of one road through two lenses, are no neighbours."""
+    kinds = (("a", "ideal"), ("b", "ideal"), ("b", "cooke"))
+    shots = [
+        shot
+        for time_s in (0.2, 0.0, 0.1)
+        for road, lens in kinds
+        for shot in frame_of(tmp_path, road, time_s, lens)
+    ]
+    opened = []
+    monkeypatch.setattr(exporting, "open_run", lambda path: opened.append(path) or open_run(path))
+    items = in_order(shots)
+    assert [item.number for item in items] == list(range(1, 19))
+    frames = [(item.sequence, item.time_s, item.camera) for item in items]
+    shown = set()
+    for item in items:
+        config = item.attributes["config"]
+        shown.add((item.sequence, config["scene"]["road"], config["lens"]["name"]))
+    assert len(shown) == 3, "one road and lens in each sequence"
+    expected = [
+        (number, time_s, camera)
+        for number in (1, 2, 3)
+        for time_s in (0.0, 0.1, 0.2)
+        for camera in ("front", "rear")
+    ]
+    assert frames == expected
+    assert len(opened) == len(set(opened)) == 9

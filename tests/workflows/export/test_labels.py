@@ -243,10 +243,13 @@ def test_the_frames_of_a_sequence_are_in_their_order_and_state_their_time(
 def test_a_picture_without_a_time_states_none(home, tmp_path):
     [still] = select([home.plain]).shots
     [moving] = select([LABELLED]).shots
-    assert (Item(1, still).moment, Item(1, moving).moment) == ({}, {"time_s": 0.25})
+    assert [Item(1, shot, open_run(shot.path), 3).frame for shot in (still, moving)] == [
+        {},
+        {"sequence": 3, "time_s": 0.25},
+    ]
     exported([home.plain], tmp_path / "out", ["png"])
     files = json.loads((tmp_path / "out" / "manifest.json").read_text())["files"]
-    assert all("time_s" not in row for row in files)
+    assert all("time_s" not in row and "sequence" not in row for row in files)
 
 
 def test_boxes_in_metres_with_their_image(home, tmp_path, three_boxes):
@@ -283,7 +286,7 @@ def test_geometry_that_is_not_that_of_the_run_is_refused(home, tmp_path, three_b
     ):
         exported([LABELLED], tmp_path / "out", ["boxes3d"])
     [shot] = select([LABELLED]).shots
-    assert geometry.full_boxes(Item(1, shot)) == {}
+    assert geometry.full_boxes(Item(1, shot, open_run(shot.path))) == {}
 
 
 def test_a_box_follows_its_object_through_turns_scales_and_mirrors():

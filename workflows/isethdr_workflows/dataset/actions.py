@@ -22,7 +22,7 @@ from .page import write_page
 from .pairs.making import make_pairs
 from .pairs.request import pair_request
 from .recipe import read_recipe
-from .record import DEFINITION, folder_of, read_dataset
+from .record import DEFINITION, folder_of, read_dataset, unchecked_files
 from .runtime_estimate import RuntimeEstimate, runtime_estimate
 from .splits import splits
 from .study.cameras import imaged
@@ -169,6 +169,10 @@ def check(name: str) -> None:
     problems = verify(dataset)
     for problem in problems:
         print(f"scene {problem.number + 1}: {problem.what}")
+    if unchecked := unchecked_files(dataset.scenes.values()):
+        path, reason = next(iter(unchecked.items()))
+        files = number_of(len(unchecked), "file")
+        print(f"not checked: {files} that the scenes use, for example {path}, {reason}")
     made = len(dataset.made)
     affected = len({problem.number for problem in problems})
     print(f"{made} of {dataset.definition.count} scenes are made; {affected} have a problem")

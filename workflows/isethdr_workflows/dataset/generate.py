@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import os
 import time
 import traceback
 from collections.abc import Callable, Sequence
@@ -282,7 +283,8 @@ def made(scene: DrawnScene, folder: Path) -> tuple[SceneRecord, bool]:
     except Exception as err:  # any component may fail on one scene; the other scenes go on
         write_traceback(folder, scene.number)
         return _with(record, error=f"{type(err).__name__}: {err}"), False
-    return _with(record, inputs=inputs, **measured(rendered)), rendered.computed
+    record = _with(record, inputs=inputs, folder=os.getcwd(), **measured(rendered))
+    return record, rendered.computed
 
 
 def measured(rendered: Rendered) -> dict[str, Any]:

@@ -9,6 +9,7 @@ incomplete record. The radiance itself is in `scenes/` of the home folder, where
 from __future__ import annotations
 
 import json
+import os
 import shlex
 from collections.abc import Collection, Iterable, Mapping
 from dataclasses import asdict, dataclass, field, replace
@@ -81,13 +82,22 @@ class SceneRecord:
     objects: tuple[Mapping[str, Any], ...] = ()
     error: str = ""  # reason if the scene failed
     at_once: int = 1  # number of scenes that its machine made at the same time
-    # digests of the files that the scene uses, by path; empty in records of earlier versions
+    # digests of the files that the scene uses, by path as typed; empty in records of earlier
+    # versions
     inputs: Mapping[str, str] = field(default_factory=dict)
+    folder: str = ""  # folder from which relative paths were read; "" if it was not recorded
 
     @property
     def machine_s(self) -> float:
         """The scene's share of the machine's time, s; scenes made at the same time share it."""
         return self.seconds / self.at_once
+
+    @property
+    def files(self) -> dict[str, str]:
+        """The digests of the files that the scene was rendered with, by path. A relative path
+        remains only if its folder was not recorded.
+        """
+        return {os.path.join(self.folder, path): digest for path, digest in self.inputs.items()}
 
 
 def folder_of(name: str) -> Path:
@@ -125,34 +135,64 @@ def _check_files(wanted: Definition) -> None:
     """Raise ConfigError if a file that stored scenes use has changed, because further scenes would
     show its new content.
     """
-    changed = changed_files(read_scenes(folder_of(wanted.name)).values())
-    if changed:
-        path = next(iter(changed.values()))[0]
-        raise ConfigError(
-            f"{path} has changed since scene {next(iter(changed)) + 1} of the dataset"
-            f" {wanted.name!r} was rendered; expected the earlier file, or another name for the"
-            f" dataset; type for example {wanted.command_of_another}"
-        )
+    records = read_scenes(folder_of(wanted.name))
+    # further scenes read a relative path from the folder of this call, not from that of the records
+    now = _digests_now(path for record in records.values() for path in record.inputs)
+    for number, record in records.items():
+        for path, digest in record.inputs.items():
+            if now.get(path, digest) == digest:
+                continue
+            here = os.path.abspath(path)
+            before = os.path.join(record.folder, path)
+            scene = f"scene {number + 1} of the dataset {wanted.name!r}"
+            if record.folder and os.path.realpath(before) != os.path.realpath(here):
+                raise ConfigError(
+                    f"{here} differs from {before}, with which {scene} was rendered; expected a"
+                    f" file of the same content; type for example cd {shlex.quote(record.folder)}"
+                    f" before the command, or {wanted.command_of_another}"
+                )
+            raise ConfigError(
+                f"{here} has changed since {scene} was rendered; expected the earlier file, or"
+                f" another name for the dataset; type for example {wanted.command_of_another}"
+            )
 
 
 def changed_files(records: Iterable[SceneRecord]) -> dict[int, list[str]]:
     """Return {number of a scene: its files whose content has changed since it was rendered}. Scenes
     without such a file are left out.
 
-    A file that is gone does not count, because stored radiance does not need it.
+    Files of `unchecked_files` do not count, because stored radiance does not need them.
 
     Parameters
     ----------
     records : records of scenes.
     """
     # a store does not tell: it may have been made with other files that describe the same scene
-    digests = {record.number: record.inputs for record in records}
-    now = input_digests(_Files(tuple(sorted({path for of in digests.values() for path in of}))))
+    digests = {record.number: record.files for record in records}
+    now = _digests_now(path for of in digests.values() for path in of if os.path.isabs(path))
     changed = {
         number: [path for path, digest in of.items() if now.get(path, digest) != digest]
         for number, of in digests.items()
     }
     return {number: paths for number, paths in changed.items() if paths}
+
+
+def unchecked_files(records: Iterable[SceneRecord]) -> dict[str, str]:
+    """Return {file of a scene that cannot be compared: the reason}: files that are gone, and
+    relative paths whose folder was not recorded.
+
+    Parameters
+    ----------
+    records : records of scenes.
+    """
+    paths = sorted({path for record in records for path in record.files})
+    gone = {path: "which is gone" for path in paths if not os.path.isfile(path)}
+    relative = [path for path in paths if not os.path.isabs(path)]
+    return gone | dict.fromkeys(relative, "whose folder its record does not name")
+
+
+def _digests_now(paths: Iterable[str]) -> dict[str, str]:
+    return input_digests(_Files(tuple(sorted(set(paths)))))
 
 
 @dataclass(frozen=True)

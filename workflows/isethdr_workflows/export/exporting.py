@@ -15,6 +15,7 @@ import isethdr_core
 from isethdr_core.cli.progress import track
 from isethdr_core.cli.terminal import print_path, print_table
 from isethdr_core.errors import CatalogError, ConfigError, did_you_mean
+from isethdr_core.results.stored import open_run
 
 from .formats import FORMATS
 from .job import Item, Job, sha256
@@ -105,15 +106,26 @@ def exported(
 
 
 def in_order(shots: Sequence[StoredShot]) -> list[Item]:
-    """Return the pictures to write in the order of the times of their scenes, so that the frames of
-    a sequence follow each other; at the same time, in the order of keys and cameras.
+    """Return the pictures to write, one sequence after the other, each in the order of the times of
+    its scene; at the same time, in the order of keys and cameras. Runs of the same settings at
+    different times are a sequence. Sequences are in the order of their first pictures.
 
     Parameters
     ----------
     shots : selected pictures.
     """
-    found = sorted((Item(0, shot) for shot in shots), key=lambda item: (item.time_s, item.shot))
-    return [replace(item, number=number) for number, item in enumerate(found, 1)]
+    # cameras of a run share it, and it is not opened again when its pictures are written
+    runs = {path: open_run(path) for path in dict.fromkeys(shot.path for shot in shots)}
+    found = [Item(0, shot, runs[shot.path]) for shot in shots]
+    found.sort(key=lambda item: (item.time_s, item.shot))
+    numbers: dict[str, int] = {}
+    for item in found:
+        numbers.setdefault(item.settings, len(numbers) + 1)
+    found.sort(key=lambda item: numbers[item.settings])  # stable: times stay in their order
+    return [
+        replace(item, number=number, sequence=numbers[item.settings])
+        for number, item in enumerate(found, 1)
+    ]
 
 
 def _writer(name: str) -> Writer:

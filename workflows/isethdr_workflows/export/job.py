@@ -11,7 +11,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from isethdr_core.cli.progress import track
-from isethdr_core.results.stored import open_run
+from isethdr_core.sequence.exposure import NODE
+from isethdr_core.storage.store import content_hash
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -26,13 +27,10 @@ PNG_FOLDER = "png"
 class Item:
     """One picture to write: a camera of a stored run."""
 
-    number: int  # from 1, in the order of times, keys and cameras
+    number: int  # from 1, in the order of sequences, times, keys and cameras
     shot: StoredShot
-
-    @cached_property
-    def run(self) -> Result:
-        """The stored run."""
-        return open_run(self.shot.path)
+    run: Result = field(compare=False, repr=False)  # the stored run
+    sequence: int = 1  # number of its sequence, from 1
 
     @property
     def camera(self) -> str:
@@ -71,6 +69,21 @@ class Item:
         """The time of its scene, s; 0 if the scene has none."""
         return self.moment.get("time_s", 0.0)
 
+    @property
+    def frame(self) -> dict[str, float]:
+        """The number of its sequence, and its `moment`; empty if the scene has no time."""
+        moment = self.moment
+        return {"sequence": self.sequence, **moment} if "time_s" in moment else moment
+
+    @cached_property
+    def settings(self) -> str:
+        """The digest of the settings of its run that all frames of a sequence share: all but the
+        time and the exposures that were carried into the frame.
+        """
+        config = {key: node for key, node in self.attributes["config"].items() if key != NODE}
+        scene = {key: value for key, value in config["scene"].items() if key != "time_s"}
+        return content_hash(config | {"scene": scene})
+
     def picture(self) -> xr.Dataset:
         """Return the picture. Its arrays are read when they are used."""
         return self.run.open(f"picture/{self.camera}")
@@ -101,6 +114,7 @@ class Written:
     media_type: str
     run: str = ""  # key of the run; "" if the file is about several runs
     camera: str = ""
+    sequence: int | None = None  # number of its sequence; None if the scene has no time
     time_s: float | None = None  # time of the scene; None if it has none
 
 
@@ -133,7 +147,10 @@ class Job:
         written = Written(path, self.format, media_type)
         if item is not None:
             time_s = item.moment.get("time_s")
-            written = replace(written, run=item.key, camera=item.camera, time_s=time_s)
+            sequence = None if time_s is None else item.sequence
+            written = replace(
+                written, run=item.key, camera=item.camera, sequence=sequence, time_s=time_s
+            )
         self.files.append(written)
         full = self.folder / path
         full.parent.mkdir(parents=True, exist_ok=True)

@@ -147,7 +147,7 @@ def _above(name: str) -> str:
 
 
 def image_row(item: Item, licence: int) -> dict[str, Any]:
-    """Return COCO's entry of a picture, with the run, the camera, and the time of the scene.
+    """Return COCO's entry of a picture, with the run, the camera, the sequence and the time.
 
     Parameters
     ----------
@@ -164,7 +164,7 @@ def image_row(item: Item, licence: int) -> dict[str, Any]:
         "date_captured": str(item.attributes.get("created", "")),
         "run": item.key,
         "camera": item.camera,
-        **item.moment,
+        **item.frame,
     }
 
 

@@ -52,8 +52,10 @@ def write(job: Job) -> None:
 
 
 def _by_camera(job: Job) -> dict[str, list[Item]]:
-    """Return the pictures of each camera; those of a job are in the order of their times."""
+    """Return the pictures of each camera in the order of their times; those of a job are in that
+    order only within each sequence.
+    """
     found: dict[str, list[Item]] = {}
-    for item in job.items:
+    for item in sorted(job.items, key=lambda item: item.time_s):
         found.setdefault(item.camera, []).append(item)
     return found
