@@ -180,7 +180,7 @@ class DataFiles:
 
 
 def _files_below(folder: str) -> dict[str, list[str]]:
-    """Return {path of a folder: names of its files} of a folder and those below, without presets."""
+    """Return {path: names of files} of a folder and the folders below, without presets."""
     files_in = {}
     for inner, folders, files in os.walk(folder) if folder else ():
         folders[:] = sorted(f for f in folders if f not in (PRESETS, "__pycache__"))

@@ -6,6 +6,7 @@ from __future__ import annotations
 
 import gzip
 import os
+import tempfile
 from dataclasses import replace
 from importlib import metadata
 from pathlib import Path
@@ -20,8 +21,9 @@ from isethdr_scenes.roads.opendrive.elements import opened
 from isethdr_scenes.roads.opendrive.file_road import file_of
 from isethdr_scenes.roads.opendrive.road_file import write
 from isethdr_scenes.street import Street
-from isethdr_scenes.traffic.sumo import own_files
+from isethdr_scenes.traffic.sumo import configuration, own_files
 from isethdr_scenes.traffic.sumo.choice import check_traffic, from_files
+from isethdr_scenes.traffic.sumo.configuration import Option
 from isethdr_scenes.traffic.sumo.net import read
 from isethdr_scenes.traffic.sumo.overlaps import fewest, swept, touching
 from isethdr_scenes.traffic.sumo.own_files import (
@@ -262,64 +264,213 @@ def test_a_configuration_drives_on_a_shifted_net_of_the_file(tmp_path):
 CONFIGURATION = (
     '<configuration><input><net-file value="road.net.xml"/><route-files value="cars.rou.xml"/>'
     '<additional-files value="detectors.add.xml"/></input><time><begin value="{begin}"/></time>'
-    '<output><tripinfo-output value="trips.xml"/><summary value="results/sum.xml"/></output>'
-    "</configuration>"
+    "<mine>{more}</mine></configuration>"
+)
+STATED = (  # name, other name, section and type of some options of SUMO
+    ("net-file", "net", "input", "FILE"),
+    ("route-files", "routes", "input", "FILE"),
+    ("additional-files", "additional", "input", "FILE"),
+    ("weight-files", "weights", "input", "FILE"),
+    ("begin", "b", "time", "TIME"),
+    ("tripinfo-output", "tripinfo", "output", "FILE"),
+    ("save-state.period", "", "output", "TIME"),
+    ("save-configuration", "C", "configuration", "FILE"),
+    ("time-to-teleport", "", "processing", "TIME"),
+    ("pedestrian.jupedsim.wkt", "", "processing", "FILE"),
+    ("device.rerouting.output", "", "routing", "FILE"),
+    ("device.toc.file", "", "toc_device", "STR"),
+    ("device.toc.responseTime", "", "toc_device", "FLOAT"),
 )
 
 
-def configured(folder, begin: str = "0"):
-    """Write a configuration with output next to a net without edges, and return its path."""
+def configured(folder, begin: str = "0", more: str = ""):
+    """Write a configuration next to a net without edges, and return its path."""
     (folder / "road.net.xml").write_text('<net><location netOffset="0,0"/></net>')
     for name in ("cars.rou.xml", "detectors.add.xml"):
         (folder / name).write_text("<routes/>")
     path = folder / "rush.sumocfg"
-    path.write_text(CONFIGURATION.format(begin=begin))
+    path.write_text(CONFIGURATION.format(begin=begin, more=more))
     return path
 
 
-def test_files_that_a_configuration_writes_lead_to_a_folder_of_ours(tmp_path, monkeypatch):
+def on_a_net(folder, more: str = ""):
+    """Write a configuration with three cars on a straight road, and return its path."""
+    write(file_of(kind("country_straight", 1)), folder / "road.xodr")
+    path = configured(folder, "0", more)
+    call("netconvert", ["--opendrive=road.xodr", "--output-file=road.net.xml"], folder)
+    edge = next(iter(read((folder / "road.net.xml").read_bytes()).edges))
+    routes(folder, edge)
+    return path, edge
+
+
+def straight(path, second_s: float = 10.0):
+    """Return what SUMO simulates of a configuration on a straight road."""
+    own_files._reported.cache_clear()
+    return driven(path, kind("country_straight", 1).network, second_s, 1, None).journeys
+
+
+@pytest.fixture
+def stated(monkeypatch):
+    """Options of SUMO, without SUMO."""
+    found = {
+        one: Option(name, section, type_)
+        for name, other, section, type_ in STATED
+        for one in (name, other)
+    }
+    monkeypatch.setattr(configuration, "options", lambda: found)
+
+
+def test_a_copy_of_a_configuration_names_no_file_that_sumo_writes(tmp_path, stated):
+    told = {
+        "tripinfo": "trips.xml",
+        "save-state.period": "2",
+        "C": "saved.sumocfg",
+        "time-to-teleport": "-1",
+        "pedestrian.jupedsim.wkt": "people.wkt",
+        "device.rerouting.output": "weights.xml",
+        "device.toc.file": "toc.xml",
+        "device.toc.responseTime": "2",
+        "weights": "a.xml, /data/b.xml",
+        "not-of-sumo": "1",
+    }
+    user = tmp_path / "100% full"
+    ours = tmp_path / "ours"
+    user.mkdir()
+    ours.mkdir()
+    more = "".join(f'<{name} value="{value}"/>' for name, value in told.items())
+    path = configured(user, "5", f"{more}<routes>more.rou.xml</routes>")
+    name = configuration.copy_that_reads(path, ours)
+    copied = [(x.tag, x.get("value")) for x in opened(ours / name, "configuration", "").element]
+    folder = f"{tmp_path.resolve()}/100%25 full"
+    assert copied == [
+        ("net-file", f"{folder}/road.net.xml"),
+        ("route-files", f"{folder}/cars.rou.xml"),
+        ("additional-files", f"{folder}/detectors.add.xml"),
+        ("begin", "5"),
+        ("time-to-teleport", "-1"),
+        ("device.toc.responseTime", "2"),
+        ("weight-files", f"{folder}/a.xml,/data/b.xml"),
+        ("not-of-sumo", "1"),
+        ("route-files", f"{folder}/more.rou.xml"),
+    ]
+
+
+def test_a_simulation_without_its_report_is_one_error(tmp_path, monkeypatch, stated):
     asked = []
     monkeypatch.setattr(own_files, "call", lambda name, told, folder: asked.append((told, folder)))
+    monkeypatch.setattr(own_files, "version", lambda: "1")
     path = configured(tmp_path)
     network = kind("country_straight", 1).network
-    monkeypatch.setattr(own_files, "version", lambda: "1")
-    with pytest.raises(ConfigError, match="no vehicle of .*rush.sumocfg .* type another file, or"):
+    with pytest.raises(CatalogError, match="SUMO 1 ended .* wrote no isethdr.trace.xml; expected"):
         driven(path, network, 60.0, 1, None)
-    assert len(asked) == 2
+    with pytest.raises(CatalogError, match="SUMO 1 ended .* wrote no isethdr.trips.xml; expected"):
+        _nobody(path, None, 60.0, 1, None)
     for told, folder in asked:
         prefix = next(x for x in told if x.startswith("--output-prefix=")).partition("=")[2]
-        for name in ("trips.xml", "results/sum.xml"):
-            user = tmp_path / name
-            written = os.path.normpath(f"{user.parent}/{prefix}{user.name}")
-            assert Path(written) == folder / user.name
+        written = os.path.normpath(f"{tmp_path}/results/{prefix}loop.xml")
+        assert Path(written) == folder / "loop.xml"
+
+
+def test_temporary_files_of_sumo_go_where_it_replaces_no_word(tmp_path, monkeypatch):
+    (tmp_path / "RUNTIME").mkdir()
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path / "RUNTIME"))
+    with own_files._temporary() as name:
+        assert "TIME" not in name
+    monkeypatch.setattr(own_files, "OTHER_FOLDER", tmp_path / "none")
+    with pytest.raises(
+        ConfigError, match="replaces TIME in its path .* set TMPDIR to such a folder$"
+    ):
+        own_files._temporary()
 
 
 @needs_sumo
-def test_results_of_the_user_keep_their_content(tmp_path):
-    write(file_of(kind("country_straight", 1)), tmp_path / "road.xodr")
-    path = configured(tmp_path)
-    call("netconvert", ["--opendrive=road.xodr", "--output-file=road.net.xml"], tmp_path)
-    edge = next(iter(read((tmp_path / "road.net.xml").read_bytes()).edges))
-    routes(tmp_path, edge)
-    (tmp_path / "results").mkdir()
-    (tmp_path / "detectors.add.xml").write_text(
+@pytest.mark.parametrize(
+    "more",
+    [
+        '<save-state.period value="2"/><save-state.period.keep value="1"/><save-state.prefix'
+        ' value="st"/><save-state.suffix value=".xml"/>',
+        '<save-state.times value="2,4"/><save-state.files value="st_0.000.xml,st_2.000.xml"/>',
+        '<vtk-output value="vtk"/>',
+        '<save-configuration value="saved.sumocfg"/>',
+        '<C value="{user}/saved.sumocfg"/><save-template value="saved.sumocfg"/>',
+        '<save-schema value="saved.sumocfg"/>',
+        '<output-suffix value="_v1"/><tripinfo value="trips.xml"/>',
+        '<output.format value="csv"/><human-readable-time value="true"/>',
+        '<output-prefix value="TIME"/><tripinfo-output value="{user}/trips.xml"/>',
+        '<summary value="results/sum.xml"/><log value="{user}/log.txt"/>',
+        '<device.fcd.period value="5"/><device.fcd.probability value="0.1"/>'
+        '<fcd-output.attributes value="speed"/><fcd-output value="trips.xml"/>',
+        '<device.ssm.probability value="1"/><device.ssm.file value="trips.xml"/>'
+        '<device.rerouting.probability value="1"/><device.rerouting.output value="log.txt"/>',
+    ],
+    ids=(
+        "old states are removed",
+        "states at given times",
+        "vtk",
+        "save-configuration",
+        "save-template",
+        "save-schema",
+        "output-suffix",
+        "output.format",
+        "output-prefix",
+        "log",
+        "fcd",
+        "devices",
+    ),
+)
+def test_results_of_the_user_keep_their_content(tmp_path, monkeypatch, more):
+    user = tmp_path / "user"
+    (user / "results").mkdir(parents=True)
+    (tmp_path / "RUNTIME").mkdir()
+    path, edge = on_a_net(user, more.format(user=user))
+    (user / "detectors.add.xml").write_text(
         f'<additional><edgeData id="a" file="edges.xml"/><e1Detector id="b" lane="{edge}_0" pos="9"'
-        ' period="5" file="results/loop.xml"/></additional>'
+        f' period="5" file="results/loop.xml"/><e1Detector id="c" lane="{edge}_0" pos="19"'
+        f' period="5" file="{user}/loop.xml"/><routeProbe id="d" edge="{edge}" period="5"'
+        ' file="probe.xml"/></additional>'
     )
-    names = ("trips.xml", "results/sum.xml", "edges.xml", "results/loop.xml")
-    for name in names:
-        (tmp_path / name).write_text("of the user")
-    street = Street(
-        road=str(tmp_path / "road.xodr"), traffic=str(path), traffic_start_s=10.0, **EMPTY
+    text = (user / "cars.rou.xml").read_text()
+    ssm = '<param key="has.ssm.device" value="true"/><param key="device.ssm.file" value="ssm.xml"/>'
+    (user / "cars.rou.xml").write_text(
+        text.replace("</route></vehicle>", f"</route>{ssm}</vehicle>")
     )
-    assert len(street._sumo.journeys) == 3
+    for name in (
+        *(f"st_{second}.000{zeros}.xml" for second in range(12) for zeros in ("", "0")),
+        *(f"vtk_{second}..vtp" for second in range(12)),
+        *("saved.sumocfg", "trips.xml", "results/sum.xml", "log.txt"),
+        *("edges.xml", "results/loop.xml", "loop.xml", "probe.xml", "ssm.xml"),
+    ):
+        (user / name).write_text("of the user")
+    content = lambda: {x: x.read_bytes() for x in sorted(user.rglob("*")) if x.is_file()}
+    before = content()
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path / "RUNTIME"))
+    assert len(straight(path)) == 3
+    with pytest.raises(ConfigError, match="first one enters at second 0 and the last one leaves"):
+        straight(path, 9000.0)
+    assert content() == before
+
+
+@needs_sumo
+def test_an_error_of_sumo_in_a_configuration_is_one_error(tmp_path):
+    path, _ = on_a_net(tmp_path, '<step-lenght value="0.1"/>')
+    with pytest.raises(CatalogError, match="step-lenght.* expected a configuration .* sumo -c"):
+        straight(path)
+    path.write_text(path.read_text().replace("lenght", "length"))
+    steps = np.diff(next(iter(straight(path).values())).time_s)
+    assert np.allclose(steps, 0.1)
     (tmp_path / "cars.rou.xml").write_text("<routes><vehicle/></routes>")
     with pytest.raises(CatalogError, match="ended with 1: .* expected a configuration .* sumo -c"):
-        replace(street, seed=2).plan()
-    assert {(tmp_path / name).read_text() for name in names} == {"of the user"}
+        straight(path)
 
 
-def test_a_second_without_vehicles_names_one_with_most_of_them(tmp_path, monkeypatch):
+@needs_sumo
+def test_a_folder_of_a_configuration_may_have_any_name(tmp_path):
+    user = tmp_path / "100%20 TIME"
+    user.mkdir()
+    assert len(straight(on_a_net(user)[0])) == 3
+
+
+def test_a_second_without_vehicles_names_one_with_most_of_them(tmp_path, monkeypatch, stated):
     trips = [("30.00", "10.00"), ("300.00", "20.00"), ("0:05:10", "30.00"), ("-1", "-1")]
     nodes = "".join(f'<tripinfo depart="{at}" duration="{long}"/>' for at, long in trips)
     ends = []

@@ -166,8 +166,8 @@ def snr_curve(
 
     The ratio is true luminance over the standard deviation that the picture states. Luminance and
     variance are means over cells of the colour filter array, as in the metric `snr_curve`, so that
-    all filters count equally. Bins are of true luminance: with bins of the noisy estimate, dark bins would hold
-    mostly noise.
+    all filters count equally. Bins are of true luminance: with bins of the noisy estimate, dark
+    bins would hold mostly noise.
 
     Parameters
     ----------

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import tempfile
 import xml.etree.ElementTree as ET
 from collections.abc import Iterable, Mapping, Sequence
@@ -19,6 +20,7 @@ from ...roads.opendrive.elements import Node, opened, unpacked
 from ...roads.profile import Floats
 from ...things.stock import Stock
 from ...things.thing import Thing
+from .configuration import copy_that_reads
 from .demand import AFTER_S
 from .lane_below import LanesBelow
 from .lights import PROGRAM_FILE, STATES_FILE, Heeded, Lights, read_lights
@@ -32,13 +34,14 @@ ROUTES = (".xml", ".xml.gz")  # a route file
 DRAWS = 8  # number of things drawn from a group; the one nearest in size is taken
 ON_LANE_M = 2.5  # a vehicle farther from a lane's middle is not on the lane
 LEAST_SHARE = 0.5  # least share of vehicles on lanes of the road; else the net is another one's
-# names that no file of a user has: the files that a configuration writes go into the same folder
+# names that no file of a user has: files that additional files name are written to the same folder
 TRACE = "isethdr.trace.xml"
 TRIPS = "isethdr.trips.xml"
 COPY = "traffic.rou.xml"  # name of the changed copy of a route file
 UP = "../" * 64  # leads from any folder to the topmost one
+DATE = "TIME"  # SUMO replaces this word in a prefix by the date
+OTHER_FOLDER = Path("/tmp")  # folder for temporary files if the usual one has that word in its path
 DAY_S = 86_400.0  # time in which vehicles are looked for
-FAR_S = 1e9  # later than any second of a simulation
 USUAL_TYPE = "DEFAULT_VEHTYPE"  # type of vehicles that state none
 STOP_GAP = "jmStoplineGap"  # attribute of a type: metres from the junction at which drivers stop
 OPTIONS = (
@@ -140,7 +143,8 @@ def driven(path: Path, network: Network, second_s: float, seed: int, heed: Heede
     Raises
     ------
     ConfigError : SUMO is not installed; no vehicle is on the road at that second.
-    CatalogError : a file is missing or of another format; the routes are of another network.
+    CatalogError : a file is missing or of another format; the routes are of another network; SUMO
+        ends with an error.
     """
     for file in files_of(path):
         if not file.is_file():
@@ -175,15 +179,16 @@ def _reported(
     _made_of: tuple[object, ...],
     program: _Program | None = None,
 ) -> _Reported:
-    with tempfile.TemporaryDirectory() as name:
+    with _temporary() as name:
         folder = Path(name)
         source = _source(path, net, int(str(_made_of[0])), program, folder)
         begin = max(second_s - 2 * STEP_S, 0.0)
         told = [f"--fcd-output={TRACE}", f"--device.fcd.begin={begin:.1f}", *OPTIONS]
-        _simulate(path, source, second_s + AFTER_S, told, folder)
+        if not _simulate(path, source, second_s + AFTER_S, told, folder):
+            return _Reported({}, b"")
+        trace = _written(folder / TRACE, path)
         states = (folder / STATES_FILE).read_bytes() if program else b""
-        trace = folder / TRACE
-        return _Reported(read(trace, source.offset_m) if trace.is_file() else {}, states)
+        return _Reported(read(trace, source.offset_m), states)
 
 
 def _source(
@@ -198,7 +203,7 @@ def _source(
         offset = read_net(_content(own_net[0])).offset_m
         start = max(_stated_s(top, "begin", 0.0), 0.0)
         end = _stated_s(top, "end", -1.0)
-        arguments = [f"--configuration-file={path.resolve()}"]
+        arguments = [f"--configuration-file={copy_that_reads(path, folder)}"]
         return _Source(tuple(arguments), offset, start, end if end >= 0 else np.inf)
     (folder / NET).write_bytes(net.content)
     arguments = [
@@ -217,13 +222,17 @@ def _source(
 
 def _simulate(
     path: Path, source: _Source, until_s: float, told: Sequence[str], folder: Path
-) -> None:
-    """Run SUMO up to a second; all files that it writes go into a folder."""
+) -> bool:
+    """Run SUMO in a folder up to a second, and return whether there was anything to simulate.
+
+    Files that routes and additional files of the user name as output go into the same folder.
+    """
     until = min(source.end_s, until_s)
     if until <= source.begin_s:
-        return
-    # SUMO puts the prefix between the folder and the name of each file that it writes. This one
-    # leads to the given folder, so that results of the user keep their content.
+        return False
+    # SUMO puts the prefix between the folder and the name of each file that detectors, edgeData and
+    # devices of vehicles write. This one leads to the given folder, so that results of the user
+    # keep their content.
     away = f"{UP}{folder.relative_to(folder.anchor).as_posix()}/"
     try:
         call(
@@ -238,6 +247,35 @@ def _simulate(
             else f"a configuration that SUMO simulates without an error: type sumo -c {path}"
         )
         raise CatalogError(f"{path}: {error}; expected {expected}") from None
+    return True
+
+
+def _written(file: Path, path: Path) -> Path:
+    """Return a file that SUMO was told to write, and raise CatalogError if it is not there."""
+    if not file.is_file():
+        raise CatalogError(
+            f"{path}: SUMO {version()} ended without an error, but wrote no {file.name}; expected"
+            " this file; install another version of SUMO, or type scene.traffic=sumo"
+        )
+    return file
+
+
+def _temporary() -> tempfile.TemporaryDirectory[str]:
+    """Return a new folder whose path SUMO takes as a prefix as it is.
+
+    Raises
+    ------
+    ConfigError : there is no such folder.
+    """
+    usual = Path(tempfile.gettempdir())
+    if DATE not in str(usual):
+        return tempfile.TemporaryDirectory(dir=usual)
+    if OTHER_FOLDER.is_dir() and os.access(OTHER_FOLDER, os.W_OK):
+        return tempfile.TemporaryDirectory(dir=OTHER_FOLDER)
+    raise ConfigError(
+        f"the folder for temporary files is {usual}, but SUMO replaces {DATE} in its path by the"
+        f" date; expected a path without {DATE}; set TMPDIR to such a folder"
+    )
 
 
 def _content(path: Path) -> bytes:
@@ -304,16 +342,13 @@ def _trips(
     path: Path, net: SumoNet | None, second_s: float, seed: int, program: _Program | None
 ) -> Floats:
     """Return the seconds (n, 2) at which each vehicle enters and leaves the road."""
-    with tempfile.TemporaryDirectory() as name:
+    with _temporary() as name:
         folder = Path(name)
         source = _source(path, net, seed, program, folder)
-        told = [f"--tripinfo-output={TRIPS}", "--tripinfo-output.write-unfinished"]
-        # the other output of the configuration would be large
-        told += ["--device.tripinfo.probability=1", f"--fcd-output={TRACE}"]
-        told += [f"--device.fcd.begin={FAR_S:.0f}", *OPTIONS]
-        _simulate(path, source, max(second_s, source.begin_s) + DAY_S, told, folder)
-        trips = folder / TRIPS
-        nodes = ET.parse(trips).iter("tripinfo") if trips.is_file() else ()
+        told = [f"--tripinfo-output={TRIPS}", "--tripinfo-output.write-unfinished", *OPTIONS]
+        if not _simulate(path, source, max(second_s, source.begin_s) + DAY_S, told, folder):
+            return np.zeros((0, 2))
+        nodes = ET.parse(_written(folder / TRIPS, path)).iter("tripinfo")
         pairs = [(seconds(n.get("depart", "-1")), seconds(n.get("duration", "0"))) for n in nodes]
     found = np.array(pairs).reshape(-1, 2)
     found = found[(found[:, 0] >= 0) & (found[:, 1] > 0)]
