@@ -12,16 +12,24 @@ import yaml
 
 pytest.importorskip("torch", reason="the extra train is not installed")
 
-from isethdr_workflows.training.picture import export, finish, held_out, linear_fit, training
+from isethdr_workflows.training.picture import (
+    action,
+    export,
+    finish,
+    held_out,
+    linear_fit,
+    training,
+)
 from isethdr_workflows.training.picture.camera import camera_of
+from isethdr_workflows.training.picture.leaves import WAVELENGTH_NM
 from isethdr_workflows.training.picture.loss import Batch, loss_of, weight
-from isethdr_workflows.training.picture.networks import choice
+from isethdr_workflows.training.picture.networks import choice, picture_network
 from isethdr_workflows.training.picture.networks.picture_network import (
     interpolated,
     parameters,
 )
 from isethdr_workflows.training.picture.settings import Settings
-from isethdr_workflows.training.picture.sheets import Patches
+from isethdr_workflows.training.picture.sheets import Patches, dark_noise_e2
 from isethdr_workflows.training.torch_library import torch
 
 from isethdr_core import generator
@@ -110,6 +118,41 @@ def test_before_training_a_picture_is_near_the_light(camera, start, off):
     # of 1e-3 each
     assert torch.allclose(xyz[inner], torch.tensor(level), rtol=off)
     assert (variance > 0).all()
+
+
+@pytest.mark.parametrize("captures", ["merged", "apart"])
+def test_a_small_error_of_the_root_is_a_small_error_of_bright_light(captures):
+    """The root of a large signal is about the signal's root, also where the sample comes from a
+    small photodiode, whose scaled shot noise is 10 times as large.
+    """
+    split = camera_of(["sensor=split_pixel"], captures)
+    network = choice.network_of(split, "unet", "small").eval()
+    network.limit_floor(dark_noise_e2(split, WAVELENGTH_NM))
+    shape = 1, split.planes, 32, 32
+    level = 3e4
+    noise = torch.full(shape, (99 * level) ** 0.5)
+    masks = torch.from_numpy(split.masks(32, 32))[None]
+    # 1 % of the root of the light, for a network that adds the same number everywhere
+    change = 0.01 * level**0.5 / picture_network.SCALE
+    before = network(torch.full(shape, level), noise, masks, torch.ones(shape))[0]
+    torch.nn.init.zeros_(network.body.tail.weight)
+    network.body.tail.bias.data[: network.outputs[0]] = change
+    after = network(torch.full(shape, level), noise, masks, torch.ones(shape))[0]
+    assert float((after.mean() / before.mean()).detach()) == pytest.approx(1.02, abs=0.002)
+
+
+def test_in_the_dark_the_floor_is_the_whole_read_noise(camera):
+    """One capture has the same noise at every level, so its root is not changed by the limit."""
+    network = choice.network_of(camera, "unet", "small").eval()
+    example = export.example(camera, 32, 32, seed=0)
+    noise_e2 = dark_noise_e2(camera, WAVELENGTH_NM)
+    inputs = example[0], torch.full_like(example[1], float(noise_e2[0]) ** 0.5), *example[2:]
+    unlimited = network(*inputs)[0]
+    network.limit_floor(noise_e2)
+    assert torch.equal(network(*inputs)[0], unlimited)
+    split = camera_of(["sensor=split_pixel"])
+    # read noise of about 1 e, and the scaled captures have next to no weight in the dark
+    assert 0.5 < dark_noise_e2(split, WAVELENGTH_NM)[0] < 5
 
 
 def test_the_fitted_start_is_the_linear_estimate_of_least_error(camera, monkeypatch):
@@ -238,6 +281,49 @@ def test_a_training_writes_a_file_that_computes_what_pytorch_does(own_home):
     assert (run.folder / "curves.csv").read_text().count("\n") == 1 + len(run.progress.history)
     with pytest.raises(ConfigError, match="other settings \\(seed=0\\)"):
         training.trained(settings(seed=1), BAYER, said.append)
+
+
+def test_a_state_of_another_version_is_one_clear_error(own_home):
+    training.trained(settings(name="old", steps=2), BAYER, lambda line: None)
+    path = own_home / "training" / "pictures" / "old" / training.STATE
+    state = training.load_state(path)
+    del state["weights"]["floor_limit"]
+    training.save_state(path, state)
+    with pytest.raises(ConfigError, match="another version of isethdr.*type name=old_2"):
+        training.trained(settings(name="old", steps=2), BAYER, lambda line: None)
+
+
+def test_a_wrong_mean_luminance_is_said():
+    def rows(error, half):
+        return [
+            {"lux": 0.1, "mean_error_percent": 1.0, "half_width_percent": 0.5},
+            {"lux": 3.0, "mean_error_percent": error, "half_width_percent": half},
+        ]
+
+    assert finish.wrong_mean({"dead leaves": rows(9.0, 2.0)}) == ""
+    assert finish.wrong_mean({"dead leaves": rows(-12.0, 3.0)}) == ""
+    said = finish.wrong_mean({"dead leaves": rows(2.0, 1.0), "roads": rows(-14.0, 3.0)})
+    assert "of roads at 3 lux is wrong by -14 +- 3 %; expected at most 10 %" in said
+    # patches that differ a lot: the mean of all may be right by chance
+    assert "-48 +- 107 %" in finish.wrong_mean({"dead leaves": rows(-48.0, 107.0)})
+    assert finish.longer(settings(steps=4).length()) == "steps=1000"
+    assert finish.longer(Settings(minutes=30).length()) == "minutes=60"
+
+
+def test_ctrl_c_after_the_last_step_says_how_to_continue(own_home, monkeypatch, capsys):
+    def stop(*args):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(finish, "calibrate", stop)
+    typed = [*BAYER, *(f"{key}={value}" for key, value in TINY.items()), "steps=2"]
+    assert action.train_picture(typed) == action.INTERRUPTED
+    assert capsys.readouterr().err == "interrupted; type the same command again to continue\n"
+
+
+def test_a_gpu_that_is_missing_is_one_clear_error(monkeypatch):
+    monkeypatch.setattr(torch.cuda, "is_available", lambda: False)
+    with pytest.raises(ConfigError, match="no GPU.*type device=auto"):
+        training.trained(settings(device="cuda"), BAYER, lambda line: None)
 
 
 def test_a_training_that_was_stopped_ends_as_one_that_was_not(own_home):

@@ -94,8 +94,10 @@ def test_a_bank_is_made_once_and_crops_stay_inside(tmp_path, monkeypatch):
 def test_sensors_that_cannot_be_learned_from_are_refused():
     with pytest.raises(ConfigError, match="unequal pixels"):
         camera_of(["sensor=interleaved"])
-    with pytest.raises(ConfigError, match="has no noise"):
+    with pytest.raises(ConfigError, match="has no noise.*type sensor.noise=true"):
         camera_of(["sensor=bayer", "sensor.noise=false"])
+    with pytest.raises(ConfigError, match="has no noise.*type for example sensor=typical_bayer"):
+        camera_of(["sensor=ideal"])
 
 
 def test_pictures_of_two_sizes_are_refused_and_nothing_is_kept(isethdr_home):

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import io
 import pickle
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -74,4 +74,24 @@ def check_roads(folder: Path, dataset: str, before: Sequence[str], now: Sequence
         f"the dataset {dataset!r} has changed since the training {folder.name} began: {new} roads"
         f" are new and {gone} are gone; expected the same roads; type name={folder.name}_2 to begin"
         " another training"
+    )
+
+
+def check_weights(folder: Path, before: Mapping[str, Any], now: Mapping[str, Any]) -> None:
+    """Check that stored weights are those of the network that this version of isethdr trains.
+
+    Parameters
+    ----------
+    folder : folder of the training.
+    before, now : weights by name, as stored and of the new network.
+
+    Raises
+    ------
+    ConfigError : the names differ.
+    """
+    if before.keys() == now.keys():
+        return
+    raise ConfigError(
+        f"the training {folder.name} began with another version of isethdr, whose network has other"
+        f" weights; expected the same version; type name={folder.name}_2 to begin another training"
     )

@@ -6,6 +6,7 @@ Modules that need it are themselves imported only when a training begins.
 from __future__ import annotations
 
 from isethdr_core.cli.terminal import number_of
+from isethdr_core.errors import ConfigError
 from isethdr_core.extras import needed
 
 with needed("training a network", extra="train"):
@@ -25,10 +26,19 @@ def device_name(wanted: str = "auto") -> str:
     Parameters
     ----------
     wanted : name of a device; "auto" takes a GPU if there is one.
+
+    Raises
+    ------
+    ConfigError : a GPU is wanted, and PyTorch finds none.
     """
     device = wanted
     if wanted == "auto":
         device = "cuda" if torch.cuda.is_available() else "cpu"
+    if device.startswith("cuda") and not torch.cuda.is_available():
+        raise ConfigError(
+            f"device is {wanted}, but PyTorch finds no GPU; expected a GPU with its driver; type"
+            " device=auto to use the CPU"
+        )
     if device.startswith("cuda"):
         # otherwise convolutions of float32 would be computed with 10 bits of mantissa
         torch.backends.cudnn.allow_tf32 = False

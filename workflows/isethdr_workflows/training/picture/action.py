@@ -30,12 +30,12 @@ def train_picture(typed: Sequence[str]) -> int:
         print(f"loss=view: {finish.LOSSES['view']}")
     try:
         run = training.trained(settings, overrides, print)
+        if run.progress.stopped:
+            print(f"stopped: {run.progress.stopped}")
+        result = finish.finished(run, training.recipe_text(settings, overrides), print)
     except KeyboardInterrupt:
         print("interrupted; type the same command again to continue", file=sys.stderr)
         return INTERRUPTED
-    if run.progress.stopped:
-        print(f"stopped: {run.progress.stopped}")
-    result = finish.finished(run, training.recipe_text(settings, overrides), print)
     cells = [[f"{value:.4g}" for value in row.values()] for row in result.rows]
     print_table(result.rows[0], cells, "held-out pictures")
     for path in (result.model, *result.card):

@@ -5,7 +5,7 @@ it needs.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields, is_dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -206,8 +206,9 @@ def response_of(sensor: Any, name: str, wavelength_nm: Sequence[float]) -> Any:
     """
     demand = sensor.narrow(Demand(wavelength_nm=tuple(map(float, wavelength_nm))))
     if demand.response is None:
+        can_have = is_dataclass(sensor) and "noise" in {field.name for field in fields(sensor)}
+        advice = "sensor.noise=true" if can_have else "for example sensor=typical_bayer"
         raise ConfigError(
-            f"the sensor {name} has no noise; expected one with noise to learn from; type"
-            " sensor.noise=true"
+            f"the sensor {name} has no noise; expected one with noise to learn from; type {advice}"
         )
     return demand.response

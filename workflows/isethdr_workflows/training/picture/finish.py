@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 from isethdr_core.runs.provenance import versions
 
 from ..card import write_card
+from ..clock import Length
 from ..torch_library import hardware, torch
 from .export import export, stated_of
 from .held_out import NEW_SHEETS, calibrate, rows_of_new_sheets, worst_ratio
@@ -31,6 +32,9 @@ from .training import (
 
 LEAST_RATIO = 0.8  # smallest and largest ratio of stated to true variance that is accepted
 LARGEST_RATIO = 1.25
+LARGEST_MEAN_ERROR = 10.0  # error of a mean luminance, percent, that is not yet a warning
+LONG_MINUTES = 10.0  # length of a training after which means are usually right
+LONG_STEPS = 1000
 LOSSES = {
     "electrons": "squared error of X, Y, Z in electrons over (local mean of the raw + noise^2 + 1 +"
     f" {RELATIVE:g} local mean^2), the logarithm of its mean over blocks of {BLOCK} px;"
@@ -94,6 +98,10 @@ def finished(run: Trained, recipe: str, tell: Callable[[str], None]) -> Finished
     tell(f"{path.name}: {path.stat().st_size / 1e6:.2f} MB, differs by {difference:.1e}")
     if not LEAST_RATIO <= worst <= LARGEST_RATIO:
         tell(f"stated over true variance is {worst:.2f} at worst: isp=network calls it unknown")
+    wrong = wrong_mean(tables)
+    if wrong:
+        more = longer(settings.length())
+        tell(f"{wrong}; train longer, for example with {more} name={run.folder.name}_2")
     sections = sections_of(run, json.loads(recipe), weights, tables)
     sections["file"] = {
         "bytes": path.stat().st_size,
@@ -103,6 +111,38 @@ def finished(run: Trained, recipe: str, tell: Callable[[str], None]) -> Finished
     }
     title = f"{run.folder.name}: raw of {run.camera.name} to linear XYZ"
     return Finished(path, write_card(run.folder, title, sections), rows, difference)
+
+
+def longer(length: Length) -> str:
+    """Return the setting of a longer training, as typed. It is long enough for a good mean."""
+    if length.minutes:
+        return f"minutes={max(2 * length.minutes, LONG_MINUTES):g}"
+    return f"steps={max(4 * length.steps, LONG_STEPS)}"
+
+
+def wrong_mean(tables: Mapping[str, Sequence[Mapping[str, float]]]) -> str:
+    """Return a sentence about the mean luminance that is farthest from the truth; "" if all means
+    are near it. A mean is wrong if its error is larger than the limit beyond the half width of its
+    interval, or if the half width is larger than the limit: then pictures differ in their errors.
+
+    Parameters
+    ----------
+    tables : {source of pictures: rows of held-out scores, by illuminance}.
+    """
+    worst = LARGEST_MEAN_ERROR
+    wrong = ""
+    for name, rows in tables.items():
+        for row in rows:
+            error = row["mean_error_percent"]
+            half = row["half_width_percent"]
+            size = max(abs(error) - half, half)
+            if size > worst:
+                worst = size
+                wrong = (
+                    f"the mean luminance of {name} at {row['lux']:g} lux is wrong by"
+                    f" {error:.3g} +- {half:.3g} %; expected at most {LARGEST_MEAN_ERROR:g} %"
+                )
+    return wrong
 
 
 def sections_of(

@@ -88,12 +88,22 @@ class Settings:
                 f"roads_share and rate are {self.roads_share:g}, {self.rate:g}; expected numbers"
                 " between 0 and 1; type for example roads_share=0.5"
             )
-        if SHEET % self.batch or self.patch_px % PATCH_STEP or self.patch_px > self.picture_px:
+        if SHEET % self.batch:
             raise ConfigError(
-                f"batch={self.batch} patch_px={self.patch_px} picture_px={self.picture_px};"
-                f" expected a batch that divides {SHEET}, and a patch that is a multiple of"
-                f" {PATCH_STEP} and not larger than a picture; type for example batch=4"
-                " patch_px=128"
+                f"batch is {self.batch}; expected a number that divides {SHEET}; type for example"
+                " batch=4"
+            )
+        if self.patch_px % PATCH_STEP:
+            nearest = max(self.patch_px // PATCH_STEP, 1) * PATCH_STEP
+            raise ConfigError(
+                f"patch_px is {self.patch_px}; expected a multiple of {PATCH_STEP}; type for"
+                f" example patch_px={nearest}"
+            )
+        if self.patch_px > self.picture_px:
+            raise ConfigError(
+                f"patch_px is {self.patch_px} and picture_px is {self.picture_px}; expected a patch"
+                " that is not larger than a picture; type for example"
+                f" picture_px={max(Settings.picture_px, self.patch_px)}"
             )
         self.length()
 

@@ -20,6 +20,8 @@ LUX = (0.003, 100.0)  # range of the mean illuminance of the sensor plane
 LEVELLED = 0.8  # a patch is divided by its own level to this power
 DARKEST = 1e-3  # least level of a patch for this, lux; darker patches stay dark
 UNEVEN = 0.7  # standard deviation of the logarithm of a patch's light within the sheet
+EVEN_CELLS = 8  # side of a shot of an even grey, cells of the filter array
+NOT_HOT = 0.95  # share of the samples in the dark that are not of hot pixels
 MEASURED = 0.99  # least share of the pixels of an even grey that must not be saturated
 
 
@@ -134,6 +136,36 @@ def parted(picture: np.ndarray, side: int) -> np.ndarray:
     return tiles.transpose(1, 3, 0, 2, 4).reshape(-1, planes, side, side)
 
 
+def even_shot(camera: TrainingCamera, wavelength_nm: tuple[float, ...], lux: float) -> Samples:
+    """Return the samples of one shot of an even grey.
+
+    Parameters
+    ----------
+    camera : camera of the training.
+    wavelength_nm : centres of the bands of the light, nm.
+    lux : illuminance of the sensor plane.
+    """
+    weights = camera.plane_weights(wavelength_nm)
+    grey = weights.sum(1) / weights[-2].sum()  # planes of an equal-energy light of 1 lux
+    side = EVEN_CELLS * camera.period
+    even = np.broadcast_to(grey[:-3, None, None], (len(grey) - 3, side, side))
+    return camera.shot(even * lux, wavelength_nm, seed=0)
+
+
+def dark_noise_e2(camera: TrainingCamera, wavelength_nm: tuple[float, ...]) -> np.ndarray:
+    """Return the variance (plane,) of a sample besides shot noise in the darkest light of the
+    training, electrons squared. Nearly all samples have at most this variance; the others are of
+    hot pixels. Beyond the darkest light, scaled captures have some of their shot noise in it.
+
+    Parameters
+    ----------
+    camera : camera of the training.
+    wavelength_nm : centres of the bands of the light, nm.
+    """
+    noise = even_shot(camera, wavelength_nm, LUX[0]).noise.astype(float)
+    return np.quantile(noise**2, NOT_HOT, axis=(1, 2))
+
+
 def brightest_lux(camera: TrainingCamera, wavelength_nm: tuple[float, ...]) -> float:
     """Return the largest illuminance, at most 100 lux, at which the camera can measure an even
     grey. With a fixed exposure, brighter light saturates it.
@@ -143,13 +175,9 @@ def brightest_lux(camera: TrainingCamera, wavelength_nm: tuple[float, ...]) -> f
     camera : camera of the training.
     wavelength_nm : centres of the bands of the light, nm.
     """
-    weights = camera.plane_weights(wavelength_nm)
-    grey = weights.sum(1) / weights[-2].sum()  # planes of an equal-energy light of 1 lux
-    side = 8 * camera.period
-    even = np.broadcast_to(grey[:-3, None, None], (len(grey) - 3, side, side))
     lux = LUX[1]
     while lux > LUX[0]:
-        samples = camera.shot(even * lux, wavelength_nm, seed=0)
+        samples = even_shot(camera, wavelength_nm, lux)
         if samples.valid.max(0).mean() >= MEASURED:
             break
         lux /= 2

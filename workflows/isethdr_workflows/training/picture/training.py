@@ -19,7 +19,7 @@ from isethdr_core.storage.home_folder import home
 from ..clock import Clock
 from ..curves import write_curves
 from ..interrupts import between_steps
-from ..state import check_roads, load_state, save_state
+from ..state import check_roads, check_weights, load_state, save_state
 from ..torch_library import device_name, nn, torch
 from .camera import TrainingCamera, camera_of
 from .held_out import HeldOut, held_out, loss_on
@@ -30,7 +30,7 @@ from .networks.choice import network_of
 from .networks.linear_start import LinearStart
 from .networks.picture_network import PictureNetwork
 from .settings import FREE, Settings
-from .sheets import LUX, SHEET, Sheets, brightest_lux
+from .sheets import LUX, SHEET, Sheets, brightest_lux, dark_noise_e2
 from .sources import Data, data_of
 
 STATE = "state.pt"
@@ -150,13 +150,16 @@ def trained(settings: Settings, overrides: Sequence[str], tell: Callable[[str], 
     }
     torch.manual_seed(settings.seed)
     network = network_of(camera, settings.network, settings.size, settings.start)
-    if state is None and isinstance(network.start, LinearStart):
-        fit(network.start, sheets)
+    if state is None:
+        network.limit_floor(dark_noise_e2(camera, WAVELENGTH_NM))
+        if isinstance(network.start, LinearStart):
+            fit(network.start, sheets)
     network = network.to(device, memory_format=torch.channels_last)
     adam = torch.optim.AdamW(network.parameters(), settings.rate, weight_decay=DECAY)
     progress = Progress(network, adam, {}, {}, [], Clock(settings.length()), data.roads)
     if state is not None:
         check_roads(folder, settings.dataset, state.get("roads", data.roads), data.roads)
+        check_weights(folder, state["weights"], network.state_dict())
         progress.restore(state)
         tell(f"continues after step {progress.clock.step}")
     run = Trained(

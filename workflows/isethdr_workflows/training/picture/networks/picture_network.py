@@ -2,7 +2,13 @@
 
 Inputs and outputs are those of a model file of `isp=network` (docs/how-to/network_isp.md).
 Internally, samples are square roots. Their noise is then nearly the same from one electron to the
-full well (Anscombe 1948), so one network is enough for all levels.
+full well (Anscombe 1948), so one network is enough for all levels. A constant is added before the
+root, so that the noise stays the same in the dark, too: 3/8 and the variance of the read noise, the
+floor. The input `noise` is more than the read noise where a less sensitive capture is scaled to the
+most sensitive one, by s: its square is then about (s - 1) times the signal. Such a floor is many
+times the signal, and a small error of the root is a large error of the light. The floor is
+therefore limited to the noise of a capture in the dark (`floor_limit`). In bright light, where the
+limit matters, the signal is far above it, so the root needs no larger floor.
 
 The U-shaped network adds a correction to the root of a start. The start is the best linear
 estimate, or a filter of the roots that is learned, too. Besides a free correction, the network
@@ -19,6 +25,9 @@ from ...torch_library import functional, nn, torch
 from .linear_start import NEAR, LinearStart
 
 ANSCOMBE = 0.375  # added before the square root, electrons
+# largest noise^2 in the floor over that of the training's samples in the dark; in a run, exposures
+# may be longer and sensors warmer
+FLOOR_MARGIN = 4.0
 LEAST_ROOT = 0.05  # least value before the square root, electrons, so that its slope is finite
 SCALE = 4.0  # divisor of the roots, which then have a noise of about 1 / 8 at any level
 START = 5  # number of taps of the learned start along each axis, cells
@@ -68,6 +77,20 @@ class PictureNetwork(nn.Module):
         # correction of the variance's logarithm, linear between levels; it is set after training
         self.register_buffer("calibration_levels", torch.tensor([0.0, 1.0]))
         self.register_buffer("calibration_logs", torch.tensor([0.0, 0.0]))
+        # largest noise^2 in the floor of each plane, electrons squared; `limit_floor` sets it
+        self.register_buffer("floor_limit", torch.full((planes, 1, 1), torch.inf))
+
+    @torch.no_grad()
+    def limit_floor(self, dark_noise_e2: Sequence[float]) -> None:
+        """Limit the floor of the square roots to the noise of samples in the dark.
+
+        Parameters
+        ----------
+        dark_noise_e2 : (plane,) variance of a sample besides shot noise in the dark, electrons
+            squared.
+        """
+        limits = FLOOR_MARGIN * torch.tensor(dark_noise_e2, dtype=torch.float32)
+        self.floor_limit.copy_(limits[:, None, None])
 
     def forward(
         self, raw: torch.Tensor, noise: torch.Tensor, masks: torch.Tensor, valid: torch.Tensor
@@ -81,22 +104,23 @@ class PictureNetwork(nn.Module):
         masks : (1, channel, y, x) 1 where a pixel has the filter, else 0.
         valid : (N, plane, y, x) 1 where the sample was measured, else 0.
         """
-        floor = ANSCOMBE + noise * noise
-        packed_floor = functional.pixel_unshuffle(floor, self.period)
-        roots = functional.pixel_unshuffle(raw, self.period) + packed_floor
+        floor = ANSCOMBE + torch.minimum(noise * noise, self.floor_limit)
+        roots = functional.pixel_unshuffle(raw + floor, self.period)
         roots = torch.sqrt(torch.clamp(roots, min=LEAST_ROOT)) / SCALE
         seen = [
             roots,
-            torch.log(packed_floor) / SCALE,
+            torch.log(functional.pixel_unshuffle(ANSCOMBE + noise * noise, self.period)) / SCALE,
             functional.pixel_unshuffle(valid, self.period),
             functional.pixel_unshuffle(masks, self.period).expand(len(raw), -1, -1, -1),
         ]
         if isinstance(self.start, LinearStart):
-            own_floor = functional.pixel_unshuffle(floor.mean(1, keepdim=True), self.period)
-            linear = self.start(raw, noise, valid) + own_floor.repeat(1, XYZ, 1, 1)
+            own_floor = floor.amin(1, keepdim=True)  # the best capture has most of the weight
+            packed_floor = functional.pixel_unshuffle(own_floor, self.period)
+            linear = self.start(raw, noise, valid) + packed_floor.repeat(1, XYZ, 1, 1)
             root = torch.sqrt(torch.clamp(linear, min=LEAST_ROOT)) / SCALE
             seen.append(root)
         else:
+            own_floor = floor.mean(1, keepdim=True)  # at first, all captures have the same weight
             root = self.start(roots)
         means = local_means(root.unflatten(1, (XYZ, -1)).mean(2))
         half = torch.autocast(raw.device.type, torch.bfloat16)
@@ -105,8 +129,9 @@ class PictureNetwork(nn.Module):
         change, log_ratio, *shares = answer.float().split(self.outputs, 1)
         root = root + change + moved(root.unflatten(1, (XYZ, -1)), means, shares).flatten(1, 2)
         xyz = functional.pixel_shuffle(SCALE**2 * root * root.abs(), self.period)
-        xyz = xyz - floor.mean(1, keepdim=True)
-        return xyz, self._variance(functional.pixel_shuffle(log_ratio, self.period), raw, noise)
+        return xyz - own_floor, self._variance(
+            functional.pixel_shuffle(log_ratio, self.period), raw, noise
+        )
 
     def _variance(
         self, log_ratio: torch.Tensor, raw: torch.Tensor, noise: torch.Tensor
