@@ -178,12 +178,13 @@ def _check_further(subject: str, metric: Metric, pictures: Pictures) -> None:
     # the same noise at other pixels, so that it has the same variance
     noise = (noisy["xyz"].values - reference["xyz"].values)[::-1, ::-1]
     second = noisy.assign(xyz=noisy["xyz"].copy(data=reference["xyz"].values + noise))
-    first = noisy.copy(deep=True)
+    wanted = metric(second, reference, labels)
+    copies = [one.copy(deep=True) for one in (noisy, second)]
     with keeps(subject, "further returns a list of scores"):
         scores = metric.further(second, noisy, reference, labels)
         check_scores(type(metric).__name__, scores, "further")
-    same(subject, "further does not change the first picture", first, noisy)
-    wanted = metric(second, reference, labels)
+    same(subject, "further does not change the first picture", copies[0], noisy)
+    same(subject, "further does not change the further picture", copies[1], second)
     holds(
         subject,
         "further returns the scores that the call returns",

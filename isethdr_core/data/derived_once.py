@@ -14,7 +14,10 @@ from contextlib import contextmanager
 from contextvars import ContextVar
 from dataclasses import dataclass, field
 from threading import Lock
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 T = TypeVar("T")
 
@@ -79,6 +82,24 @@ def once(key: Hashable, sources: tuple[Any, ...], compute: Callable[[], T]) -> T
         if full_key not in scope.results:
             scope.results[full_key] = compute()
         return scope.results[full_key]
+
+
+def read_only(data: xr.Dataset) -> xr.Dataset:
+    """Return a Dataset of the same arrays, whose values cannot be changed in place through it.
+
+    It is `data` itself if its values cannot be changed already.
+
+    A metric that writes into the arrays of its picture then fails. Variables and attributes of the
+    Dataset can still be replaced, which changes no other Dataset.
+    """
+    locked = {}
+    for name, array in data.data_vars.items():
+        values = array.values
+        if values.flags.writeable:
+            view = values.view()
+            view.flags.writeable = False
+            locked[name] = array.copy(deep=False, data=view)
+    return data.assign(locked) if locked else data
 
 
 @contextmanager

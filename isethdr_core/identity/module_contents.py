@@ -128,12 +128,15 @@ class ModuleReader:
         for text in facts.strings:
             files = data.named(text) if data.by_name else []
             module.strings.append(
-                ",".join(f"{_below(path, text)}={digest(path)}" for path in files) or text
+                ",".join(f"{_below(path, text, data.folder)}={digest(path)}" for path in files)
+                or text
             )
             module.add_data(files, data.folder)
         for text in facts.rare_strings if data.by_name else []:
             files = data.named(text)
-            module.strings += [f"{_below(path, text)}={digest(path)}" for path in files]
+            module.strings += [
+                f"{_below(path, text, data.folder)}={digest(path)}" for path in files
+            ]
             module.add_data(files, data.folder)
         for suffix in facts.suffixes:
             files = data.by_suffix.get(suffix, [])
@@ -163,12 +166,18 @@ class ModuleReader:
             self._whole_package(module)
 
 
-def _below(path: str, text: str) -> str:
+def _below(path: str, text: str, package: str) -> str:
     """Return a data file's name: empty where `text` names the file, else its path in the folder
     that `text` names, or its file name where `text` is a suffix.
+
+    Parameters
+    ----------
+    path : path of the data file.
+    text : string that names it.
+    package : folder of the package. Folders above it do not count, as a package may lie anywhere.
     """
     last = text.rpartition("/")[2]
-    names = Path(path).parts
+    names = Path(path).relative_to(package).parts
     if names[-1] == last:
         return ""
     for folder in (last, last.rpartition(".")[2]):

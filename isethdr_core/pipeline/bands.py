@@ -6,12 +6,14 @@ distance to its neighbours.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ..data.score_checks import in_line
 from ..errors import PluginError, UnitError
 from ..physics.photometry import xyz_weights
 from ..plugins.protocols import KnowsItsBands, NarrowsDemand
@@ -38,16 +40,16 @@ def offered_nm(source: Scene) -> tuple[float, ...] | None:
     Raises
     ------
     UnitError : a band lies outside the range of wavelengths, for example in micrometres or metres.
-    PluginError : the bands are not ascending numbers, or there are none.
+    PluginError : the bands are not ascending finite numbers, or there are none.
     """
     if not isinstance(source, KnowsItsBands):
         return None
     stated = source.bands_nm()
-    bands_nm = tuple(map(float, stated)) if isinstance(stated, Iterable) else ()
+    bands_nm = _as_numbers(stated)
     if not bands_nm or any(later <= band for band, later in pairwise(bands_nm)):
         raise PluginError(
-            f"{type(source).__name__}.bands_nm() returned {bands_nm or stated!r}; expected the"
-            " centres of all bands, nm, ascending, at least one"
+            f"{type(source).__name__}.bands_nm() returned {in_line(bands_nm or stated)}; expected"
+            " the centres of all bands, nm, finite, ascending, at least one"
         )
     if not all(LEAST_NM <= band <= MOST_NM for band in bands_nm):
         raise UnitError(
@@ -56,6 +58,17 @@ def offered_nm(source: Scene) -> tuple[float, ...] | None:
             "metres by 1e9"
         )
     return bands_nm
+
+
+def _as_numbers(values: Any) -> tuple[float, ...]:
+    """Return finite numbers as a tuple; empty if `values` are something else."""
+    if isinstance(values, str | bytes):
+        return ()
+    try:
+        numbers = tuple(map(float, values))
+    except (TypeError, ValueError):
+        return ()
+    return numbers if all(map(math.isfinite, numbers)) else ()
 
 
 def for_sensors_and_truth(

@@ -59,10 +59,10 @@ def check_statements(scene: Any, renderer: Any) -> None:
     if isinstance(source, CountsTiles):
         for margin in (False, True):
             counts = source.tile_counts(margin)
-            if not _are_positive(counts, 2):
+            if not _are_counts(counts):
                 raise PluginError(
                     f"{type(source).__name__}.tile_counts(margin={margin}) returned {counts!r};"
-                    " expected (rows, columns): two numbers of tiles, 1 or more"
+                    " expected (rows, columns): two whole numbers of tiles, 1 or more"
                 )
 
 
@@ -78,6 +78,13 @@ def _are_positive(values: Any, count: int) -> bool:
     listed = list(values) if isinstance(values, tuple | list | np.ndarray) else []
     numbers = [value for value in listed if isinstance(value, Real) and 0 < float(value) < math.inf]
     return len(numbers) == len(listed) == count
+
+
+def _are_counts(values: Any) -> bool:
+    """Return whether `values` are two whole numbers from 1."""
+    if not _are_positive(values, 2):
+        return False
+    return all(float(value).is_integer() and not isinstance(value, bool) for value in values)
 
 
 def check_scene(scene: Any, lighting: Any, versions: Sequence[Any]) -> None:

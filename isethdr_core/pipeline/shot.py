@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..data.derived_once import shared
+from ..data.derived_once import read_only, shared
 from ..data.reference_picture import check_developed
 from ..data.saturation import with_saturation
 from ..data.scores import Score
@@ -167,7 +167,8 @@ class CameraShot:
             def picture() -> Any:
                 name = self._captures_name(self._light, draw)
                 make = lambda: developed(self.isp, reuse.value(name, captures))
-                made = reuse.value(self._picture_name(draw), make)
+                # as the first picture, so that no metric changes the scores of the next
+                made = read_only(reuse.value(self._picture_name(draw), make))
                 until_scored.enter_context(shared(made))
                 return made
 

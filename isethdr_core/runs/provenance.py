@@ -110,8 +110,8 @@ def _versions() -> dict[str, str]:
 def input_digests(*components: Any) -> dict[str, str]:
     """Return a digest of every file that a component names in its method `input_files()`, by path.
 
-    A folder stands for all files below it. A missing file is skipped here: the component itself
-    raises an error that says what it expected.
+    A folder stands for all files below it, also in linked folders. A missing file is skipped here:
+    the component itself raises an error that says what it expected.
 
     Raises
     ------
@@ -125,7 +125,7 @@ def input_digests(*components: Any) -> dict[str, str]:
     return digests
 
 
-def _input_files(component: Any) -> Iterator[str | os.PathLike[str]]:
+def _input_files(component: Any) -> Iterator[str | Path]:
     """Yield the files that a component names, and those below the folders that it names."""
     named = component.input_files() if isinstance(component, ReadsFiles) else ()
     if isinstance(named, str | bytes | os.PathLike):  # a text would be read letter by letter
@@ -133,8 +133,26 @@ def _input_files(component: Any) -> Iterator[str | os.PathLike[str]]:
             f"{identity(component)}: input_files() returned the single path"
             f" {os.fspath(named)!r}; expected several paths; type `return (path,)` with a comma"
         )
-    for path in named:
+    for path in map(os.fsdecode, named):
         if os.path.isdir(path):
-            yield from sorted(below for below in Path(path).rglob("*") if below.is_file())
+            yield from _files_below(Path(path))
         elif os.path.isfile(path):
+            yield path
+
+
+def _files_below(folder: Path, above: tuple[str, ...] = ()) -> Iterator[Path]:
+    """Yield the files in a folder and in all folders below it, also in linked ones.
+
+    Parameters
+    ----------
+    folder : folder to read. One that may not be read has no files: its component says so.
+    above : true paths of the folders above it. A link to one of them is not followed.
+    """
+    true_path = os.path.realpath(folder)
+    if true_path in above or not os.access(folder, os.R_OK | os.X_OK):
+        return
+    for path in sorted(folder.iterdir()):
+        if path.is_dir():
+            yield from _files_below(path, (*above, true_path))
+        elif path.is_file():
             yield path

@@ -97,10 +97,11 @@ def maps_of(errors: ErrorMaps | tuple[Any, Any] | None) -> ErrorMaps | None:
     """
     if errors is None or isinstance(errors, ErrorMaps):
         return errors
-    if not isinstance(errors, tuple | list) or len(errors) != 2:
+    try:
+        deviation, bound = errors  # two maps, also as one array (2, channel, y, x)
+    except (TypeError, ValueError):
         raise PluginError(
             f"light_errors of the lens returned {type(errors).__name__}; expected"
             " isethdr_core.error_terms.ErrorMaps, or None where the errors are not known"
-        )
-    deviation, bound = errors
+        ) from None
     return ErrorMaps(deviation, bound, replaces=KERNELS, label="kernels")

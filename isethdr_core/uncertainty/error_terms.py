@@ -15,6 +15,7 @@ if TYPE_CHECKING:
 How = Literal["measured", "bound", "statistical"]
 
 RELATIVE = "relative"  # unit of a value that is a share of what the term acts on
+SPELLINGS = {"e": "electrons"}  # {other spelling of a unit: the spelling of error terms}
 ABSOLUTE = ("W m-2 nm-1", "electrons", "e", "cd/m2")  # units in which errors of a sum add up
 
 
@@ -86,7 +87,7 @@ class ErrorTerm:
         light (`ledger.light_part`), a light group, a capture, a score; for `Quantity.OTHER`, the
         name of the quantity. None: all of it.
     value : size of the error, in `unit`; 0 or more, infinite if it is not known.
-    unit : `relative` is a share of what the term acts on; `e` and `electrons` are the same.
+    unit : `relative` is a share of what the term acts on; `e` is written as `electrons`.
     how : how the value is known.
     label : text for people only.
     """
@@ -98,6 +99,10 @@ class ErrorTerm:
     unit: str
     how: How
     label: str = field(default="", compare=False)
+
+    def __post_init__(self) -> None:
+        # one spelling, so that alternatives are found by their units
+        object.__setattr__(self, "unit", SPELLINGS.get(self.unit, self.unit))
 
     def identity(self) -> tuple[Any, ...]:
         """Return all fields but the value and the label."""

@@ -172,8 +172,10 @@ def record(*terms: ErrorTerm) -> None:
     PluginError : the value of a term of this stage is negative or NaN, or its `how` is unknown.
     """
     row = _row.get()
+    own = row.source() if row else Source()
     for term in terms:
-        if not term.source.kind:  # restated terms of other stages were checked, or are stored
+        # restated terms of other stages were checked, or are stored
+        if not term.source.kind or replace(term.source, key="") == own:
             _check(term, row.stage if row else "")
         if row:
             source = term.source if term.source.kind else row.source(term.source.key)
@@ -199,7 +201,12 @@ def _check(term: ErrorTerm, stage: str) -> None:
 
 
 def add_error(note: ErrorNote | ErrorTerm) -> None:
-    """Add an error term, or a note of an earlier version, to the running stage; see `record`."""
+    """Add an error term, or a note of an earlier version, to the running stage; see `record`.
+
+    Raises
+    ------
+    PluginError : as `record` raises it.
+    """
     if isinstance(note, ErrorTerm):
         record(note)
     elif row := _row.get():
@@ -231,6 +238,7 @@ def light_part(name: str, light: xr.DataArray, within_tiles: bool = False) -> No
     PluginError : `light` is no DataArray with the dims y and x and the attribute `units`.
     """
     try:
+        _ = light.shape  # a Dataset has none
         dims = tuple(map(str, light.dims))
         attrs = light.attrs
     except AttributeError:
@@ -238,11 +246,15 @@ def light_part(name: str, light: xr.DataArray, within_tiles: bool = False) -> No
             f"light_part {name!r}: the light is of type {type(light).__name__}; expected an"
             " xarray.DataArray with y and x; type light.copy(data=values)"
         ) from None
-    if not {"y", "x"} <= set(dims) or "units" not in attrs:
+    if not {"y", "x"} <= set(dims):
         raise PluginError(
-            f"light_part {name!r}: the light has the dims {dims} and the units"
-            f" {attrs.get('units')!r}; expected y and x among the dims, and the units"
-            " of the lens's light; type .assign_attrs(light.attrs)"
+            f"light_part {name!r}: the light has the dims {dims}; expected y and x among them; type"
+            " (part * xarray.ones_like(light)).assign_attrs(light.attrs), with the lens's light"
+        )
+    if "units" not in attrs:
+        raise PluginError(
+            f"light_part {name!r}: the light has no attribute 'units'; expected the units of the"
+            " lens's light; type part.assign_attrs(light.attrs)"
         )
     reading = Reading.DEVIATION if within_tiles else Reading.LIGHT
     _declare(name, LightPart(light, reading))

@@ -19,8 +19,8 @@ from typing import TYPE_CHECKING, NamedTuple, TypeVar
 
 import numpy as np
 
-from ..data.derived_once import shared, values_only
-from ..data.score_checks import check_scores_of_parts, noted
+from ..data.derived_once import read_only, shared, values_only
+from ..data.score_checks import check_scores, check_scores_of_parts, noted
 from ..display.display_view import white_cd_m2
 from ..plugins.protocols import HasMeanOfParts, ScoresParts
 from . import ledger
@@ -336,6 +336,7 @@ def _scores_of_parts(
     """Return the scores of each part of a picture and its reference picture."""
     out: list[Values] = [{} for _ in parts]
     numbers = numbers_of(parts)
+    pair = _locked(pair)
     with shared(*pair):
         for metric in metrics:
             if not isinstance(metric, ScoresParts):
@@ -355,6 +356,11 @@ def _scores_of_parts(
     return out
 
 
+def _locked(pair: Pair) -> Pair:
+    """Return the pair with arrays that a metric cannot change for the next metric."""
+    return Pair(*map(read_only, pair))
+
+
 def _composed(pair: Pair, other: Pair, where: np.ndarray) -> Pair:
     """Return the pair with the pixels `where` (y, x) of the other."""
     return Pair(*(where_exposed(*both, where) for both in zip(pair, other, strict=True)))
@@ -370,6 +376,7 @@ def _changes(questions: Sequence[Question], pair: Pair, objects: bool = False) -
     objects : whether scores of objects count.
     """
     out: Values = {}
+    pair = _locked(pair)
     with shared(*pair):
         for metric, labels, before in questions:
             out |= _difference(_values(_ask(metric, pair, labels, objects)), before)
@@ -408,7 +415,10 @@ def _values(scores: Iterable[Score]) -> Values:
 def _ask(
     metric: Metric, pair: Pair, labels: xr.Dataset | None, objects: bool = False
 ) -> list[Score]:
-    scores = _quietly(lambda: metric(pair.picture, pair.truth, labels))
+    key = type(metric).__name__
+    with noted(key, "__call__"):
+        scores = _quietly(lambda: metric(pair.picture, pair.truth, labels))
+    check_scores(key, scores)
     return [score for score in scores if objects or not score.object]
 
 

@@ -478,7 +478,14 @@ def with_method(name, method):
     return faulty
 
 
+def spoils_its_picture(self, picture, first, *rest):
+    scores = self(picture, *rest)
+    picture["xyz"].values[...] = 7.0
+    return scores
+
+
 FURTHER_FAULTS = {
+    "a changed picture": (spoils_its_picture, "further does not change the further picture"),
     "none": (lambda self, *_: None, "further returns a list of scores"),
     "twice": (lambda self, picture, _, *rest: self(picture, *rest) * 2, "further returns a list"),
     "an error": (lambda self, *_: {}["missing"], "further returns a list of scores': KeyError"),

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
-from ...data.derived_once import shared
+from ...data.derived_once import read_only, shared
 from ...data.reference_picture import labels_on, truth
 from ...uncertainty import ledger
 from ...uncertainty.ledger import Ledger
@@ -17,8 +18,6 @@ from .side_by_side import sharing, side_by_side, threads_for
 from .stages import stage
 
 if TYPE_CHECKING:
-    import xarray as xr
-
     from .components import Chain
 
 
@@ -69,23 +68,20 @@ def through_camera(chain: Chain, rows: Ledger, name: str, shot: Shot) -> Camera:
         reference = truth(shot.reference, picture)
         labels = labels_on(shot.scene, picture)
     camera = Camera(captures, read_only(picture), read_only(reference), read_only(labels))
-    with shared(camera.truth, camera.labels, shot.light, camera.picture):
-        camera.scores_of = first_scores(work, camera)
-        camera.scores = averaged_scores(work, camera)
+    # Metrics get Datasets of their own: a variable that one of them adds or replaces is not stored.
+    # All metrics get the same, by which `once` knows results that they share.
+    scored = replace(
+        camera,
+        picture=camera.picture.copy(deep=False),
+        truth=camera.truth.copy(deep=False),
+        labels=camera.labels.copy(deep=False),
+    )
+    with shared(scored.truth, scored.labels, shot.light, scored.picture):
+        scored.scores_of = first_scores(work, scored)
+        camera.scores = averaged_scores(work, scored)
+    camera.scores_of = scored.scores_of
     state_picture(work, camera)
     return camera
-
-
-def read_only(data: xr.Dataset) -> xr.Dataset:
-    """Return a Dataset of the same arrays, which cannot be changed through it. A metric that writes
-    into its picture then fails, and the run does not store what it wrote.
-    """
-    locked = {}
-    for name, array in data.data_vars.items():
-        view = array.values.view()
-        view.flags.writeable = False
-        locked[name] = array.copy(deep=False, data=view)
-    return data.assign(locked)
 
 
 def captured(work: CameraAtWork) -> Any:

@@ -30,7 +30,7 @@ class ReadsFiles(Protocol):
     def input_files(self) -> Iterable[str | PathLike[str]]:
         """Return the paths of those files; their content is part of a run's name.
 
-        A folder stands for all files below it.
+        A folder stands for all files below it, also in linked folders.
         """
 
 

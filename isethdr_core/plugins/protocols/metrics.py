@@ -24,9 +24,9 @@ class Metric(Protocol):
         ----------
         picture : picture of the camera.
         truth : reference picture, without the camera's errors, on the same grid of pixels.
-        labels : the labels that `narrow` asks for, per pixel; without variables if it asks for
-            none, or the scene has none. None for a part of a picture, which only a metric with
-            `MEAN_OF_PARTS` scores.
+        labels : labels per pixel: at least those that `narrow` asks for and the scene has, and
+            those that other components ask for; without variables if there are none. None for a
+            part of a picture, which only a metric with `MEAN_OF_PARTS` scores.
         """
 
 
@@ -74,9 +74,8 @@ class ScoresFurther(Protocol):
         picture : the further realisation.
         first : the first realisation on the same grid, which the metric has scored in full.
         truth : reference picture of both.
-        labels : the labels that `narrow` asks for, per pixel; without variables if it asks for
-            none, or the scene has none. None for a part of a picture, which only a metric with
-            `MEAN_OF_PARTS` scores.
+        labels : labels per pixel: at least those that `narrow` asks for and the scene has, and
+            those that other components ask for; without variables if there are none.
         """
 
 

@@ -25,7 +25,6 @@ from ..processor import kernels
 from ..provenance import described, fingerprint, input_digests, libraries, versions
 from .recipe import effort_spent, recipe_hash, scenes_folder
 from .render_request import Request, equal_groups, rendered, rendering_of
-from .rendered_radiance import checked
 from .stored_radiance import held_and_missing, known_of
 
 if TYPE_CHECKING:
@@ -130,7 +129,7 @@ def render_and_store(
         "renderer",
         renderer,
         request.renderer,
-        lambda: rendered(chain, request, partial(checked, title=f"renderer {renderer!r}")),
+        lambda: rendered(chain, request, f"renderer {renderer!r}"),
     )
     name = f"{recipe}-{content_of_store(chain, request, radiance)}"
     attributes = attributes_of_store(chain, request, radiance)

@@ -5,7 +5,6 @@ In a sequence, light groups with the same light as in a stored frame are not ren
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -26,6 +25,7 @@ from ...storage.encoding import bits_for
 from ...uncertainty.budget import stored_error
 from ...uncertainty.ledger import left_out
 from .recipe import effort, scenes_folder
+from .rendered_radiance import checked
 from .stored_radiance import held, limit_share
 
 if TYPE_CHECKING:
@@ -126,21 +126,23 @@ def equal_groups(chain: Chain, request: Request) -> list[Taken]:
     return find_groups(scenes_folder(), wanted, precise)
 
 
-def rendered(
-    chain: Chain, request: Request, checked: Callable[[Any], xr.Dataset] = lambda made: made
-) -> xr.Dataset:
+def rendered(chain: Chain, request: Request, title: str) -> xr.Dataset:
     """Return the radiance of a request: rendered, or taken over from other frames.
 
     Parameters
     ----------
     chain : components of the run.
     request : what the renderer is asked for.
-    checked : function(what the renderer returned) -> the same, or an error.
+    title : the renderer in messages, for example "renderer 'mitsuba'".
+
+    Raises
+    ------
+    PluginError, UnitError : the renderer returned something else than radiance; see `checked`.
     """
     if not request.taken:
-        return checked(request.render())
+        return checked(request.render(), title)
     try:
-        scene = checked(request.of_rest(limit_share(chain, request.demand)).render())
+        scene = checked(request.of_rest(limit_share(chain, request.demand)).render(), title)
     except TooNoisy:
         left_out(
             f"light groups {', '.join(groups_of(request.taken))} of other frames",
@@ -149,5 +151,5 @@ def rendered(
             "relative",
             key="equal groups",
         )
-        return checked(request.render())
+        return checked(request.render(), title)
     return taken_over(scenes_folder(), scene, request.taken, request.description.light_groups())

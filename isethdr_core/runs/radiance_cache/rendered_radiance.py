@@ -66,7 +66,16 @@ def _problems_of_field(radiance: xr.Dataset) -> Iterator[str]:
 
 def _problems_of_objects(radiance: xr.Dataset) -> Iterator[str]:
     """Yield what is wrong with the table of objects, which radiance need not have."""
-    for place, entry in enumerate(radiance.attrs.get("objects") or ()):
+    objects = radiance.attrs.get("objects")
+    if objects is None:
+        return
+    if not isinstance(objects, list | tuple):
+        yield (
+            f"the attribute 'objects' is of type {type(objects).__name__}; expected a list of"
+            f" dictionaries with the keys {_listed(OF_OBJECT)}; set .attrs['objects'] = [] for none"
+        )
+        return
+    for place, entry in enumerate(objects):
         at = f"entry {place} of the attribute 'objects'"
         if not isinstance(entry, Mapping):
             yield f"{at} is {entry!r}; expected a dictionary with the keys {_listed(OF_OBJECT)}"
@@ -74,8 +83,15 @@ def _problems_of_objects(radiance: xr.Dataset) -> Iterator[str]:
         lacking = [key for key in OF_OBJECT if key not in entry]
         if lacking:
             yield f"{at} lacks {_listed(lacking)}; expected the keys {_listed(OF_OBJECT)}"
-        elif np.shape(entry["box"]) != (4,):
+        elif not _is_box(entry["box"]):
             yield f"{at} has the box {entry['box']!r}; expected [x, y, width, height] in tiles"
+
+
+def _is_box(box: Any) -> bool:
+    """Return whether a box is four real numbers."""
+    if not isinstance(box, list | tuple | np.ndarray) or len(box) != 4:
+        return False
+    return all(isinstance(number, Real) for number in box)
 
 
 def _listed(keys: tuple[str, ...] | list[str]) -> str:

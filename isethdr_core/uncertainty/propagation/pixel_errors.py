@@ -17,8 +17,8 @@ UNIT = "standard deviations of the sensor's noise"
 # kinds of the stages after the renderer whose errors propagate to the electrons. Of `radiance` only
 # the rounding of the store counts: the errors that it restates are those of the renderer
 AFTER = ("scene", "radiance", "lighting", "lens", "flare")
-ELECTRONS = ("electrons", "e")  # spellings of one unit
-UNITS = (error_terms.RELATIVE, IRRADIANCE, *ELECTRONS, UNIT)  # units that propagate to electrons
+ELECTRONS = "electrons"  # unit
+UNITS = (error_terms.RELATIVE, IRRADIANCE, ELECTRONS, UNIT)  # units that propagate to electrons
 
 
 class Bounds(NamedTuple):
@@ -69,7 +69,7 @@ def _in_electrons(term: ErrorTerm, shot: Electrons) -> np.ndarray | float | None
         return term.value * light
     if term.unit == IRRADIANCE:
         return term.value * shot.per_irradiance
-    if term.unit in ELECTRONS:
+    if term.unit == ELECTRONS:
         return term.value
     return term.value * shot.sigma if term.unit == UNIT else None
 

@@ -111,9 +111,11 @@ class PictureFile:
             )
 
     def input_files(self) -> Iterable[Path]:
-        """Return the files that are read. Their content is part of the name of a run."""
-        path = needs_path(self.path)
-        return sorted(p for p in path.rglob("*") if p.is_file()) if path.is_dir() else (path,)
+        """Return the file that is read, or the folder of a zarr store.
+
+        Its content is part of the name of a run.
+        """
+        return (needs_path(self.path),)
 
     def check_files(self) -> None:
         """Read the file, and check its values and their unit.

@@ -224,6 +224,16 @@ def test_data_named_by_folder_or_pattern_counts(tmp_path, how, importable):
     assert digest(written(tmp_path / "preset", preset)) == before  # the config holds its values
 
 
+def test_the_place_of_a_package_does_not_count(tmp_path):
+    files = {
+        "acme/__init__.py": "",
+        "acme/lens.py": "class Lens:\n    kind = '.'.join(['crown', 'txt'])\n",
+        "acme/tables/crown.txt": "1.5",
+    }
+    both = [digest(written(tmp_path / place, files)) for place in ("plugins", "txt")]
+    assert both[0] == both[1]
+
+
 @pytest.mark.parametrize("code", ["acme/lenses/glass.py", "acme/lenses/thin/glass.py"])
 def test_the_name_of_a_folder_of_code_counts_no_data(tmp_path, code):
     files = {

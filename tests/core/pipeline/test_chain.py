@@ -4,6 +4,8 @@ fails.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 import pytest
 
@@ -144,6 +146,13 @@ def test_geometry_needs_a_renderer(monkeypatch):
         run(compose(["scene=night_drive", "~renderer", "sensor=ideal"]))
 
 
+def test_a_scene_must_state_its_field_in_the_form_of_the_protocol(monkeypatch):
+    scene = components()["scene", "uniform"].cls
+    monkeypatch.setattr(scene, "camera_field", lambda self: (0.4, 0.2))
+    with pytest.raises(PluginError, match=r"Uniform.*camera_field\(\) returned \(0.4, 0.2\)"):
+        run(compose([*SMALL, "sensor=ideal"]))
+
+
 def test_a_metric_must_return_scores(monkeypatch):
     metric = components()["metric", "ideal"].cls
     monkeypatch.setattr(metric, "__call__", lambda *_: 0.5)
@@ -162,6 +171,37 @@ def test_a_metric_that_changes_its_picture_ends_the_run(monkeypatch):
     with pytest.raises(ValueError, match="read-only") as found:
         run(compose([*SMALL, "sensor=ideal"]))
     assert "in stage metric mean ideal" in found.value.__notes__
+
+
+def test_what_a_metric_replaces_in_its_picture_is_not_stored(monkeypatch):
+    def spoil(self, picture, truth, labels):
+        for data in (picture, truth):
+            data["xyz"] = 0.0 * data["xyz"]
+            data.attrs["focal_length_mm"] = -1.0
+        return [Score("m", 1.0, "")]
+
+    monkeypatch.setattr(components()["metric", "ideal"].cls, "__call__", spoil)
+    result = run(compose([*SMALL, "sensor=ideal"]))
+    for data in (result.open("picture/ideal"), result.open("truth/ideal")):
+        assert float(data["xyz"].min()) > 0
+        assert data.attrs["focal_length_mm"] > 0
+
+
+def test_a_metric_that_changes_a_further_picture_ends_the_run(offer):
+    # a class of its own: Python remembers which abilities a class has
+    @dataclass(frozen=True)
+    class Spoiling(components()["metric", "ideal"].cls):
+        """A metric that writes into the pictures that it scores."""
+
+        def further(self, picture, first, truth, labels):
+            picture["xyz"].values[...] = 0.0
+            return self(picture, truth, labels)
+
+    offer("metric", "spoiling", Spoiling)
+    small = [word for word in SMALL if word not in ("draws=1", "+metric@metric.mean=ideal")]
+    with pytest.raises(ValueError, match="read-only") as found:
+        run(compose([*small, "+metric@metric.spoiling=spoiling", "sensor=bayer", "draws=2"]))
+    assert "in further of metric 'spoiling'" in found.value.__notes__
 
 
 def test_python_and_config_build_the_same_chain():

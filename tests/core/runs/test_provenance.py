@@ -93,3 +93,20 @@ def test_an_input_folder_stands_for_all_files_below_it(tmp_path):
     assert second.keys() == first.keys() and second != first
     (tmp_path / "curves" / "b.csv").write_text("1")
     assert len(input_digests(Reader())) == 2
+
+
+def test_an_input_folder_stands_for_files_in_linked_folders(tmp_path):
+    class Reader:
+        def input_files(self):
+            return (os.fsencode(tmp_path / "curves"),)
+
+    (tmp_path / "curves").mkdir()
+    (tmp_path / "real").mkdir()
+    (tmp_path / "real" / "a.csv").write_text("1")
+    for name in ("left", "right"):
+        (tmp_path / "curves" / name).symlink_to(tmp_path / "real")
+    (tmp_path / "real" / "back").symlink_to(tmp_path / "curves")  # a cycle
+    first = input_digests(Reader())
+    assert list(first) == [str(tmp_path / "curves" / name / "a.csv") for name in ("left", "right")]
+    (tmp_path / "real" / "a.csv").write_text("2")
+    assert not first.items() & input_digests(Reader()).items()

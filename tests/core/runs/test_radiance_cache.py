@@ -195,6 +195,19 @@ RENDERER_FAULTS = {
         sky_with(objects=[{"instance": 1, "category": "car", "name": "car", "box": [1, 2]}]),
         r"box \[1, 2\]; expected",
     ),
+    "a ragged box": (
+        sky_with(objects=[{"instance": 1, "category": "car", "name": "c", "box": [1, [2], 3, 4]}]),
+        r"box \[1, \[2\], 3, 4\]; expected",
+    ),
+    "a box of texts": (
+        sky_with(objects=[{"instance": 1, "category": "car", "name": "c", "box": list("abcd")}]),
+        r"box \['a', 'b', 'c', 'd'\]; expected",
+    ),
+    "an array of objects": (
+        sky_with(objects=np.array([{}, {}])),
+        r"'objects' is of type ndarray; expected a list of dictionaries",
+    ),
+    "a number of objects": (sky_with(objects=5), "'objects' is of type int; expected a list"),
 }
 
 

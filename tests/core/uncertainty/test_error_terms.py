@@ -21,7 +21,7 @@ from isethdr_core.runs.radiance_cache import joined_radiance
 from isethdr_core.runs.sample_accumulation import Known
 from isethdr_core.uncertainty import error_terms, ledger, propagation
 from isethdr_core.uncertainty.earlier_terms import DIRECT, SPREAD, ErrorNote, maps_of
-from isethdr_core.uncertainty.error_terms import ErrorMaps, ErrorTerm, Quantity, Source
+from isethdr_core.uncertainty.error_terms import ErrorTerm, Quantity, Source
 from isethdr_core.uncertainty.propagation import (
     AFTER_RENDERER,
     RENDERER,
@@ -30,7 +30,6 @@ from isethdr_core.uncertainty.propagation import (
     WHOLE,
     Electrons,
 )
-from isethdr_core.uncertainty.propagation.captured_electrons import _check_maps
 
 from ..stated_rows import row, said
 
@@ -356,13 +355,17 @@ def test_declared_light_adds_up_and_is_not_stored():
     ("light", "said"),
     [
         (np.ones((1, 2, 2)), "is of type ndarray; expected an xarray.DataArray"),
-        (xr.DataArray(np.ones((1, 2, 2)), dims=("wavelength", "y", "x")), "the units None"),
+        (xr.DataArray(np.ones((1, 2, 2)), dims=("wavelength", "y", "x")), "no attribute 'units'"),
         (
             xr.DataArray(np.ones(2), dims="wavelength", attrs={"units": quantities.IRRADIANCE}),
-            "the dims \\('wavelength',\\)",
+            "the dims \\('wavelength',\\).*ones_like",
+        ),
+        (
+            xr.Dataset({"a": (("y", "x"), np.ones((2, 2)))}, attrs={"units": "W m-2 nm-1"}),
+            "is of type Dataset; expected an xarray.DataArray",
         ),
     ],
-    ids=["array", "no units", "no tiles"],
+    ids=["array", "no units", "no tiles", "dataset"],
 )
 def test_a_part_that_is_no_light_is_refused_where_it_is_declared(light, said):
     with ledger.stage(Ledger(), "lens l"), pytest.raises(PluginError, match=f"'veil'.*{said}"):
@@ -381,11 +384,36 @@ def test_error_maps_of_another_form_are_refused(maps, said):
         maps_of(maps)
 
 
-def test_error_maps_on_other_tiles_are_refused():
-    maps = ErrorMaps(np.zeros((4, 6)), np.zeros((4, 6)))
-    expected = r"deviation has the shape \(4, 6\); expected .*\(3, 4, 6\)"
-    with pytest.raises(PluginError, match=expected):
-        _check_maps(maps, (3, 4, 6))
+def test_error_maps_may_be_one_array_of_earlier_versions():
+    both = np.stack([np.zeros((3, 4, 6)), np.ones((3, 4, 6))])
+    maps = maps_of(both)
+    assert maps.deviation.shape == maps.bound.shape == (3, 4, 6)
+    assert (maps.deviation.max(), maps.bound.min()) == (0.0, 1.0)
+
+
+@pytest.mark.parametrize("value", [-0.2, float("nan")])
+def test_a_term_of_this_stage_is_checked_in_every_spelling(value):
+    source = Source("lens", "l", "k")
+    calls = [
+        lambda: ledger.add_error(ErrorNote(value, "relative", "bound", "veil")),
+        lambda: ledger.record(
+            ErrorTerm(source, Quantity.IRRADIANCE, None, value, "relative", "bound", "veil")
+        ),
+    ]
+    for call in calls:
+        with ledger.stage(rows := Ledger(), "lens l"):
+            with pytest.raises(PluginError, match="lens l: the error 'veil' has the value"):
+                call()
+        assert not rows[0].errors
+
+
+def test_both_spellings_of_electrons_are_one_unit():
+    source = Source("sensor", "s", "k")
+    terms = [
+        ErrorTerm(source, Quantity.ELECTRONS, None, 50.0, unit, "bound")
+        for unit in ("e", "electrons")
+    ]
+    assert terms[0] == terms[1] and len(error_terms.largest_alternatives(terms)) == 1
 
 
 def test_stored_terms_are_restated_by_their_fields(monkeypatch, tmp_path):

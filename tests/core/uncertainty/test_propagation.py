@@ -10,6 +10,7 @@ import xarray as xr
 
 import isethdr_core as hdr
 from isethdr_core.data import quantities
+from isethdr_core.errors import PluginError
 from isethdr_core.ledger import Row
 from isethdr_core.plugins.registry import build
 from isethdr_core.runs import radiance_cache
@@ -305,6 +306,15 @@ def test_noise_stated_as_one_number_is_taken_for_all_direct_light():
     )
     (shot,) = propagation.electrons(propagation.Exposure(captures, light, mixed, scene), whole)
     np.testing.assert_allclose(shot.renderer, 0.03 * shot.image, rtol=1e-12)
+
+
+def test_error_maps_on_other_tiles_are_refused():
+    scene, mixed, light = noisy(0.02)
+    captures = build("sensor", "bayer", pitch_um=3.0)(light, hdr.generator(seed=0))
+    plane = np.zeros((3, TILES[0], TILES[1] - 1))
+    exposure = propagation.Exposure(captures, light, mixed, scene)
+    with pytest.raises(PluginError, match="light_errors of the lens: deviation has the shape"):
+        propagation.electrons(exposure, 0.0, lambda *_: ErrorMaps(plane, plane))
 
 
 def test_some_pixels_stand_for_all():

@@ -15,6 +15,7 @@ from isethdr_core.data import quantities
 from isethdr_core.data.scores import Score
 from isethdr_core.data.temporal_modulation import stacked, time_mean
 from isethdr_core.display.display_view import white_cd_m2
+from isethdr_core.errors import PluginError
 from isethdr_core.physics.detector.temporal_modulation import Modulation
 from isethdr_core.physics.radiometry import photons_per_energy
 from isethdr_core.plugins.registry import build
@@ -101,6 +102,49 @@ class Mean:
 
 class PartMean(Mean):
     MEAN_OF_PARTS = True
+
+
+class InOnePass(PartMean):
+    """A metric whose `of_parts` returns the scores of one part only."""
+
+    def of_parts(self, picture, truth, part):
+        return [self(picture, truth)]
+
+
+class WithoutName(PartMean):
+    """A metric whose scores of parts have no name."""
+
+    def __call__(self, picture, truth, labels=None):
+        scores = super().__call__(picture, truth)
+        return scores if picture.sizes["y"] == LARGE[0] else [replace(scores[0], metric="")]
+
+
+class Writing(Mean):
+    """A metric that writes into the picture, which the next metric scores as well."""
+
+    def __call__(self, picture, truth, labels=None):
+        scores = super().__call__(picture, truth)
+        picture["xyz"].values[...] = 7.0
+        return scores
+
+
+@pytest.mark.parametrize(
+    ("metric", "said"),
+    [
+        (InOnePass(), "of_parts of metric 'InOnePass' returned a list of 1; expected a list of 9"),
+        (WithoutName(), "metric 'WithoutName' returned the score '', whose metric is ''"),
+    ],
+)
+def test_scores_of_parts_are_checked_as_those_of_the_whole(metric, said):
+    with pytest.raises(PluginError, match=said):
+        stated([metric], uniform_shot(0.1, LARGE))
+
+
+def test_no_metric_changes_a_changed_picture_for_the_next():
+    shot = replace(uniform_shot(0.1), scores=Mean()(uniform_shot(0.1).picture, None))
+    with pytest.raises(ValueError, match="read-only") as found:
+        score_errors.of_scores(shot, [Writing(), Mean()])
+    assert "in __call__ of metric 'Writing'" in found.value.__notes__
 
 
 def test_a_mean_scatters_as_independent_tiles_do():
