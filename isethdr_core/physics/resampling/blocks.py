@@ -63,7 +63,7 @@ def block_means(values: np.ndarray, use: np.ndarray, block: Block) -> np.ndarray
     counts.
     """
     total = _sums(_sums(np.where(use, values, 0.0), block.rows).T, block.columns).T
-    count = _sums(_sums(use.astype(np.uint8), block.rows).T, block.columns).T
+    count = _sums(_sums(use.astype(np.uint32), block.rows).T, block.columns).T
     means = np.divide(total, count, out=np.zeros_like(total), where=count > 0)
     of_row = np.arange(values.shape[0]) // block.rows
     of_column = np.arange(values.shape[1]) // block.columns

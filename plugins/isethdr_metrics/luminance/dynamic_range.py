@@ -105,9 +105,9 @@ class DynamicRange:
             ledger.left_out("dynamic_range", why, NAN, "dB")
             return []
         blocks = noise_of_blocks(picture, truth)
-        light, noise = dark_medians(
-            blocks.light[blocks.even], blocks.noise[blocks.even], self.darkest_share
-        )
+        # without pixels like their cell, means of uneven cells are the best that there is
+        use = blocks.even if blocks.even.any() else valid
+        light, noise = dark_medians(blocks.light[use], blocks.noise[use], self.darkest_share)
         farthest = FARTHEST
         darkest = float(light.min())
         if np.ptp(light) < 0.1 * (light.mean() or 1.0):

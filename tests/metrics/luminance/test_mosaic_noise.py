@@ -129,6 +129,37 @@ def test_lamps_do_not_change_the_noise_of_dark_pixels(cell):
     assert not ((of_many > 2.5) & (of_many < 4e4)).any()
 
 
+def test_a_bright_dot_in_every_cell_gives_a_range():
+    true = np.full((60, 80), 0.1)
+    true[::2, ::2] = 20.0
+    dots = picture(true, READ + STEP * true).assign_attrs(cfa="RGGB")
+    assert {"dynamic_range_top"} <= set(scores_of(dots, picture(true)))
+
+
+@pytest.mark.parametrize(("cell", "pixels"), [("RGGB", 54), ("RRGG/RRGG/GGBB/GGBB", 96)])
+def test_a_score_needs_six_independent_values(cell, pixels):
+    for count, present in ((pixels, True), (pixels - 1, False)):
+        true = np.full((32, 32), 1.0)
+        valid = np.arange(true.size).reshape(true.shape) < count
+        seen = picture(true, READ + STEP * true, valid).assign_attrs(cfa=cell)
+        found = SnrCurve(luminances_cd_m2=(1.0,))(seen, picture(true))
+        assert bool(found) == present
+
+
+def test_uneven_cells_do_not_count_as_dark():
+    """Pixels beside brighter and noisier ones in two of three cells do not count."""
+    base = np.repeat(np.geomspace(1e-2, 50.0, 360)[None], 240, axis=0)
+    even = scores_of(picture(base, READ + STEP * base), picture(base))
+    true = base.copy()
+    for first in (0, 2):
+        true[::2, first::6] *= 7
+    noisy = 0.01 * (true != base)
+    seen = picture(true, READ + STEP * true + noisy).assign_attrs(cfa="RGGB")
+    found = scores_of(seen, picture(true))
+    # 10 %: the darkest fifth consists of other pixels; with uneven cells it is 22 % more
+    assert found["dynamic_range_bottom"] == pytest.approx(even["dynamic_range_bottom"], rel=0.1)
+
+
 def test_detail_of_a_few_pixels_counts_without_a_mosaic():
     """Stripes of 3 pixels, half of them dark: all dark pixels count."""
     true = np.full((120, 240), 20.0)

@@ -12,9 +12,10 @@ from isethdr_core.physics.resampling.blocks import (
 )
 
 
-@pytest.mark.parametrize("block", [Block(1, 1), Block(2, 2), Block(2, 3), Block(4, 4)])
-@pytest.mark.parametrize("shape", [(8, 12), (9, 15), (4, 4), (3, 1), (2, 9), (1, 7)])
+@pytest.mark.parametrize("block", [(1, 1), (2, 2), (2, 3), (4, 4), (16, 16)])
+@pytest.mark.parametrize("shape", [(8, 12), (9, 15), (17, 33), (4, 4), (3, 1), (2, 9), (1, 7)])
 def test_a_block_has_the_mean_of_its_pixels_that_count(shape, block):
+    block = Block(*block)
     rng = np.random.default_rng(0)
     values = rng.random(shape)
     use = rng.random(shape) < 0.7
