@@ -342,8 +342,8 @@ def rm(
         size = _megabytes(space.size_of(path))
         if not yes and sys.stdin is None:
             raise CatalogError(
-                "no standard input, from which the answer to a question could be read; type"
-                f" isethdr catalog rm {path.stem} --yes"
+                "no standard input, from which the answer to a question could be read; expected an"
+                " answer or --yes; add --yes to the command"
             )
         if not (yes or typer.confirm(f"remove {path.parent.name}/{path.name}, {size} MB?")):
             raise typer.Exit(1)

@@ -44,6 +44,9 @@ PASS_OVERRIDES = {"allow_extra_args": True, "ignore_unknown_options": True}
 # errors of a disk that is full, or of a file that may not be read or written
 NO_ACCESS = (errno.ENOSPC, errno.EDQUOT, errno.EROFS, errno.EACCES, errno.EPERM)
 COMPLETE = ["complete", "--"]  # first arguments of a call from a completion script
+# Python's own error handlers of standard output, which fail at a character such as ±; the second
+# one is that of the locale C
+FAILING = ("strict", "surrogateescape")
 PASS = PASS_OVERRIDES | {"help_option_names": []}
 
 
@@ -197,10 +200,12 @@ def main() -> None:
 
 def _print_any_character() -> None:
     """Let the output write `?` in place of a character that its encoding lacks, such as ± in ASCII.
-    Standard error does so already.
+    Standard error writes an escape already. A way that PYTHONIOENCODING names remains.
     """
     out = sys.stdout
-    if isinstance(out, io.TextIOWrapper) and codecs.lookup(out.encoding).name != "utf-8":
+    if not isinstance(out, io.TextIOWrapper) or codecs.lookup(out.encoding).name == "utf-8":
+        return
+    if out.errors in FAILING:
         out.reconfigure(errors="replace")
 
 

@@ -142,10 +142,17 @@ def _existing(folder: Path, is_other: bool = False) -> Path:
     ----------
     folder : the folder.
     is_other : whether the variable ISETHDR_OTHER_HOMES names it.
+
+    Raises
+    ------
+    CatalogError : it is no home.
+    ConfigError : it is a relative path, and the working folder was deleted.
     """
     follow_home(folder)
     with readable(folder):
         if not (folder.is_dir() and is_home(folder)):
+            if not folder.is_absolute():
+                working_folder()  # its error states the cause, if it was deleted
             raise _no_other_home(folder) if is_other else _no_home(folder)
     return folder
 

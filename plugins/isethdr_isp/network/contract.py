@@ -41,6 +41,7 @@ class CalibrationPoint(BaseModel):
 
 
 _POINTS = TypeAdapter(tuple[CalibrationPoint, ...])
+_NAMES = TypeAdapter(tuple[str, ...])
 
 
 class _Stated(BaseModel):
@@ -232,21 +233,24 @@ def phase(letters: np.ndarray, cell: np.ndarray) -> tuple[int, int] | None:
 
 def _names_of(captures: str | Iterable[str]) -> tuple[str, ...]:
     """Return the names of captures; none for the text `merged`."""
-    if captures == MERGED:
+    if isinstance(captures, str) and captures == MERGED:
         return ()
-    if isinstance(captures, str):
+    try:
+        return _NAMES.validate_python(captures)
+    except ValidationError:
         raise ConfigError(
-            f"the contract of a model has captures={captures!r}; expected the names of the captures"
-            f' as a tuple, or "{MERGED}"; type for example captures=("LPLG", "LPHG", "SPLG")'
-        )
-    return tuple(captures)
+            f"the contract of a model has captures={_short(captures)}; expected the names of the"
+            f' captures as a tuple, or "{MERGED}"; type for example captures=("LPLG", "LPHG",'
+            ' "SPLG")'
+        ) from None
 
 
 def _points_of(
     calibration: str | Iterable[CalibrationPoint | Mapping[str, float]],
 ) -> tuple[CalibrationPoint, ...]:
     """Return the points of a calibration; none for the text `unknown`."""
-    if calibration == UNKNOWN:
+    # an array compares its elements with a text
+    if isinstance(calibration, str) and calibration == UNKNOWN:
         return ()
     try:
         return _POINTS.validate_python(calibration)
