@@ -266,12 +266,13 @@ CONFIGURATION = (
     '<additional-files value="detectors.add.xml"/></input><time><begin value="{begin}"/></time>'
     "<mine>{more}</mine></configuration>"
 )
-STATED = (  # name, other name, section and type of some options of SUMO
-    ("net-file", "net", "input", "FILE"),
-    ("route-files", "routes", "input", "FILE"),
-    ("additional-files", "additional", "input", "FILE"),
+STATED = (  # name, other names, section and type of some options of SUMO
+    ("net-file", "net n", "input", "FILE"),
+    ("route-files", "routes r", "input", "FILE"),
+    ("additional-files", "additional a", "input", "FILE"),
     ("weight-files", "weights", "input", "FILE"),
     ("begin", "b", "time", "TIME"),
+    ("end", "e", "time", "TIME"),
     ("tripinfo-output", "tripinfo", "output", "FILE"),
     ("save-state.period", "", "output", "TIME"),
     ("save-configuration", "C", "configuration", "FILE"),
@@ -314,8 +315,8 @@ def stated(monkeypatch):
     """Options of SUMO, without SUMO."""
     found = {
         one: Option(name, section, type_)
-        for name, other, section, type_ in STATED
-        for one in (name, other)
+        for name, others, section, type_ in STATED
+        for one in (name, *others.split())
     }
     monkeypatch.setattr(configuration, "options", lambda: found)
 
@@ -353,6 +354,60 @@ def test_a_copy_of_a_configuration_names_no_file_that_sumo_writes(tmp_path, stat
         ("not-of-sumo", "1"),
         ("route-files", f"{folder}/more.rou.xml"),
     ]
+
+
+@pytest.mark.parametrize(
+    "options",
+    [
+        '<n value="road.net.xml"/><r value="cars.rou.xml"/><a v="one.xml, {home}"/>'
+        '<b value="1"/><e value="0:00:05"/>',
+        "<net>road.net.xml</net><routes>\n cars.rou.xml </routes><end>5</end><begin>1</begin>"
+        '<additional value="">one.xml,~/two.xml</additional>',
+        '<net-file value="${{HERE}}/road.net.xml"/><route-files value="${{NONE}}cars.rou.xml"/>'
+        '<additional-files value="${{LIST}}~/two.xml"/><begin value="${{BEGIN}}"/><end v="5"/>',
+    ],
+    ids=("short names", "other names and texts", "variables"),
+)
+def test_options_of_a_configuration_are_read_as_sumo_reads_them(
+    tmp_path, monkeypatch, stated, options
+):
+    home = tmp_path / "home"
+    monkeypatch.setenv("HOME", str(home))
+    monkeypatch.setenv("USERPROFILE", str(home))
+    for name, value in {"HERE": ".", "LIST": "one.xml,", "BEGIN": "1"}.items():
+        monkeypatch.setenv(name, value)
+    monkeypatch.delenv("NONE", raising=False)
+    path = tmp_path / "rush.sumocfg"
+    options = options.format(home=home / "two.xml")
+    path.write_text(f"<configuration><input>{options}</input></configuration>")
+    (tmp_path / "road.net.xml").write_text('<net><location netOffset="0,0"/></net>')
+    wanted = [tmp_path / name for name in ("road.net.xml", "cars.rou.xml", "one.xml")]
+    assert own_files.files_of(path) == (path, *wanted, home / "two.xml")
+    ours = tmp_path / "ours"
+    ours.mkdir()
+    source = own_files._source(path, None, 1, None, ours)
+    assert (source.begin_s, source.end_s) == (1.0, 5.0)
+    copy = ours / configuration.COPY_OF_CONFIGURATION
+    assert own_files.files_of(copy)[1:] == own_files.files_of(path)[1:]
+
+
+@needs_sumo
+def test_other_names_of_options_are_those_of_sumo(tmp_path):
+    known = configuration.options()
+    first = set(configuration.FIRST_NAMES.values())
+    others = {name: one.name for name, one in known.items() if one.name in first - {name}}
+    assert others == configuration.FIRST_NAMES
+
+
+@needs_sumo
+def test_a_configuration_with_other_spellings_is_simulated(tmp_path, monkeypatch):
+    path, _ = on_a_net(tmp_path, '<e value="5"/><weights value="${HERE}/costs.xml"/>')
+    monkeypatch.setenv("HERE", ".")
+    (tmp_path / "costs.xml").write_text("<meandata/>")
+    path.write_text(path.read_text().replace("route-files value", "r value"))
+    found = straight(path, 3.0)
+    assert found and max(one.time_s[-1] for one in found.values()) <= 5.0
+    assert tmp_path / "cars.rou.xml" in own_files.files_of(path)
 
 
 def test_a_simulation_without_its_report_is_one_error(tmp_path, monkeypatch, stated):

@@ -20,7 +20,7 @@ from ...roads.opendrive.elements import Node, opened, unpacked
 from ...roads.profile import Floats
 from ...things.stock import Stock
 from ...things.thing import Thing
-from .configuration import copy_that_reads
+from .configuration import copy_that_reads, named_files, value_of
 from .demand import AFTER_S
 from .lane_below import LanesBelow
 from .lights import PROGRAM_FILE, STATES_FILE, Heeded, Lights, read_lights
@@ -112,19 +112,8 @@ def files_of(path: Path) -> tuple[Path, ...]:
     if path.suffix != CONFIGURATION or not path.is_file():
         return (path,)
     top = opened(path, "configuration", "a configuration of SUMO (.sumocfg)")
-    return (
-        path,
-        *(named for kind in ("net", "route", "additional") for named in _named(top, kind)),
-    )
-
-
-def _named(top: Node, kind: str) -> tuple[Path, ...]:
-    """Return the files of one kind that a configuration names."""
-    found = top.element.find(f".//{kind}-files")
-    if found is None:
-        found = top.element.find(f".//{kind}-file")
-    value = "" if found is None else found.get("value", found.get("v", ""))
-    return tuple(top.file.parent / name.strip() for name in value.split(",") if name.strip())
+    kinds = ("net-file", "route-files", "additional-files")
+    return (path, *(named for kind in kinds for named in named_files(top, kind)))
 
 
 def driven(path: Path, network: Network, second_s: float, seed: int, heed: Heeded | None) -> Driven:
@@ -197,7 +186,7 @@ def _source(
     """Return what SUMO simulates, and put files for it into a folder."""
     if net is None:
         top = opened(path, "configuration", "a configuration of SUMO (.sumocfg)")
-        own_net = _named(top, "net")
+        own_net = named_files(top, "net-file")
         if not own_net:
             raise top.error("it names no net-file; expected one")
         offset = read_net(_content(own_net[0])).offset_m
@@ -285,10 +274,9 @@ def _content(path: Path) -> bytes:
 
 def _stated_s(top: Node, name: str, usual_s: float) -> float:
     """Return a second that a configuration states, or the usual one."""
-    stated = top.element.find(f".//{name}")
-    if stated is None:
+    text = value_of(top, name)
+    if not text:
         return usual_s
-    text = stated.get("value", stated.get("v", "-1"))
     try:
         return seconds(text)
     except ValueError:
