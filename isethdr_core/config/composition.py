@@ -420,21 +420,25 @@ def _for_pydantic_alone(annotation: Any) -> bool:
     - a table whose keys are of type float: it would accept 450.0 and refuse 450;
     - a table whose keys are a Literal: it fails on each of them;
     - a union with a table, also with None: it cannot set the table;
-    - another union of two types, or a tuple of tables: it would refuse 1 for a float.
+    - another union of two types, a tuple or a list of tables: it would refuse 1 for a float.
     """
     parts = get_args(annotation)
     origin = get_origin(annotation)
     if origin is Literal:
         return False
-    if origin is dict and parts[0] not in (str, int, bool):
+    if origin is dict and parts and parts[0] not in (str, int, bool):
         return True
     if origin in (Union, UnionType):
         types = [part for part in parts if part is not NoneType]
-        if len(types) > 1 or any(get_origin(part) is dict for part in types):
+        if len(types) > 1 or any(map(_is_table, types)):
             return True
-    if origin in (tuple, list) and any(get_origin(part) is dict for part in parts):
+    if origin in (tuple, list) and any(map(_is_table, parts)):
         return True
     return any(map(_for_pydantic_alone, parts))
+
+
+def _is_table(annotation: Any) -> bool:
+    return (get_origin(annotation) or annotation) is dict
 
 
 def _open(default_factory: Callable[[], Any]) -> Callable[[], Any]:

@@ -12,6 +12,7 @@ import os
 import sys
 import time
 import traceback
+from collections.abc import Sequence
 from contextlib import AbstractContextManager, nullcontext, suppress
 from pathlib import Path
 from typing import NoReturn
@@ -20,6 +21,7 @@ import hydra
 from hydra._internal.utils import get_args_parser
 from hydra.core.hydra_config import HydraConfig
 from hydra.core.override_parser.overrides_parser import OverridesParser
+from hydra.core.override_parser.types import Override
 from hydra.errors import HydraException
 from hydra.types import RunMode
 from omegaconf import DictConfig, OmegaConf
@@ -56,17 +58,27 @@ class JobsFailed(Exception):
 
 
 def run_with_hydra(arguments: list[str]) -> None:
-    """Run once, or sweep with `-m`. Hydra reads `arguments` as its command line."""
+    """Run once, or sweep with `-m`. Hydra reads `arguments` as its command line.
+
+    Raises
+    ------
+    ConfigError : a mistake that is found before the run or the first job, in `arguments` or in the
+        config.
+    """
     register_with_hydra()
     chunk_launcher.register()
     with user_mistakes():
         arguments = with_texts(arguments)
         check_arguments(arguments)
+        # argparse also accepts the beginning of an option, such as --multi
+        options, others = get_args_parser().parse_known_args(arguments)
+        typed = [*options.overrides, *(a for a in others if not a.startswith("-"))]
+        overrides = OverridesParser.create().parse_overrides(typed)
+        _check_settings_of_sweeps(overrides)
         if not any(a.startswith("-") for a in arguments):
-            check_choices(OverridesParser.create().parse_overrides(arguments))
+            check_choices(overrides)
     sweep = None
-    # argparse also accepts the beginning of an option, such as --multi
-    if get_args_parser().parse_known_args(arguments)[0].multirun:
+    if options.multirun:
         from .sweeps import finish, prepared, watched  # imports as much as a run does
 
         with user_mistakes():
@@ -95,6 +107,27 @@ def run_with_hydra(arguments: list[str]) -> None:
         finish(sweep)
     if code:
         sys.exit(code)
+
+
+def _check_settings_of_sweeps(overrides: Sequence[Override]) -> None:
+    """Refuse settings of Hydra with which a sweep would have no record.
+
+    Raises
+    ------
+    ConfigError : an override sets the mode, which follows from `-m`, or the folder of a sweep.
+    """
+    for override in overrides:
+        if override.key_or_group == "hydra.mode":
+            raise ConfigError(
+                f"{override.input_line} cannot be set by an override; expected -m for a sweep; type"
+                " isethdr run -m, or isethdr run for a single run, and the same overrides without"
+                " hydra.mode"
+            )
+        if override.key_or_group == "hydra.sweep.dir":
+            raise ConfigError(
+                f"{override.input_line} cannot be set by an override, because a sweep is stored in"
+                " sweeps/NAME of the home; expected a name; type for example name=night"
+            )
 
 
 def _start_hydra(sweeping: bool) -> int:
@@ -131,15 +164,16 @@ def task(config: DictConfig) -> None:
 
     Raises
     ------
-    ConfigError : `hydra.mode` asks for a sweep, of which nobody has made a record.
+    ConfigError : a config file asks for a sweep, of which nobody has made a record.
     """
     end_with_parent()
     hydra_config = HydraConfig.get()
     sweeping = hydra_config.mode == RunMode.MULTIRUN
     if sweeping and not any(o.startswith(NO_MODE) for o in hydra_config.overrides.hydra):
         raise ConfigError(
-            "hydra.mode=MULTIRUN asks for a sweep without -m, which would have no table and no"
-            " name; type isethdr run -m, and the same overrides without hydra.mode"
+            "hydra.mode is MULTIRUN in the config, which asks for a sweep without -m; such a sweep"
+            " would have no table and no name; remove hydra.mode from the file and type isethdr run"
+            " -m, and the same overrides"
         )
     started = time.monotonic()
     number = hydra_config.job.num if sweeping else 0

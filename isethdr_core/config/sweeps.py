@@ -148,15 +148,10 @@ def _swept_by_config(
 
 
 def _check_parameters(override: Override) -> None:
-    """Refuse `hydra.sweeper.params={...}`, which Hydra cannot merge into a table that is null, and
-    another folder of the sweep, which would have no effect.
+    """Refuse `hydra.sweeper.params={...}` and keys of it, which Hydra cannot merge into a table
+    that is null.
     """
-    if override.key_or_group == "hydra.sweep.dir":
-        raise ConfigError(
-            f"{override.input_line} has no effect, because a sweep is stored in sweeps/NAME of the"
-            " home; expected a name; type for example name=night"
-        )
-    if override.key_or_group == "hydra.sweeper.params":
+    if f"{override.key_or_group}.".startswith("hydra.sweeper.params."):
         raise ConfigError(
             f"{override.input_line} cannot be set by an override; expected the values of each key"
             " as an override of its own; type for example seed=1,2"

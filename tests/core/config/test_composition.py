@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, make_dataclass
 from enum import Enum, StrEnum
 from importlib.resources import files
 from itertools import zip_longest
-from typing import Literal
+from typing import Dict, Literal  # noqa: UP035
 
 import numpy as np
 import pytest
@@ -238,6 +238,9 @@ class Tables:
     named: dict[str, float] = field(default_factory=dict)
     mixed: dict[str, float | str] = field(default_factory=dict)
     steps: tuple[dict[str, float], ...] = ()
+    bare: Dict = field(default_factory=dict)  # noqa: UP006
+    maybe: dict | None = None
+    rows: tuple[dict, ...] = ()
     limit: float | str = "auto"
 
     def __call__(self, picture, truth, labels):
@@ -255,6 +258,10 @@ class Tables:
         ("+metric.b.named.1=2", "named", {"1": 2.0}),
         ("+metric.b.mixed={a:1,b:x}", "mixed", {"a": 1.0, "b": "x"}),
         ("metric.b.steps=[{a:1}]", "steps", ({"a": 1.0},)),
+        ("+metric.b.bare.a=1", "bare", {"a": 1}),
+        ("metric.b.maybe={a:1}", "maybe", {"a": 1}),
+        ("+metric.b.maybe.a=1", "maybe", {"a": 1}),
+        ("metric.b.rows=[{a:1}]", "rows", ({"a": 1},)),
         ("metric.b.limit=1", "limit", 1.0),
     ],
 )

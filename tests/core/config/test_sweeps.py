@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from contextlib import nullcontext
 from pathlib import Path
 
@@ -14,7 +15,7 @@ from isethdr_core.config.hydra_app import run_with_hydra
 from isethdr_core.errors import ConfigError
 from isethdr_core.plugins.presets import presets
 
-from ..command_line import isethdr
+from ..command_line import here, isethdr
 
 
 @pytest.fixture
@@ -41,7 +42,8 @@ def test_a_pattern_sweeps_over_the_names_that_it_matches(tried):
         ("sensor=glob(no_such_*)", "has no value; expected one or more"),
         ("seed=range(0,0)", r"seed=range\(0,0\) has no value; .* type for example seed=1,2"),
         ("seed=interval(0,1)", "is an interval, .* type for example seed=1,2"),
-        ("hydra.sweep.dir=/here", "has no effect, .* type for example name=night"),
+        ("hydra.sweeper.params.seed='1,2'", "cannot be set by an override; .* seed=1,2"),
+        ("+hydra.sweeper.params.seed='1,2'", "cannot be set by an override; .* seed=1,2"),
         ("name=a,b", "name=a,b sweeps over the name; .* type for example name=night"),
     ],
 )
@@ -123,10 +125,32 @@ def test_an_abbreviated_option_starts_a_sweep_with_a_record(monkeypatch, tried):
     assert [sweep.name for sweep in begun] == ["night", "night"]
 
 
-def test_a_sweep_without_a_record_is_refused():
-    done = isethdr("run", "hydra.mode=MULTIRUN", "sensor=bayer", "seed=1,2")
+@pytest.mark.parametrize(
+    ("typed", "message"),
+    [
+        (["hydra.mode=MULTIRUN"], "expected -m for a sweep; type isethdr run -m, .* hydra.mode$"),
+        (["++hydra.mode=RUN", "-m"], "expected -m for a sweep; .* or isethdr run for a single run"),
+        (["hydra.sweep.dir=/here"], "expected a name; type for example name=night"),
+        (["-m", "hydra.sweep.dir=/here"], "expected a name; type for example name=night"),
+        (["hydra.sweep.dir=/here", "hydra.mode=MULTIRUN"], "expected a name"),
+    ],
+)
+def test_a_sweep_without_a_record_is_refused(monkeypatch, capsys, isethdr_home, typed, message):
+    code, _, said = here(monkeypatch, capsys, "run", "sensor=bayer", "seed=1,2", *typed)
+    [line] = said.splitlines()
+    assert code == 2 and re.search(message, line)
+    assert not isethdr_home.exists()
+
+
+def test_a_sweep_that_a_config_file_asks_for_is_refused(tmp_path, isethdr_home):
+    (tmp_path / "conf" / "experiment").mkdir(parents=True)
+    config = "# @package _global_\nhydra:\n  mode: MULTIRUN\n"
+    (tmp_path / "conf" / "experiment" / "own.yaml").write_text(config)
+    folder = str(tmp_path / "conf")
+    choices = ("sensor=bayer", "experiment=own")
+    done = isethdr("run", "--config-dir", folder, *choices, ISETHDR_TRUST=folder)
     assert done.returncode == 2
-    assert "type isethdr run -m, and the same overrides" in done.stderr.splitlines()[-1]
+    assert "remove hydra.mode from the file and type isethdr run -m" in done.stderr.splitlines()[-1]
 
 
 @pytest.mark.parametrize(

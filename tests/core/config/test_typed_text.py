@@ -2,11 +2,17 @@
 
 from __future__ import annotations
 
+from dataclasses import make_dataclass
+from typing import Optional
+
 import pytest
 
+from isethdr_core.config import typed_text
 from isethdr_core.config.composition import compose
 from isethdr_core.config.sweeps import prepared
 from isethdr_core.config.typed_text import with_texts
+from isethdr_core.errors import ConfigError
+from isethdr_core.plugins.registry import components
 from isethdr_core.runs.labels import Labels, labels_of
 
 
@@ -31,6 +37,14 @@ from isethdr_core.runs.labels import Labels, labels_of
         ("scene.path=2026_11_29", "scene.path='2026_11_29'"),
         ("scene.width=1_000", "scene.width=1_000"),
         ("lens.f_number=2e0", "lens.f_number=2e0"),
+        ("name=1.50 ", "name='1.50'"),
+        ("tags=1e5 ", "tags=['1e5' ]"),
+        ("name=été", "name=été"),
+        ("isp.model=1.50", "isp.model='1.50'"),
+        ("isp.model=true,null", "isp.model='true',null"),
+        ("scene.assets=[1e3,b]", "scene.assets=['1e3',b]"),
+        ("lighting.moves=[1e3]", "lighting.moves=['1e3']"),
+        ("cameras.bayer.qe_csv=1e3", "cameras.bayer.qe_csv='1e3'"),
         ("sensor=bayer,rgbw", "sensor=bayer,rgbw"),
         ("--config-dir=2026_11_29", "--config-dir=2026_11_29"),
     ],
@@ -38,6 +52,35 @@ from isethdr_core.runs.labels import Labels, labels_of
 def test_quotes_are_added_where_a_text_would_become_a_number(typed, expected):
     assert with_texts([typed]) == [expected]
     assert with_texts([expected]) == [expected], "a text with quotes stays"
+
+
+def test_the_model_of_a_network_is_that_which_was_typed():
+    assert compose(["isp=network", "isp.model=1.50"]).isp.model == "1.50"
+    assert compose(["name=1e5 ", "tags=1e5 "]).name == "1e5"
+
+
+def test_a_text_that_hydra_cannot_read_is_named_as_it_was_typed():
+    with pytest.raises(ConfigError, match="'name=été' cannot be read"):
+        compose(["name=été"])
+
+
+def test_only_the_class_of_the_chosen_component_is_asked_for_its_types(monkeypatch):
+    asked = []
+    bayer = components()["sensor", "bayer"].cls
+    monkeypatch.setattr(
+        typed_text, "class_of", lambda component: asked.append(component.name) or bayer
+    )
+    assert with_texts(["sensor=bayer", "sensor.full_well_e=5000"]) and not asked
+    assert with_texts(["sensor=bayer", "sensor.full_well_e=1e4"]) and asked == ["bayer"]
+
+
+def test_annotations_that_are_no_texts_themselves_are_read(monkeypatch):
+    own = make_dataclass("Own", [("model", Optional[str]), ("gain", Optional[float])])  # noqa: UP045
+    monkeypatch.setattr(typed_text, "class_of", lambda component: own)
+    assert with_texts(["isp=network", "isp.model=1e5", "isp.gain=1e5"])[1:] == [
+        "isp.model='1e5'",
+        "isp.gain=1e5",
+    ]
 
 
 def test_names_and_tags_of_a_config_are_those_that_were_typed():
