@@ -3,6 +3,7 @@
 import json
 import time
 
+import numpy as np
 import pytest
 from isethdr_catalog import index
 from isethdr_catalog.commands import catalog, rm
@@ -14,6 +15,7 @@ from typer.testing import CliRunner
 
 from isethdr_core.errors import CatalogError
 from isethdr_core.results.stored import open_run
+from isethdr_core.runs.labels import Labels, add_labels
 
 
 def put(folder, name, **attrs):
@@ -203,6 +205,9 @@ def test_operators(same_folder, conditions, expected):
     "condition",
     [
         {"scene.seed__ge": "0,9"},
+        {"scene.seed__ge": "0_9"},
+        {"scene.seed__ge": None},
+        {"scene.seed__lt": "null"},
         {"scene.seed__lt": "abc"},
         {"scene.seed__gt": "nan"},
         {"scene.seed": "0,9"},
@@ -212,8 +217,57 @@ def test_operators(same_folder, conditions, expected):
     ],
 )
 def test_a_number_is_not_compared_with_other_text(same_folder, condition):
-    with pytest.raises(CatalogError, match=r"expected a number, .* type for example \S+=0\.9"):
+    with pytest.raises(CatalogError, match=r"expected a number, .* type for example ") as found:
         find(same_folder, **condition)
+    (key,) = condition
+    example = str(found.value).rpartition(" ")[2]
+    assert example == (f"{key}=0.1" if key.startswith("ssim") else f"{key}=1")
+    name, _, value = example.partition("=")
+    find(same_folder, **{name: value})
+
+
+def test_the_error_about_a_number_has_the_name_that_was_typed(same_folder):
+    with pytest.raises(CatalogError, match="^seed__in is 'abc'; .* for example seed__in=0$"):
+        find(same_folder, seed__in="0,abc")
+
+
+def test_names_and_hashes_are_compared_as_text(tmp_path):
+    """Python and SQL read 2026_11_29 as the number 20261129, and 1e5 as 100000."""
+    pairs = [("20261129", "2026_11_29"), ("100000", "1e5"), ("1e99999", "2e99999")]
+    names = [name for pair in pairs for name in pair]
+    for name in names:
+        path = put(tmp_path, name, kind="run", cameras=["a"], recipe=name)
+        add_labels(path, Labels(name, (name,)))
+    for name in names:
+        for key in ("id", "name", "recipe", "tags"):
+            assert ids(find(tmp_path, **{key: name})) == [name], key
+            assert name not in ids(find(tmp_path, **{f"{key}__ne": name})), key
+    assert ids(find(tmp_path, name__in="1e5,x")) == ["1e5"]
+    assert set(ids(find(tmp_path, name__lt="1e6"))) == {"100000", "1e5"}
+
+
+def test_null_stands_for_no_value(tmp_path):
+    for name, focus in (("near", 2.5), ("far", None)):
+        config = {"lens": {"focus_m": focus}}
+        put(tmp_path, name, kind="run", cameras=["a"], config=config)
+    for nothing in ("null", None):
+        assert ids(find(tmp_path, **{"lens.focus_m": nothing})) == ["far"]
+        assert ids(find(tmp_path, **{"lens.focus_m__ne": nothing})) == ["near"]
+        assert ids(find(tmp_path, **{"lens.focus_m__in": [nothing, 1]})) == ["far"]
+    assert set(ids(find(tmp_path, **{"lens.focus_m__in": "null,2.5"}))) == {"near", "far"}
+    assert not find(tmp_path, tags="null")
+
+
+@pytest.mark.parametrize(
+    "several", [range(2), {0: 1, 1: 2}, (n for n in (0, 1)), np.arange(2), {0, 1}]
+)
+def test_several_values_are_any_iterable(same_folder, several):
+    found = find(same_folder, seed__in=several, sensor="rgbw")
+    assert set(ids(found)) == {"run0", "run1"}
+
+
+def test_an_array_without_an_axis_is_one_number(same_folder):
+    assert ids(find(same_folder, seed=np.array(1), sensor="rgbw")) == ["run1"]
 
 
 def test_a_property_may_be_named_as_it_is_typed_for_a_run(tmp_path, monkeypatch):
@@ -245,7 +299,7 @@ def test_a_property_may_be_named_as_it_is_typed_for_a_run(tmp_path, monkeypatch)
 def test_rm_without_standard_input_is_an_error(folder, monkeypatch):
     monkeypatch.setenv("ISETHDR_HOME", str(folder))
     monkeypatch.setattr("sys.stdin", None)
-    with pytest.raises(CatalogError, match="isethdr catalog rm run0 --yes"):
+    with pytest.raises(CatalogError, match="no standard input, .*; add --yes to the command"):
         rm("run0", yes=False, force=False)
 
 

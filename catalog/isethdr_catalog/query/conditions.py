@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import Any, NamedTuple
 
 from isethdr_core.errors import CatalogError
@@ -15,15 +15,21 @@ from .connection import HOME, PLAIN
 
 OPERATORS = {"ge": ">=", "le": "<=", "gt": ">", "lt": "<"}
 ALL_OPERATORS = (*OPERATORS, "ne", "in")  # as the keyword of a condition ends
-DATE = "created"  # property with dates such as 2026-01-31T12:00:00, of which a year is a beginning
+# properties with names and hashes, of which 1e5 and 100000 are two; also dates in `created`, such as
+# 2026-01-31T12:00:00, of which a year is a beginning
+NAMES = (*PLAIN, HOME, "tags", "sweeps", "recipe", "scene_id", "scene_ids")
+NULL = "null"  # value of a condition about records without the property
 SCENE = "scene.component"  # property with the component of a scene, as "scene/street"
 
 
 class Column(NamedTuple):
-    """The SQL expression of a property, and the type of its values."""
+    """The SQL expression of a property, the type of its values, and whether they are names, which
+    are compared as text only.
+    """
 
     text: str
     kind: str
+    holds_names: bool = False
 
 
 def typed_conditions(texts: Sequence[str]) -> dict[str, str]:
@@ -81,38 +87,52 @@ def resolved(
     return next((setting for setting in settings if setting in known), name), value
 
 
+def listed(value: Any) -> Any:
+    """Return several values, for example a range or a generator, as a list; other values
+    unchanged.
+    """
+    if isinstance(value, str) or not isinstance(value, Iterable):
+        return value
+    try:
+        return list(value)
+    except TypeError:  # an array without an axis, which is one number
+        return value
+
+
 def _with_kind_of_scene(value: Any) -> Any:
-    if isinstance(value, list | tuple | set):
+    if isinstance(value, list):
         return [_with_kind_of_scene(one) for one in value]
-    if not isinstance(value, str):
+    if not isinstance(value, str) or value == NULL:
         return value
     return ",".join(f"scene/{name.removeprefix('scene/')}" for name in value.split(","))
 
 
-def check_numbers(found: index_file.Property | None, operator: str, value: Any) -> None:
-    """Refuse a condition with other text about a property that holds numbers.
+def holds_numbers(found: index_file.Property | None) -> bool:
+    """Return whether a property holds numbers only."""
+    # scores that are NaN are stored as text
+    return found is not None and (found.kind == index_file.NUMBER or found.score)
+
+
+def wrong_number(operator: str, value: Any) -> str | None:
+    """Return the first value of a condition that a property of numbers is not compared with; None
+    if there is none.
+
+    A value is wrong if it is no number, or NaN, which is neither larger nor smaller than another.
+    `null`, for records without the property, is wrong where the operator is in `OPERATORS`.
 
     Parameters
     ----------
-    found : the property; None if it has no numbers.
     operator : `eq`, `ne`, `in` or a key of `OPERATORS`.
     value : value of the condition; for `in` several.
-
-    Raises
-    ------
-    CatalogError : a value is no number, or NaN, which is neither larger nor smaller than another.
     """
-    # scores that are NaN are stored as text
-    if found is None or not (found.kind == index_file.NUMBER or found.score):
-        return
     for text in _alternatives(operator, value):
         number = _number(text)
-        if number is None or (math.isnan(number) and operator in OPERATORS):
-            ending = "" if operator == "eq" else f"__{operator}"
-            raise CatalogError(
-                f"{found.name}{ending} is {text!r}; expected a number, with a point for decimals;"
-                f" type for example {found.name}{ending}=0.9"
-            )
+        if operator in OPERATORS:
+            if number is None or math.isnan(number):
+                return str(text)
+        elif number is None and text is not None and text != NULL:
+            return text
+    return None
 
 
 def column_of(
@@ -127,13 +147,15 @@ def column_of(
     homes : homes of the query.
     """
     if name == HOME:
-        return Column(home_column(homes), index_file.TEXT)
+        return Column(home_column(homes), index_file.TEXT, holds_names=True)
     if name in PLAIN:
-        return Column(name, index_file.TEXT)
+        return Column(name, index_file.TEXT, holds_names=True)
     found = known.get(name)
     if found is not None and found.column is not None:
-        return Column(found.column, found.kind)
-    return Column(f"json_extract_string(properties, {index_file.pointer(name)})", index_file.LIST)
+        is_text = found.kind != index_file.NUMBER
+        return Column(found.column, found.kind, is_text and name in NAMES)
+    text = f"json_extract_string(properties, {index_file.pointer(name)})"
+    return Column(text, index_file.LIST, name in NAMES)
 
 
 def order_sql(column: Column, direction: str) -> str:
@@ -162,8 +184,8 @@ def condition_sql(column: Column, operator: str, value: Any) -> tuple[str, list[
     value : value of the condition; for `in` several.
     """
     if operator in OPERATORS:
-        number = None if column.text == DATE else _number(value)
-        if number is None:  # dates and other text are compared as text
+        number = None if column.holds_names else _number(value)
+        if number is None:  # names, dates and other text are compared as text
             return f"CAST({column.text} AS VARCHAR) {OPERATORS[operator]} ?", [str(value)]
         as_number = f"try_cast({column.text} AS DOUBLE)"
         if column.kind == index_file.NUMBER:
@@ -181,23 +203,36 @@ def condition_sql(column: Column, operator: str, value: Any) -> tuple[str, list[
     return f"coalesce({joined}, false)", values
 
 
-def _alternatives(operator: str, value: Any) -> list[str]:
-    if isinstance(value, list | tuple | set):
-        several = list(value)
+def _alternatives(operator: str, value: Any) -> list[str | None]:
+    """Return the values of a condition as text; None for `None`."""
+    if isinstance(value, list):
+        several = value
     else:
-        several = str(value).split(",") if operator == "in" else [value]
-    texts = [str(v) for v in several]
+        several = str(value).split(",") if operator == "in" and value is not None else [value]
+    texts = [None if v is None else str(v) for v in several]
     # JSON writes truth values in small letters; a user may type them as in Python
     return texts + [text.lower() for text in texts if text in ("True", "False")]
 
 
-def _equal(column: Column, value: str) -> tuple[str, list[Any]]:
-    """Return the SQL for "a property equals or holds a value", and the values that it binds."""
-    number = _number(value)
+def _equal(column: Column, value: str | None) -> tuple[str, list[Any]]:
+    """Return the SQL for "a property equals or holds a value", and the values that it binds.
+
+    None stands for no value. So does `null`, except of names, which may be `null`.
+    """
+    if value is None:
+        return f"{column.text} IS NULL", []
+    if value == NULL and not column.holds_names:
+        equal, values = _equal_to_text(column, value)
+        return f"({column.text} IS NULL OR {equal})", values
+    return _equal_to_text(column, value)
+
+
+def _equal_to_text(column: Column, value: str) -> tuple[str, list[Any]]:
+    number = None if column.holds_names else _number(value)
     if column.kind == index_file.NUMBER:
         return ("false", []) if number is None else (f"{column.text} = ?", [number])
     tests = [f"{column.text} = ?"]
-    values = [value]
+    values: list[Any] = [value]
     if number is not None:
         tests.append(f"try_cast({column.text} AS DOUBLE) = ?")
         values.append(number)
@@ -221,6 +256,9 @@ def _is_verbatim_in_json(text: str) -> bool:
 
 
 def _number(value: Any) -> float | None:
+    # Python reads 0_9 as 9, which is a mistyped point or comma
+    if isinstance(value, str) and "_" in value:
+        return None
     try:
         return float(value)
     except (TypeError, ValueError):

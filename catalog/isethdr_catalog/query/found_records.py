@@ -18,12 +18,15 @@ from isethdr_core.storage.home_folder import StoredHome
 from .. import index_file
 from .conditions import (
     ALL_OPERATORS,
-    check_numbers,
+    Column,
     column_of,
     condition_sql,
+    holds_numbers,
+    listed,
     order_sql,
     property_and_operator,
     resolved,
+    wrong_number,
 )
 from .connection import HOME, PLAIN, Homes, homes_of, reading
 
@@ -52,7 +55,8 @@ def find(
     also : further properties to return, if any record has them.
     conditions : property=value, or property__operator=value. A list property equals every value
         that it holds. `scene` is the component of the scene, and a setting of a run may be named
-        without `config.`, as in `seed=2`.
+        without `config.`, as in `seed=2`. Several values are any iterable, as `seed__in=range(3)`.
+        None and `null` stand for records without the property; a name may be the text `null`.
 
     Returns
     -------
@@ -69,7 +73,7 @@ def find(
         raise CatalogError(
             f"limit is {limit!r}; expected a whole number of rows; type for example limit=50"
         )
-    typed = [(*property_and_operator(key), value) for key, value in conditions.items()]
+    typed = [(*property_and_operator(key), listed(value)) for key, value in conditions.items()]
     typed_order = (order_by or "").removeprefix("-").replace("__", ".")
     places = homes_of(homes)
     with reading(places) as base:
@@ -77,15 +81,18 @@ def find(
         tests = []
         for typed_name, operator, typed_value in typed:
             name, value = resolved(known, typed_name, typed_value)
-            tests.append((name, operator, value))
+            tests.append((name, typed_name, operator, value))
         ordered, _ = resolved(known, typed_order)
-        asked = list(dict.fromkeys([n for n, _, _ in tests] + ([ordered] if ordered else [])))
+        asked = list(dict.fromkeys([n for n, *_ in tests] + ([ordered] if ordered else [])))
         _check_known(base, known, asked)
         clauses = []
         values = []
-        for name, operator, value in tests:
-            check_numbers(known.get(name), operator, value)
-            clause, bound = condition_sql(column_of(known, name, places), operator, value)
+        for name, typed_name, operator, value in tests:
+            column = column_of(known, name, places)
+            if holds_numbers(known.get(name)):
+                key = typed_name if operator == "eq" else f"{typed_name}__{operator}"
+                _check_numbers(base, column, key, wrong_number(operator, value))
+            clause, bound = condition_sql(column, operator, value)
             clauses.append(clause)
             values += bound
         where = f"WHERE {' AND '.join(clauses)}" if clauses else ""
@@ -102,6 +109,36 @@ def find(
         whole = index_file.whole_properties(known)
         fixed = (*SHOWN, HOME) if len(places) > 1 else SHOWN
         return _rows(base, [row for (row,) in chosen], fixed, extra, whole)
+
+
+def _check_numbers(
+    base: duckdb.DuckDBPyConnection, column: Column, key: str, wrong: str | None
+) -> None:
+    """Raise CatalogError about the wrong value of a condition, with a stored value as example.
+
+    Parameters
+    ----------
+    base : connection to the index.
+    column : property that the condition is about.
+    key : property and operator, as they are typed.
+    wrong : the wrong value; None if all are right.
+    """
+    if wrong is None:
+        return
+    number = f"try_cast({column.text} AS DOUBLE)"
+    stored = base.execute(
+        f"SELECT {number} FROM idx.shots WHERE isfinite({number}) ORDER BY ALL LIMIT 1"
+    ).fetchone()
+    example = f"; type for example {key}={_short_number(stored[0])}" if stored else ""
+    raise CatalogError(
+        f"{key} is {wrong!r}; expected a number, as all stored values are, with a point for"
+        f" decimals{example}"
+    )
+
+
+def _short_number(value: float) -> str:
+    """Return a number without `.0` at its end."""
+    return repr(value).removesuffix(".0")
 
 
 def path_of(row: Mapping[str, Any], homes: Sequence[StoredHome]) -> Path:

@@ -247,21 +247,40 @@ def test_a_disk_that_cannot_be_written_is_one_line(monkeypatch, capsys):
     assert "cannot read or write /data/x.csv: No space left on device" in said
 
 
-def test_a_character_that_the_encoding_lacks_is_a_question_mark(monkeypatch):
-    out = io.TextIOWrapper(io.BytesIO(), encoding="ascii")
+@pytest.mark.parametrize(
+    ("errors", "written"),
+    [
+        ("strict", b"1 ? 2\n"),
+        ("surrogateescape", b"1 ? 2\n"),  # of the locale C
+        ("xmlcharrefreplace", b"1 &#177; 2\n"),  # from PYTHONIOENCODING
+    ],
+)
+def test_a_character_that_the_encoding_lacks_is_a_question_mark(monkeypatch, errors, written):
+    out = io.TextIOWrapper(io.BytesIO(), encoding="ascii", errors=errors)
     monkeypatch.setattr("sys.stdout", out)
     monkeypatch.setattr("sys.argv", ["isethdr", "catalog", "sql", "x"])
     monkeypatch.setattr("isethdr_core.cli.commands._with_plugins", lambda _: lambda: print("1 ± 2"))
     main()
     out.flush()
-    assert out.buffer.getvalue() == b"1 ? 2\n"
+    assert out.buffer.getvalue() == written
 
 
-@pytest.mark.parametrize("typed", [["run"], ["run", "-m", "seed=1,2"], ["plan"], ["--home", "rel"]])
+@pytest.mark.parametrize(
+    "typed",
+    [
+        ["run"],
+        ["run", "-m", "seed=1,2"],
+        ["plan"],
+        ["--home", "rel"],
+        ["catalog", "find"],
+        ["catalog", "rm", "1f3a"],
+    ],
+)
 def test_a_working_folder_that_was_deleted_is_one_line(monkeypatch, tmp_path, capsys, typed):
     folder = tmp_path / "gone"
     folder.mkdir()
     monkeypatch.chdir(folder)
+    monkeypatch.delenv("ISETHDR_HOME", raising=False)
     folder.rmdir()
     code, _, said = here(monkeypatch, capsys, *typed)
     assert code == 2 and said.count("\n") == 1

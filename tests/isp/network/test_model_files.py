@@ -6,6 +6,7 @@ import json
 import sys
 from importlib.metadata import version
 
+import numpy as np
 import pytest
 from isethdr_isp.network.contract import Contract
 
@@ -151,17 +152,24 @@ def test_a_contract_takes_the_forms_that_the_page_has_for_the_file():
     assert Contract.from_json(contract.to_json()) == contract
     assert stated(captures="merged", calibration="unknown") == stated()
     assert stated(captures=SPLIT).captures == tuple(SPLIT)
+    for names in ((name for name in SPLIT), np.array(SPLIT)):
+        contract = stated(captures=names)
+        assert contract.captures == tuple(SPLIT)
+        assert json.loads(contract.to_json())["captures"] == SPLIT
 
 
 @pytest.mark.parametrize(
     ("changed", "message"),
     [
         ({"captures": "LPLG"}, "captures='LPLG'; expected the names .* type for example captures="),
+        ({"captures": None}, "captures=None; expected the names"),
+        ({"captures": (1, 2)}, r"captures=\(1, 2\); expected the names"),
+        ({"calibration": np.array([1.0, 2.0])}, 'calibration.0=.*; expected "unknown", or points'),
         ({"calibration": "good"}, "calibration='good' .*; expected \"unknown\", or points"),
         ({"calibration": [{"lux": 1.0}]}, r"calibration.0.stated_over_true=.*Field required"),
         ({"calibration": [{"lux": 1.0, "stated_over_true": 0.0}]}, "stated_over_true=0.0"),
     ],
-    ids=["captures", "text", "key", "zero"],
+    ids=["captures", "none", "numbers", "array", "text", "key", "zero"],
 )
 def test_a_contract_of_an_author_that_is_wrong(changed, message):
     with pytest.raises(ConfigError, match=message):
