@@ -246,18 +246,22 @@ def test_offsets_that_the_sensor_states_raise_no_doubt(flat):
 
 
 KNEES = ((2048, 1024), (2**20 - 1, 4095))  # 2 DN per code, then 341 DN per code
+LOW_KNEES = ((512, 512), (2**20 - 1, 4095))  # 1 DN per code, then 292 DN per code
 
 
-@pytest.mark.parametrize(("combine_bits", "companding"), [(0, ()), (20, ()), (20, KNEES)])
+@pytest.mark.parametrize(
+    ("combine_bits", "companding", "added"),
+    [(0, (), 1000), (20, (), 1000), (20, KNEES, 1000), (20, LOW_KNEES, 450), (20, LOW_KNEES, 452)],
+)
 def test_charge_in_the_black_pixels_of_combined_captures_is_reported(
-    combine_bits, companding, flat
+    combine_bits, companding, added, flat
 ):
     """2 % of the range of combined captures would be three ranges of the most sensitive one. The
     charge lies in the coarse part of the companded codes, the black level in the fine one.
     """
     sensor = SplitPixelSensor(black_rows=8, combine_bits=combine_bits, companding=companding)
     shot = sensor(flat(1e-6, 16, 16), KEY)
-    charged = shot.assign(optical_black=shot["optical_black"] + 1000)
+    charged = shot.assign(optical_black=shot["optical_black"] + added)
     for captures, doubtful in ((shot, False), (charged, True)):
         book = ledger.Ledger()
         with ledger.stage(book, "isp") as row:

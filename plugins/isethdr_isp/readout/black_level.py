@@ -71,7 +71,9 @@ def with_black_level(captures: xr.Dataset, source: str) -> xr.Dataset:
     error_e = np.array([standard_error(values) for values in kept]) / gain
     left_out = (~used).sum(axis=(1, 2))
     drift_e = np.array([_drift_e(captures, i) for i in range(len(raw))])
-    limit_e = np.array(allowed).max(axis=1) / gain + drift_e
+    # with the code step at the stated level: at charge, steps of companded codes are larger
+    noise = [_allowed_dn(captures, i, _stated_code(captures, i)) for i in range(len(raw))]
+    limit_e = np.array(noise).max(axis=1) / gain + drift_e
     _state(float(error_e.max()), left_out, linear[0].size, moved_e, limit_e)
     moved = black - captures["black_dn"].values
     corrected = captures.assign(black_dn=captures["black_dn"].copy(data=black))
@@ -136,6 +138,18 @@ def _allowed_dn(captures: xr.Dataset, i: int, raw: np.ndarray) -> tuple[float, f
     dark_below_e = dark_e - float(poisson.ppf(tail, dark_e)) if dark_e else 0.0
     dark_above_e = float(poisson.isf(tail, dark_e)) - dark_e if dark_e else 0.0
     return gain * (rest_e + max(dark_below_e, 0.0)), gain * (rest_e + max(dark_above_e, 0.0))
+
+
+def _stated_code(captures: xr.Dataset, i: int) -> np.ndarray:
+    """Return the code of the stated black level of capture `i`, (1,) DN; not rounded."""
+    black_dn = captures["black_dn"].values[i : i + 1].astype(float)
+    if "companding_dn" not in captures:
+        return black_dn
+    code, linear = (
+        captures[name].values[i].astype(float) for name in ("companding_dn", "companding_linear_dn")
+    )
+    finite = np.isfinite(code) & np.isfinite(linear)
+    return np.interp(black_dn, linear[finite], code[finite])
 
 
 def _step_e(captures: xr.Dataset, i: int, raw: np.ndarray) -> float:

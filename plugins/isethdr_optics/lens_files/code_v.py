@@ -14,8 +14,11 @@ from .lens_data import LensData, Problems, Row, integer, number, unit_mm, widest
 MM_PER = {"M": 1.0, "C": 10.0, "I": 25.4}
 # a surface, or a range of surfaces, that a command names
 ADDRESS = re.compile(r"S(O|I|\d+)(?:\.\.(\d+))?", re.IGNORECASE)
-# a solve, such as UMY or PIK, in place of a number; a number with a misspelt digit is none
-SOLVE = re.compile(r"[A-Z]+", re.IGNORECASE)
+# Solves, which stand in place of a number: angles, heights and incidences of the marginal and the
+# chief ray, paraxial image, pickup, aplanatic surface, reduction ratio. Any other word is an error:
+# it may mean a plane, or be a misspelt number.
+SOLVES = {ray + axis for ray in ("UM", "UC", "HM", "HC", "IM", "IC") for axis in "YX"}
+SOLVES |= {"PIM", "PIK", "SA", "APL", "RED"}
 SURFACE = re.compile(r"S(O|I|\d*)")
 ASPHERE = {letter: 4 + 2 * k for k, letter in enumerate("ABCDEFGHJ")}  # a4, a6, ...; there is no I
 TILTED = ("ADE", "BDE", "CDE", "XDE", "YDE", "ZDE", "DAR", "BEN", "REV", "XTI", "YTI")
@@ -79,7 +82,24 @@ def _words(line: str) -> list[str]:
 
 def _is_solve(word: str) -> bool:
     """Return whether a solve stands in place of a radius, curvature or distance."""
-    return SOLVE.fullmatch(word) is not None and word.upper() not in ("INF", "INFINITY", "NAN")
+    return word.upper() in SOLVES
+
+
+def _solvable(key: str, word: str, where: str) -> float:
+    """Return the number that stands where a solve may stand.
+
+    Raises
+    ------
+    ConfigError : `word` is not a number.
+    """
+    try:
+        return number(word, where)
+    except ConfigError:
+        plane = "" if key == "THI" else f"{key} 0 for a plane, or "
+        raise ConfigError(
+            f"{where} has {word!r}; expected a number or a solve ({', '.join(sorted(SOLVES))});"
+            f" type {plane}the number; or delete the command, and the number of the line S counts"
+        ) from None
 
 
 def _radius_mm(curvature: float) -> float:
@@ -146,8 +166,8 @@ class _File:
         if first == "I":
             return
         if first in ("O", "0") and last is None:
-            if key == "THI" and len(arguments) > 1 and not _is_solve(arguments[1]):
-                self.lens.far_object = not abs(number(arguments[1], where)) < FAR_MM
+            if key == "THI" and len(arguments) > 1:
+                self._distance_of_object(arguments[1:], where)
             return
         low = int(first) if first.isdigit() else 0
         high = int(last) if last else low
@@ -158,6 +178,15 @@ class _File:
             )
         for row in self.lens.rows[low - 1 : high]:
             self._of_surface(row, key, arguments[1:], where)
+
+    def _distance_of_object(self, arguments: list[str], where: str) -> None:
+        if _is_solve(arguments[0]):
+            self.lens.notes.append(
+                f"the object surface has the solve {' '.join(['THI', *arguments])!r}; here it keeps"
+                " the distance of its line SO"
+            )
+        else:
+            self.lens.far_object = not abs(_solvable("THI", arguments[0], where)) < FAR_MM
 
     def _surface(self, key: str, arguments: list[str], where: str) -> None:
         if key == "SI":
@@ -203,11 +232,11 @@ class _File:
         elif key == "RMD" and arguments:
             self._glass(row, arguments[0])
         elif key == "RDY" and arguments:
-            row.radius_mm = number(arguments[0], where) or np.inf
+            row.radius_mm = _solvable(key, arguments[0], where) or np.inf
         elif key == "CUY" and arguments:
-            row.radius_mm = _radius_mm(number(arguments[0], where))
+            row.radius_mm = _radius_mm(_solvable(key, arguments[0], where))
         elif key == "THI" and arguments:
-            row.thickness_mm = number(arguments[0], where)
+            row.thickness_mm = _solvable(key, arguments[0], where)
         elif key in TILTED and any(number(w, where) for w in arguments[:1]):
             self.problems.add(row.label, f"{key} {arguments[0]} (tilted or decentred)")
         elif key in OTHER_SHAPES:

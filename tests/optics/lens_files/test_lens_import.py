@@ -433,6 +433,28 @@ def test_a_solve_of_code_v_keeps_the_value_of_its_surface_and_is_said(tmp_path, 
     [note] = set(found.notes) - set(plain.notes)
     told = solve.replace("S2 ", "")
     assert note == f"surface 2 has the solve {told!r}; here it keeps the {kept} of its line S"
+    assert "the object surface has the solve 'THI RED 0'; here it keeps" in " ".join(plain.notes)
+
+
+@pytest.mark.parametrize(
+    ("command", "said"),
+    [
+        ("RDY INFINITE", r"'INFINITE'; expected a number or a solve .APL, .*; type RDY 0 for a pl"),
+        ("CUY S2 flat", "'flat'; expected a number or a solve .*; type CUY 0 for a plane, or the"),
+        ("THI thirty", "'thirty'; expected a number or a solve .*; type the number; or delete the"),
+        ("THI I PIM", "'I'; expected a number or a solve"),
+        ("THI SO far", "'far'; expected a number or a solve"),
+    ],
+)
+def test_other_words_of_code_v_are_no_solves(tmp_path, command, said):
+    """A plane, or a misspelt number, would keep the radius of the line S."""
+    text = "EPD 5; YAN 0 5; SO 0 1e13\nS 32 4 NBK7\nSTO\nS -32 48\n{}\nSI\n"
+    (tmp_path / "a.seq").write_text(text.format(command))
+    with pytest.raises(ConfigError, match=said):
+        imported(tmp_path / "a.seq")
+    for advice in ("S 0 48; RDY 0", "S 0 48; CUY 0", "S 0 48; RDY INFINITY"):
+        (tmp_path / "a.seq").write_text(text.replace("S -32 48", advice).format(""))
+        assert imported(tmp_path / "a.seq").table["surfaces"][-1]["radius_mm"] == np.inf
 
 
 @pytest.mark.parametrize("command", ["CUY 0.O3", "RDY 3O", "THI nan", "S2 4x"])

@@ -297,6 +297,12 @@ def test_relative_paths_of_files_are_those_of_the_folder_of_the_call(
     advice = f"type for example cd '{here}' before the command, or isethdr dataset generate tiny_2"
     assert f"{there}/town.xodr differs from {here}/town.xodr, with which" in str(error.value)
     assert advice in str(error.value)
+    for gone in (False, True):  # the file there is of no use
+        (here / "town.xodr").write_text("lanes of 3.3 m")
+        if gone:
+            (here / "town.xodr").unlink()
+        with pytest.raises(ConfigError, match="differs from .*; type for example isethdr dataset"):
+            generate(request, silent)
     monkeypatch.chdir(tmp_path)
     (here / "town.xodr").write_text("lanes of 3.3 m")
     [problem] = verify(dataset)

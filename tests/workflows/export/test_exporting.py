@@ -189,12 +189,15 @@ def test_two_folders_change_places(tmp_path):
         exchange(a, tmp_path / "c")
 
 
-def frame_of(folder, road, time_s, lens="ideal"):
-    """Store a run of two cameras that shows a road at a time; return its pictures."""
+def frame_of(folder, road, time_s, lens="ideal", carried_s=0.01):
+    """Store a run of two cameras that shows a road at a time; return its pictures. It is no frame
+    of a sequence if `carried_s` is None.
+    """
     scene = {"name": "street", "road": road, "time_s": time_s, "frames_per_s": 10.0}
     config = {"scene": scene, "lens": {"name": lens}}
-    config["exposures"] = {"front": {"exposure_s": [0.01 * (1 + time_s)]}}  # carried into the frame
-    digest = hashlib.sha256(f"{road} {time_s} {lens}".encode()).hexdigest()[:16]
+    if carried_s is not None:
+        config["exposures"] = {"front": {"exposure_s": carried_s * (1 + time_s)}}
+    digest = hashlib.sha256(f"{road} {time_s} {lens} {carried_s}".encode()).hexdigest()[:16]
     path = write_store(folder, digest, {}, {"kind": "run", "config": config})
     return [StoredShot(path, camera) for camera in ("rear", "front")]
 
@@ -226,3 +229,23 @@ def test_sequences_follow_each_other_and_each_run_is_opened_once(tmp_path, monke
     ]
     assert frames == expected
     assert len(opened) == len(set(opened)) == 9
+
+
+def test_each_sequence_has_each_time_once(tmp_path):
+    """Two sequences with another control of exposure, and single runs of the same settings."""
+    shots = [
+        shot
+        for carried_s in (0.01, 0.02, None)
+        for time_s in (0.0, 0.1, 0.2)
+        for shot in frame_of(tmp_path, "a", time_s, carried_s=carried_s)
+    ]
+    items = in_order(shots)
+    expected = [
+        (number, time_s, camera)
+        for number in (1, 2, 3)
+        for time_s in (0.0, 0.1, 0.2)
+        for camera in ("front", "rear")
+    ]
+    assert [(item.sequence, item.time_s, item.camera) for item in items] == expected
+    single = {item.sequence for item in items if "exposures" not in item.attributes["config"]}
+    assert len(single) == 1, "single runs are no frames of a sequence"

@@ -146,10 +146,13 @@ def _check_files(wanted: Definition) -> None:
             before = os.path.join(record.folder, path)
             scene = f"scene {number + 1} of the dataset {wanted.name!r}"
             if record.folder and os.path.realpath(before) != os.path.realpath(here):
+                # the file there may be gone or changed, too
+                held = _digests_now([before]).get(before) == digest
+                there = f"cd {shlex.quote(record.folder)} before the command, or " if held else ""
                 raise ConfigError(
                     f"{here} differs from {before}, with which {scene} was rendered; expected a"
-                    f" file of the same content; type for example cd {shlex.quote(record.folder)}"
-                    f" before the command, or {wanted.command_of_another}"
+                    f" file of the same content; type for example {there}"
+                    f"{wanted.command_of_another}"
                 )
             raise ConfigError(
                 f"{here} has changed since {scene} was rendered; expected the earlier file, or"

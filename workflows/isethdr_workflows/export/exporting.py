@@ -108,7 +108,9 @@ def exported(
 def in_order(shots: Sequence[StoredShot]) -> list[Item]:
     """Return the pictures to write, one sequence after the other, each in the order of the times of
     its scene; at the same time, in the order of keys and cameras. Runs of the same settings at
-    different times are a sequence. Sequences are in the order of their first pictures.
+    different times are a sequence. Further runs of the same settings at the same time, whose
+    exposures differ, go to further sequences, so that each sequence has each time once. Sequences
+    are in the order of their first pictures.
 
     Parameters
     ----------
@@ -118,13 +120,19 @@ def in_order(shots: Sequence[StoredShot]) -> list[Item]:
     runs = {path: open_run(path) for path in dict.fromkeys(shot.path for shot in shots)}
     found = [Item(0, shot, runs[shot.path]) for shot in shots]
     found.sort(key=lambda item: (item.time_s, item.shot))
-    numbers: dict[str, int] = {}
+    at_time: dict[tuple[str, float], list[Path]] = {}  # runs of the same settings and time
+    numbers: dict[tuple[str, int], int] = {}
+    numbered = []
     for item in found:
-        numbers.setdefault(item.settings, len(numbers) + 1)
-    found.sort(key=lambda item: numbers[item.settings])  # stable: times stay in their order
+        paths = at_time.setdefault((item.settings, item.time_s), [])
+        if item.shot.path not in paths:
+            paths.append(item.shot.path)
+        sequence = (item.settings, paths.index(item.shot.path))
+        numbered.append((numbers.setdefault(sequence, len(numbers) + 1), item))
+    numbered.sort(key=lambda pair: pair[0])  # stable: times stay in their order
     return [
-        replace(item, number=number, sequence=numbers[item.settings])
-        for number, item in enumerate(found, 1)
+        replace(item, number=number, sequence=sequence)
+        for number, (sequence, item) in enumerate(numbered, 1)
     ]
 
 

@@ -78,9 +78,12 @@ class Item:
     @cached_property
     def settings(self) -> str:
         """The digest of the settings of its run that all frames of a sequence share: all but the
-        time and the exposures that were carried into the frame.
+        time and the exposures that were carried into the frame. A run into which no exposures are
+        carried is no frame of `isethdr sequence`, and has another digest than such a frame.
         """
+        carried = self.attributes["config"].get(NODE) is not None
         config = {key: node for key, node in self.attributes["config"].items() if key != NODE}
+        config[NODE] = carried
         scene = {key: value for key, value in config["scene"].items() if key != "time_s"}
         return content_hash(config | {"scene": scene})
 
