@@ -15,8 +15,8 @@ from .connection import HOME, PLAIN
 
 OPERATORS = {"ge": ">=", "le": "<=", "gt": ">", "lt": "<"}
 ALL_OPERATORS = (*OPERATORS, "ne", "in")  # as the keyword of a condition ends
-# properties with names and hashes, of which 1e5 and 100000 are two; also dates in `created`, such as
-# 2026-01-31T12:00:00, of which a year is a beginning
+# Properties with names and hashes: 1e5 and 100000 are two of them. Dates in `created`, such as
+# 2026-01-31T12:00:00, also compare as text, so that a year is a beginning.
 NAMES = (*PLAIN, HOME, "tags", "sweeps", "recipe", "scene_id", "scene_ids")
 NULL = "null"  # value of a condition about records without the property
 SCENE = "scene.component"  # property with the component of a scene, as "scene/street"

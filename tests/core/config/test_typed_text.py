@@ -75,7 +75,8 @@ def test_only_the_class_of_the_chosen_component_is_asked_for_its_types(monkeypat
 
 
 def test_annotations_that_are_no_texts_themselves_are_read(monkeypatch):
-    own = make_dataclass("Own", [("model", Optional[str]), ("gain", Optional[float])])  # noqa: UP045
+    fields = [("model", Optional[str]), ("gain", Optional[float])]  # noqa: UP045
+    own = make_dataclass("Own", fields)
     monkeypatch.setattr(typed_text, "class_of", lambda component: own)
     assert with_texts(["isp=network", "isp.model=1e5", "isp.gain=1e5"])[1:] == [
         "isp.model='1e5'",
