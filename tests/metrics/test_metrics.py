@@ -198,6 +198,18 @@ def test_lamps_neither_set_the_white_nor_count_as_colour():
     assert row.left_out[0].bound < 0.05
 
 
+def test_a_white_patch_counts_whatever_its_last_digits_are():
+    """The white patch of a chart is the white itself; rounding must not decide whether it counts."""
+    y = np.full((NY, NX), 10.0)
+    y[:, NX // 2 :] = 90.0
+    rounding = 1e-7 * np.random.default_rng(2).uniform(-1, 1, y.shape)
+    exact, rounded = (
+        Ciede2000()(picture(0.8 * y), picture(true))[0].value for true in (y, y * (1 + rounding))
+    )
+    # without a margin, a hundredth of the frame would be above the white
+    assert rounded == pytest.approx(exact, rel=1e-5)
+
+
 def test_ssim_falls_with_noise_and_uses_one_white():
     y, _ = scene()
     rng = np.random.default_rng(1)

@@ -219,11 +219,14 @@ def _equal(column: Column, value: str | None) -> tuple[str, list[Any]]:
 
     None stands for no value. So does `null`, except of names, which may be `null`.
     """
+    missing = f"{column.text} IS NULL"
+    if column.kind != index_file.NUMBER:  # an empty text and an empty list are no value, too
+        missing = f"({missing} OR {column.text} IN ('', '[]'))"
     if value is None:
-        return f"{column.text} IS NULL", []
+        return missing, []
     if value == NULL and not column.holds_names:
         equal, values = _equal_to_text(column, value)
-        return f"({column.text} IS NULL OR {equal})", values
+        return f"({missing} OR {equal})", values
     return _equal_to_text(column, value)
 
 

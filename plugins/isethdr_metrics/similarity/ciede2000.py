@@ -28,6 +28,23 @@ if TYPE_CHECKING:
 Formula: TypeAlias = tuple[str, Callable[[np.ndarray, np.ndarray], np.ndarray], str]
 
 
+# Luminances that differ from the white by this share equal it: a white patch has the luminance of the
+# white itself, apart from rounding, and stored values are rounded by up to half of this
+EQUAL = 2.0**-16
+
+
+def up_to_white(picture: xr.Dataset, truth: xr.Dataset, white: float) -> np.ndarray:
+    """Return which pixels (bool, (y, x)) are not brighter than the white in the reference picture.
+
+    Parameters
+    ----------
+    picture, truth : picture and reference picture.
+    white : luminance of the white, cd/m2.
+    """
+    up_to: np.ndarray = luminances(picture, truth)[1] <= white * (1 + EQUAL)
+    return up_to
+
+
 @dataclass(frozen=True)
 class Ciede2000:
     """Mean CIEDE2000 of pixels up to the white, for the frame and for each object."""
@@ -65,7 +82,7 @@ class Ciede2000:
         """
         white = self.white_cd_m2 or once("white", (truth,), lambda: white_cd_m2(truth))
         difference = self._map(picture, truth, white)
-        use = luminances(picture, truth)[1] <= white
+        use = up_to_white(picture, truth, white)
         share = 1 - use.mean()
         if share > 0:
             why = "CIELAB is defined for surfaces, not for lamps"
@@ -89,7 +106,7 @@ class Ciede2000:
         part : (y, x), number of the part of each pixel, from 0.
         """
         white = self.white_cd_m2 or once("white", (truth,), lambda: white_cd_m2(truth))
-        use = luminances(picture, truth)[1] <= white
+        use = up_to_white(picture, truth, white)
         score, _, unit = self.formula
         values = means_of_parts(self._map(picture, truth, white), part, use)
         return [[Score(score, float(value), unit)] for value in values]

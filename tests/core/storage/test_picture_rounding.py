@@ -167,7 +167,9 @@ def test_the_run_of_a_small_chart_takes_less_than_two_megabytes(tmp_path, monkey
     for score in again:
         off = abs(score.value - before[score.metric, score.object])
         half = (score.high - score.low) / 2  # interval from the pixels of one picture
+        # 0.05 dB: the stated rounding of both variances, 2^-8 and 2^-7 of their sum
+        rounding = 0.05 if score.unit == "dB" else 0.0
         if half > 0:
-            assert off < half / 100, score
+            assert off < max(half / 100, rounding), score
         else:  # no upper end because nothing saturates, or a single pixel
             assert off <= 5e-3 * score.value, score
