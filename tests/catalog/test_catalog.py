@@ -258,6 +258,16 @@ def test_null_stands_for_no_value(tmp_path):
     assert not find(tmp_path, tags="null")
 
 
+def test_an_empty_list_or_text_is_no_value(tmp_path):
+    for name, own_list, device in (("full", ["dark"], "A"), ("empty", [], "")):
+        config = {"device": device}
+        put(tmp_path, name, kind="run", cameras=["a"], own_list=own_list, config=config)
+    for key in ("own_list", "device"):
+        for nothing in ("null", None):
+            assert ids(find(tmp_path, **{key: nothing})) == ["empty"], key
+            assert ids(find(tmp_path, **{f"{key}__ne": nothing})) == ["full"], key
+
+
 @pytest.mark.parametrize(
     "several", [range(2), {0: 1, 1: 2}, (n for n in (0, 1)), np.arange(2), {0, 1}]
 )
