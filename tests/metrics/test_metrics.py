@@ -199,7 +199,7 @@ def test_lamps_neither_set_the_white_nor_count_as_colour():
 
 
 def test_a_white_patch_counts_whatever_its_last_digits_are():
-    """The white patch of a chart is the white itself; rounding must not decide whether it counts."""
+    """The white patch of a chart is the white itself. Rounding must not decide what counts."""
     y = np.full((NY, NX), 10.0)
     y[:, NX // 2 :] = 90.0
     rounding = 1e-7 * np.random.default_rng(2).uniform(-1, 1, y.shape)

@@ -28,8 +28,8 @@ if TYPE_CHECKING:
 Formula: TypeAlias = tuple[str, Callable[[np.ndarray, np.ndarray], np.ndarray], str]
 
 
-# Luminances that differ from the white by this share equal it: a white patch has the luminance of the
-# white itself, apart from rounding, and stored values are rounded by up to half of this
+# Luminances that differ from the white by this share equal it. A white patch has the luminance of
+# the white itself, apart from rounding, and stored values are rounded by up to half of this.
 EQUAL = 2.0**-16
 
 
