@@ -18,6 +18,7 @@ import numpy as np
 from isethdr_core.scene import Opening, SkyDome
 
 from ..paths.camera_rays import OF_CANDIDATE
+from ..paths.device_memory import aligned
 from ..world.geometry import World
 from .device_grids import DeviceGrids
 from .placed_lamps import LAMBERTIAN_COS, SPECTRUM_NM, PlacedLamp, emission_table
@@ -89,9 +90,8 @@ class LampTables:
         # and not code, so that all scenes share one compiled kernel.
         self.none = dr.opaque(mi.UInt32, len(lamps))
         last = lambda values, fill: mi.Float([*values, fill])
-        self.lamp_of_shape = mi.UInt32(
-            world.table(lambda s: len(lamps) if s.lamp is None else s.lamp, len(lamps))
-        )
+        lamp_of_shape = world.table(lambda s: len(lamps) if s.lamp is None else s.lamp, len(lamps))
+        self.lamp_of_shape = mi.UInt32(aligned(lamp_of_shape, np.uint32))
         self.group = mi.UInt32(group)
         row = [*(spectra.index(p.lamp.spectrum) for p in lamps), 0]
         self.row = mi.UInt32(row)
@@ -400,16 +400,18 @@ class _Targets:
             [np.column_stack([v, beam[:, k]]) for k, v in enumerate(vectors)], 1
         ).astype(np.float32)
         self.rows = mi.Float(rows.ravel().tolist())
-        self.row = mi.UInt32(each(lambda row, p: [row])[:, 0])
+        self.row = mi.UInt32(aligned(each(lambda row, p: [row]), np.uint32))
         sizes = np.array([len(p.triangles) for _, p in lamps.values()])
         first = np.cumsum(sizes) - sizes
         own = [alias_table(areas(p.triangles)) for _, p in lamps.values()]
-        self.threshold = mi.Float(np.concatenate([threshold for threshold, _ in own]))
-        self.other = mi.UInt32(np.concatenate([other + f for (_, other), f in zip(own, first)]))
+        thresholds = np.concatenate([threshold for threshold, _ in own])
+        self.threshold = mi.Float(aligned(thresholds, np.float32))
+        others = np.concatenate([other + f for (_, other), f in zip(own, first)])
+        self.other = mi.UInt32(aligned(others, np.uint32))
         starts, lengths = np.zeros((2, count), np.uint32)
         starts[list(lamps)], lengths[list(lamps)] = first, sizes
-        self.first = mi.UInt32(starts)
-        self.length = mi.UInt32(lengths)
+        self.first = mi.UInt32(aligned(starts, np.uint32))
+        self.length = mi.UInt32(aligned(lengths, np.uint32))
         dr.eval(self.rows, self.row, self.threshold, self.other, self.first, self.length)
 
     def pick(self, rng: Any, lamp: Any, active: Any) -> Any:

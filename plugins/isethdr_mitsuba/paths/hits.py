@@ -43,10 +43,10 @@ class HitTables:
         self.normals = numbers(normals)
         self.faces = mi.UInt32(aligned(joined(faces), np.uint32))
         triangle = dict(zip(map(id, meshes), map(int, first), strict=True))
-        self.first = mi.UInt32(world.table(lambda s: triangle.get(id(s), 0)))
+        self.first = mi.UInt32(aligned(world.table(lambda s: triangle.get(id(s), 0)), np.uint32))
         poses, part, parts = world.instances()
-        self.part = mi.UInt32(part)
-        self.parts = mi.UInt32(parts)
+        self.part = mi.UInt32(aligned(part, np.uint32))
+        self.parts = mi.UInt32(aligned(parts, np.uint32))
         # Passed as a list, which Dr.Jit copies into aligned memory. A NumPy array would be used in
         # place; it is aligned only by chance, and an unaligned one needs another kernel.
         self.to_world = mi.Float(poses[:, :3].ravel().tolist())

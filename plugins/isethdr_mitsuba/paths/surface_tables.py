@@ -16,6 +16,7 @@ import mitsuba as mi
 import numpy as np
 
 from ..lamps.placed_lamps import SPECTRUM_NM
+from .device_memory import aligned
 from .texture_noise import TextureTables
 
 if TYPE_CHECKING:
@@ -49,7 +50,7 @@ class SurfaceTables:
         self.kinds = list(unique.values())
         self.kind = mi.UInt32([order[id(s)] for s in surfaces])
         self.smooth = mi.Bool([mi.has_flag(s.flags(), mi.BSDFFlags.Smooth) for s in surfaces])
-        self.material_of = mi.UInt32(world.table(lambda s: s.material))
+        self.material_of = mi.UInt32(aligned(world.table(lambda s: s.material), np.uint32))
         dr.eval(self.kind, self.smooth, self.material_of)
 
     def material_at(self, shape: Any, active: Any) -> Any:

@@ -14,6 +14,8 @@ import drjit as dr
 import mitsuba as mi
 import numpy as np
 
+from .device_memory import aligned
+
 if TYPE_CHECKING:
     from isethdr_core.data.scene_description import Material
 
@@ -49,11 +51,9 @@ class TextureTables:
             rows.append([1 / texture.patch_m, strength[0], 1 / texture.grain_m, strength[1]])
             second.append([first_row, texture.seed & 0xFFFFFFFF])
             first_row += 1
-        # Passed as a list, which Dr.Jit copies into aligned memory. A NumPy array would be used in
-        # place; it is aligned only by chance, and an unaligned one needs another kernel.
-        self.rows = mi.Float(np.ravel(rows).tolist())
-        self.second = mi.UInt32(np.array(second, np.uint32)[:, 0])
-        self.seed = mi.UInt32(np.array(second, np.uint32)[:, 1])
+        self.rows = mi.Float(aligned(rows, np.float32))
+        self.second = mi.UInt32(aligned([one for one, _ in second], np.uint32))
+        self.seed = mi.UInt32(aligned([seed for _, seed in second], np.uint32))
         dr.eval(self.rows, self.second, self.seed)
 
     def share(self, material: Any, point: Any, active: Any) -> tuple[Any, Any]:
