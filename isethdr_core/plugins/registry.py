@@ -286,7 +286,7 @@ def _check(comp: object) -> None:
 
 
 def reads_as_value(name: str) -> bool:
-    """Return whether the command line reads a name as a number, a truth value or null."""
+    """Return whether the command line would read a name as a number, true, false or null."""
     return name.lower() in VALUE_WORDS or NUMBER.fullmatch(name) is not None
 
 

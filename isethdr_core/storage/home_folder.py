@@ -136,7 +136,7 @@ def readable(folder: Path) -> Iterator[None]:
 
 
 def _existing(folder: Path, is_other: bool = False) -> Path:
-    """Return the folder of a home once it is known to be one.
+    """Return the folder of a home, after checking that it is a home.
 
     Parameters
     ----------

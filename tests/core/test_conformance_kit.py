@@ -137,8 +137,8 @@ def test_a_lens_whose_photocurrent_is_not_its_irradiance(offer):
 
 
 def planned_with(**faults):
-    """Return the class of a lens without a fault, whose plan has the given attributes instead of
-    those of the ideal lens.
+    """Return the class of a lens that works like the ideal lens, apart from its plan: the given
+    attributes replace those of the ideal lens's plan.
     """
     ideal = build("lens", "ideal")
 

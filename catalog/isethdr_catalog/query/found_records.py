@@ -137,7 +137,7 @@ def _check_numbers(
 
 
 def _short_number(value: float) -> str:
-    """Return a number without `.0` at its end."""
+    """Return a number as text; whole numbers without `.0`."""
     return repr(value).removesuffix(".0")
 
 

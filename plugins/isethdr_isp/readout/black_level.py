@@ -84,7 +84,7 @@ def with_black_level(captures: xr.Dataset, source: str) -> xr.Dataset:
 
 
 def counting_pixels(values: np.ndarray, below: float, above: float) -> np.ndarray:
-    """Return which optical black pixels (black_row, x) count for the black level, bool.
+    """Return a mask (black_row, x) of the optical black pixels that the black level is measured on.
 
     A pixel counts if its distance to the median of the counting pixels is below `OUTLIER` robust
     standard deviations of these pixels (from the median of the distances), or below the distance

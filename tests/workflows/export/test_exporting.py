@@ -203,7 +203,7 @@ def frame_of(folder, road, time_s, lens="ideal", carried_s=0.01):
 
 
 def test_sequences_follow_each_other_and_each_run_is_opened_once(tmp_path, monkeypatch):
-    """Frames of two roads, or of one road through two lenses, are no neighbours."""
+    """Frames of two roads, or of one road through two lenses, belong to different sequences."""
     kinds = (("a", "ideal"), ("b", "ideal"), ("b", "cooke"))
     shots = [
         shot

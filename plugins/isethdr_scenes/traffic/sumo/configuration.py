@@ -185,7 +185,7 @@ def _reads(option: Option) -> bool:
 
 def _absolute(value: str, path: Path) -> str:
     """Return the files that a configuration names, as absolute names."""
-    # SUMO reads %20 in a name as a space; the folder of the configuration is a plain name
+    # SUMO decodes `%20` in names to a space, so a `%` in the folder's own name is written as `%25`
     folder = path.resolve().parent.as_posix().replace("%", "%25")
     names = _file_names(value)
     return ",".join(name if Path(name).is_absolute() else f"{folder}/{name}" for name in names)
